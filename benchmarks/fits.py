@@ -42,8 +42,8 @@ from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
 from camopt.solve.measured.columns import TableColumns
 from camopt.solve.measured.measured_points import read_points
-from camopt.solve.measured.noise import band_factor, point_errors
-from camopt.solve.measured.outline import LIKELY_DROP, Dwell, read_outline
+from camopt.solve.measured.noise import estimate_point_errors, noise_band_factor
+from camopt.solve.measured.outline import LIKELY_DROP, Dwell, find_outline_and_doubts
 
 NOISES = (0.001, 0.01, 0.05)  # mm
 VALVES = ("exhaust-valve", "bucket-valve")
@@ -398,9 +398,9 @@ def compare_dwells(
 def read_dwells(file: DwellFile) -> DwellsRead:
     """The dwells that the outline of a file has."""
     points = read_points(file.rows, TableColumns())
-    noise = point_errors(points).noise
-    band = noise * band_factor(points.rows.size)
-    outline, doubts = read_outline(points, band, band, noise, LIKELY_DROP, None)
+    noise = estimate_point_errors(points).noise
+    band = noise * noise_band_factor(points.rows.size)
+    outline, doubts = find_outline_and_doubts(points, band, band, noise, LIKELY_DROP, None)
     found = [(part.start, part.end) for part in outline if isinstance(part, Dwell)]
     return compare_dwells(file, found, [(each.start, each.end) for each in doubts])
 

@@ -26,8 +26,8 @@ import numpy as np
 import camopt
 from camopt.core.kernels.compile import compiled
 from camopt.core.kernels.compile_clock import COMPILE_CLOCK
-from camopt.core.kernels.compile_rule import compile_at_once
-from camopt.core.kernels.kernel_cache import checked_content
+from camopt.core.kernels.compile_rule import compile_at_first_call
+from camopt.core.kernels.kernel_cache import content_if_undamaged
 
 SEED = 33
 WHAT = "".join(sys.argv[3:4])
@@ -59,7 +59,7 @@ def totals() -> list[float]:
 
 def answer(what: str) -> None:
     """Work, and print the digest of what is found, and whether kernels were compiled."""
-    compile_at_once()
+    compile_at_first_call()
     found = swept() if what == "sweep" else totals()
     print(sha256(repr(found).encode()).hexdigest(), COLD if COMPILE_CLOCK.seconds else WARM)
 
@@ -159,7 +159,7 @@ def damaged(trial: Trial, whole: Path, folder: Path, flips: int) -> None:
 def only_whole(cache: Path) -> bool:
     """Whether every file in a cache is a kernel as it was written."""
     files = [path for path in cache.rglob("*") if path.is_file()]
-    return all(file.suffix == ".kernel" and checked_content(file.read_bytes()) is not None for file in files)
+    return all(file.suffix == ".kernel" and content_if_undamaged(file.read_bytes()) is not None for file in files)
 
 
 def in_other_places(trial: Trial, whole: Path, folder: Path) -> None:

@@ -18,7 +18,7 @@ from support.browser import open_page, running_browser
 
 import camopt
 from camopt.core.storage.files import write_text
-from camopt.show.reporting.results import result_rows, results_page
+from camopt.show.reporting.results import results_page, thinned_result_rows
 
 SCENES = ("two-pauses", "rocker-valve", "bucket-valve", "feeder-with-stop")
 ROWS = (1_000, 100_000)
@@ -74,7 +74,9 @@ def main() -> None:
             part = designs.iloc[places].reset_index(drop=True)
             part.attrs = designs.attrs
             written = least(
-                lambda path=path, part=part: write_text(path, results_page([result_rows("swept", part, front)]))
+                lambda path=path, part=part: write_text(
+                    path, results_page([thinned_result_rows("swept", part, front)])
+                )
             )
             tell(window, f"{rows:,} designs", path, written)
 

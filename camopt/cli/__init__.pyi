@@ -2,12 +2,12 @@
 
 from .scenes import read_scene as read_scene
 from .scenes import scene_or_result as scene_or_result
-from .sweeps import decides_boxes as decides_boxes
+from .sweeps import sweep_decides_whole_boxes as sweep_decides_whole_boxes
 from .sweeps import unfinished_sweep as unfinished_sweep
-from .terminal import print_files as print_files
 from .terminal import print_json as print_json
-from .terminal import print_loss as print_loss
+from .terminal import print_json_or_files as print_json_or_files
 from .terminal import print_note as print_note
+from .terminal import print_note_if_loss as print_note_if_loss
 from .terminal import print_notes as print_notes
 from .terminal import print_result as print_result
 from .terminal import print_sections as print_sections

@@ -24,7 +24,7 @@ from camopt.core.mistakes import (
     Stopped,
     Unmet,
     Unsolved,
-    line_of,
+    to_terminal_line,
 )
 from camopt.core.storage.files import TidyingWarning
 
@@ -45,7 +45,7 @@ def run_command(command: Callable[[], int]) -> int:
         sys.stdout.flush()
         return code
     except BaseException as end:
-        code = _exit_code(end)
+        code = _exit_code_with_message(end)
         for note in getattr(end, "__notes__", ()):
             print_message(f"camopt: {note}")
         return code
@@ -57,7 +57,7 @@ def print_message(text: str) -> None:
     """Print lines on standard error, in printable characters; do nothing if it is closed."""
     with suppress(OSError):
         for line in text.splitlines():
-            print(line_of(line), file=sys.stderr, flush=True)
+            print(to_terminal_line(line), file=sys.stderr, flush=True)
 
 
 def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -85,45 +85,53 @@ def _discard_unwritable_output() -> None:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _exit_code(end: BaseException) -> int:  # noqa: C901
+def _exit_code_with_message(ending_exception: BaseException) -> int:  # noqa: C901
     """The exit code for the exception that ended a command; prints its message."""
-    match end:
+    match ending_exception:
         case SystemExit():  # click and rich exit with 1 only when the reader of a pipe is gone
-            return READER_GONE if end.code == 1 else int(end.code or 0)
+            return READER_GONE if ending_exception.code == 1 else int(ending_exception.code or 0)
         case BrokenPipeError():
             return READER_GONE
-        case click.Abort() if end.__cause__:
-            return _exit_code(end.__cause__)
+        case click.Abort() if ending_exception.__cause__:
+            return _exit_code_with_message(ending_exception.__cause__)
         case KeyboardInterrupt() | click.Abort() | Stopped():
-            return _print_failure(str(end) or "interrupted", interrupts.interrupt_code())
+            return _print_failure(str(ending_exception) or "interrupted", interrupts.interrupt_code())
         case _ if interrupts.is_interrupted():  # an import turns interrupts into other errors
             return _print_failure("interrupted", interrupts.interrupt_code())
         case click.ClickException():
-            context = getattr(end, "ctx", None)
+            context = getattr(ending_exception, "ctx", None)
             command = context.command_path if context else "camopt"
-            return _print_failure(f"{end.format_message()} (see {command} --help)", BAD_INPUT)
+            return _print_failure(f"{ending_exception.format_message()} (see {command} --help)", BAD_INPUT)
         case BadInput():
-            print_message(str(end))
+            print_message(str(ending_exception))
             return BAD_INPUT
         case Unmet():
-            return _print_failure(str(end), NOTHING_FEASIBLE)
+            return _print_failure(str(ending_exception), NOTHING_FEASIBLE)
         case Unsolved():
-            return _print_failure(str(end), NOT_REACHED)
+            return _print_failure(str(ending_exception), NOT_REACHED)
         case MemoryError():
             return _print_failure("out of memory", FILE_TROUBLE)
-        case ImportError() if (end.path or "").endswith(LIBRARY_SUFFIXES):  # damaged, or too large for memory
-            return _print_failure(_message_line(end), FILE_TROUBLE)
-        case ImportError() if isinstance(end.__cause__, ImportError):  # the message of numpy is a page
-            return _exit_code(end.__cause__)
+        case ImportError() if (ending_exception.path or "").endswith(
+            LIBRARY_SUFFIXES
+        ):  # damaged, or too large for memory
+            return _print_failure(_message_line(ending_exception), FILE_TROUBLE)
+        case ImportError() if isinstance(ending_exception.__cause__, ImportError):  # the message of numpy is a page
+            return _exit_code_with_message(ending_exception.__cause__)
         case OSError():
-            where = f"{os.fsdecode(end.filename)}: " if isinstance(end.filename, (str, bytes)) else ""
-            return _print_failure(f"{where}{end.strerror or _message_line(end)}", FILE_TROUBLE)
-    return _print_internal_error(end)
+            where = (
+                f"{os.fsdecode(ending_exception.filename)}: "
+                if isinstance(ending_exception.filename, (str, bytes))
+                else ""
+            )
+            return _print_failure(
+                f"{where}{ending_exception.strerror or _message_line(ending_exception)}", FILE_TROUBLE
+            )
+    return _print_internal_error(ending_exception)
 
 
-def _message_line(end: BaseException) -> str:
+def _message_line(ending_exception: BaseException) -> str:
     """The first line of an exception's message."""
-    return (str(end) or type(end).__name__).splitlines()[0]
+    return (str(ending_exception) or type(ending_exception).__name__).splitlines()[0]
 
 
 def _print_failure(text: str, code: int) -> int:

@@ -48,13 +48,13 @@ def raise_interrupts() -> Iterator[None]:
             signal.signal(number, signal.SIG_DFL)
 
 
-def _resend_signal(lost: Any) -> None:
+def _resend_signal(unraisable: Any) -> None:
     """Send a signal again that came in a callback that swallows exceptions, as imports have them."""
-    if _received_signals and isinstance(lost.exc_value, KeyboardInterrupt):
+    if _received_signals and isinstance(unraisable.exc_value, KeyboardInterrupt):
         number, _ = _received_signals.pop()
         Timer(RESEND_SECONDS, os.kill, (os.getpid(), number)).start()  # later: this hook swallows exceptions too
     else:
-        sys.__unraisablehook__(lost)
+        sys.__unraisablehook__(unraisable)
 
 
 def _receive_signal(number: int, frame: FrameType | None) -> None:

@@ -16,7 +16,7 @@ import camopt
 from camopt import cli, library
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.quantities.unit_systems import SYSTEMS, shown_in
-from camopt.core.storage.files import check_writable, checked_suffix, path_of
+from camopt.core.storage.files import check_writable, checked_suffix, expand_user_path
 
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
@@ -138,7 +138,7 @@ class Command(click.Command):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            former = {param.former for param in self.params if isinstance(param, RenamedOption)}
+            former = {param.former for param in self.params if isinstance(param, OptionWithFormerName)}
             similar = [name for name in error.possibilities or () if name not in former]
             raise click.NoSuchOption(error.option_name, possibilities=similar, ctx=error.ctx) from None
 
@@ -146,7 +146,9 @@ class Command(click.Command):
         try:
             return super().invoke(ctx)
         except BadInput as error:
-            spellings = {name: parameter_name(param) for param in self.params for name in _library_names(param)}
+            spellings = {
+                name: parameter_name(param) for param in self.params for name in _library_parameter_names(param)
+            }
             raise BadInput(
                 replace(m, key=spellings.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
             ) from None
@@ -157,24 +159,24 @@ def parameter_name(param: click.Parameter) -> str:
     return param.opts[0] if isinstance(param, click.Option) else param.human_readable_name.rstrip(".")
 
 
-def _library_names(param: click.Parameter) -> tuple[str | None, str]:
+def _library_parameter_names(param: click.Parameter) -> tuple[str | None, str]:
     """The names that the library may use: that of the command's function, and that in the help (SCENE: scene)."""
     return param.name, parameter_name(param).lower().removeprefix("--").replace("-", "_")
 
 
-def refuse_without(option: str, others: dict[str, Any]) -> None:
-    """Raise BadInput for each option in ``others``: they mean nothing without ``option``."""
-    _refuse_options(f"needs {option}", others)
+def refuse_without(option: str, dependent_options: dict[str, Any]) -> None:
+    """Raise BadInput for each option in ``dependent_options``: they mean nothing without ``option``."""
+    _refuse_options(f"needs {option}", dependent_options)
 
 
-def refuse_with(option: str, others: dict[str, Any]) -> None:
-    """Raise BadInput for each option in ``others``: they mean nothing with ``option``."""
-    _refuse_options(f"cannot be used with {option}", others)
+def refuse_with(option: str, excluded_options: dict[str, Any]) -> None:
+    """Raise BadInput for each option in ``excluded_options``: they mean nothing with ``option``."""
+    _refuse_options(f"cannot be used with {option}", excluded_options)
 
 
-def _refuse_options(why: str, others: dict[str, Any]) -> None:
+def _refuse_options(why: str, refused_options: dict[str, Any]) -> None:
     """Raise BadInput for each option that has a value."""
-    given = {option_spelling(name): value for name, value in others.items() if value is not None}
+    given = {option_spelling(name): value for name, value in refused_options.items() if value is not None}
     shown = {name: str(value) if isinstance(value, Path) else value for name, value in given.items()}
     shown |= {name: ", ".join(map(str, value)) for name, value in given.items() if isinstance(value, tuple)}
     if shown:
@@ -234,7 +236,7 @@ def take_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     return changes
 
 
-class RenamedOption(click.Option):
+class OptionWithFormerName(click.Option):
     """An option whose former name still works, but is in no help."""
 
     def __init__(self, names: Sequence[str], former: str, **about: Any) -> None:
@@ -262,7 +264,7 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
         click.option(
             "--relative-error",
-            cls=RenamedOption,
+            cls=OptionWithFormerName,
             former="--tolerance",
             type=float,
             help="Largest relative error of each value, such as 1e-6.",
@@ -282,14 +284,14 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def split_names(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+def split_at_commas(context: click.Context, option: click.Parameter, text: str | None) -> Any:
     """The names of an option that takes names separated by commas."""
     return text and [name.strip() for name in text.split(",")]
 
 
 outputs_option = click.option(
     "--outputs",
-    callback=split_names,
+    callback=split_at_commas,
     metavar="NAME,NAME|all",
     help="Quantities or effects to report, such as force,hertz, or all; replaces the default ones. Sizes "
     "and limited "
@@ -379,7 +381,7 @@ class OutputPath(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         try:
-            path = path_of(value)
+            path = expand_user_path(value)
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
         if self.suffixes:

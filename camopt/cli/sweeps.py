@@ -7,7 +7,7 @@ from click.core import ParameterSource
 
 from camopt.cli.options import DEFAULT_SCENE
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.manifest import readable_manifest
+from camopt.core.storage.manifest import read_manifest_or_empty
 from camopt.scene.scene import Scene, find_scene
 from camopt.solve.front.parts import PART_COMMAND, name_of_part
 from camopt.solve.front.plan import KEEP_CHOICES, TABLED_KEEPS, key_from_manifest, plan_of_key, sweep_plan
@@ -18,7 +18,7 @@ UNCOMPARED_OPTIONS = {"out", "resume", "part", "workers", "scheduler", "quiet", 
 """Options that do not change which sweep is run."""
 
 
-def decides_boxes(scene: Scene, keep: str) -> bool:
+def sweep_decides_whole_boxes(scene: Scene, keep: str) -> bool:
     """Whether a sweep accepts or drops whole boxes of designs."""
     return keep not in TABLED_KEEPS and sweep_plan(scene, keep).uses_boxes
 
@@ -29,7 +29,7 @@ def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] |
     Raises BadInput if the options differ from those of the sweep, or if its scene is not recorded.
     """
     folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
-    result = readable_manifest(folder).results.get(command)
+    result = read_manifest_or_empty(folder).results.get(command)
     question = interrupted_key(folder, command) or (key_from_manifest(result.question) if result else None)
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in context.params}

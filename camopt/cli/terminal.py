@@ -106,16 +106,16 @@ def print_sections(*things: Any, explained: bool = True) -> None:
             screen.print(thing if isinstance(thing, FileLine) else wrap_sentence(thing), soft_wrap=True)
             continue
         if isinstance(thing, Branch):  # wrapped within its branches on a screen, not wrapped in a file
-            _plain_console(row_width()).print(_rich_tree(thing))
+            _plain_console(largest_row_width()).print(_rich_tree(thing))
             continue
         screen.print(thing.title, soft_wrap=True)  # rich wraps a title to its table
-        if not thing.is_headed and not (explained and row_width() >= EXPLANATION_WIDTH):
-            thing = thing.without_meanings()
+        if not thing.is_headed and not (explained and largest_row_width() >= EXPLANATION_WIDTH):
+            thing = thing.without_meaning_sentences()
         printed = _rich_table(thing)
-        width = row_width() if thing.is_headed else line_length()
+        width = largest_row_width() if thing.is_headed else largest_line_length()
         minimum = _plain_console(NO_WIDTH).measure(printed).minimum if width < NO_WIDTH else 0
-        if row_width() < minimum:
-            screen.print(_row_by_row(thing), soft_wrap=True)
+        if largest_row_width() < minimum:
+            screen.print(_table_text_row_by_row(thing), soft_wrap=True)
         else:
             _plain_console(max(width, minimum)).print(printed, crop=False)
         if thing.note:
@@ -127,22 +127,22 @@ EXPLANATION_WIDTH = 110  # columns of a screen: on a narrower one a meaning woul
 FILE_WIDTH = 100  # columns of a sentence in a file
 
 
-def row_width() -> int:
+def largest_row_width() -> int:
     """Largest width of a table row [columns]: that of the screen; no limit in a file."""
     return _plain_console().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
 
 
-def line_length() -> int:
+def largest_line_length() -> int:
     """Largest width of a sentence [columns]."""
-    return FILE_WIDTH if row_width() == NO_WIDTH else row_width()
+    return FILE_WIDTH if largest_row_width() == NO_WIDTH else largest_row_width()
 
 
 def wrap_sentence(text: str) -> str:
-    """A sentence in lines of ``line_length``; a longer word gets its own line."""
-    return textwrap.fill(text, line_length(), break_long_words=False, break_on_hyphens=False)
+    """A sentence in lines of ``largest_line_length``; a longer word gets its own line."""
+    return textwrap.fill(text, largest_line_length(), break_long_words=False, break_on_hyphens=False)
 
 
-def _row_by_row(table: Table) -> str:
+def _table_text_row_by_row(table: Table) -> str:
     """A table for a narrow screen: for each row, one line of heading and value per column."""
     heads = [head.text.replace("\n", " ").strip() for head in table.heads]
     width = max(map(len, heads))
@@ -170,7 +170,7 @@ def print_result(
     return result.exit_code
 
 
-def print_files(document: Any, as_json: bool, quiet: bool, files: Iterable[Any]) -> int:
+def print_json_or_files(document: Any, as_json: bool, quiet: bool, files: Iterable[Any]) -> int:
     """Print a JSON document, or name the written files; return exit code 0."""
     if as_json:
         print_json(document)
@@ -190,8 +190,8 @@ def print_note(sentence: str) -> None:
     print_message(f"camopt: {sentence}")
 
 
-def print_loss(sentence: str) -> None:
-    """Print a note only if it says that work is lost; --quiet does not silence such notes."""
+def print_note_if_loss(sentence: str) -> None:
+    """Print a note only if it is a LossWarning, which --quiet does not silence."""
     if isinstance(sentence, LossWarning):
         print_note(sentence)
 

@@ -26,7 +26,7 @@ class Mistake:
     def __str__(self) -> str:
         shown = "" if self.value is None else f" = {shorten(_python_text(self.value))}"
         place = f"{shorten(self.file, LONGEST_NAME)}: {shorten(self.key, LONGEST_NAME)}"
-        return line_of(f"{place}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
+        return to_terminal_line(f"{place}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
 
 
 def printable(text: str) -> str:
@@ -34,23 +34,23 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def shorten(text: str, most: int = LONGEST_SHOWN) -> str:
-    """A text of at most ``most`` characters: a longer one loses its middle."""
-    if len(text) <= most:
+def shorten(text: str, most_characters: int = LONGEST_SHOWN) -> str:
+    """A text of at most ``most_characters`` characters: a longer one loses its middle."""
+    if len(text) <= most_characters:
         return text
-    end = (most - 1) // 2
-    return f"{text[: most - 1 - end]}…{text[-end:]}"
+    end = (most_characters - 1) // 2
+    return f"{text[: most_characters - 1 - end]}…{text[-end:]}"
 
 
-def line_of(text: str) -> str:
+def to_terminal_line(text: str) -> str:
     """A message as a line for a terminal, shortened if it is long."""
     return shorten(printable(shorten(text, LONGEST_LINE)), LONGEST_LINE)
 
 
-def join_words(words: Sequence[Any], most: int = MOST_LISTED) -> str:
-    """Words joined by commas; after ``most`` words, the number of the rest."""
-    more = f" and {len(words) - most:,} more" if len(words) > most else ""
-    return ", ".join(shorten(str(word)) for word in words[:most]) + more
+def join_words(words: Sequence[Any], most_listed: int = MOST_LISTED) -> str:
+    """Words joined by commas; after ``most_listed`` words, the number of the rest."""
+    more = f" and {len(words) - most_listed:,} more" if len(words) > most_listed else ""
+    return ", ".join(shorten(str(word)) for word in words[:most_listed]) + more
 
 
 def _python_text(value: Any) -> str:
@@ -169,7 +169,7 @@ def _cached_suggestion(word: str, known: tuple[str, ...]) -> str:
     """As ``suggest_names``, cached: a wrong word may occur a thousand times."""
     close = (
         get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
-        or _names_with_part(word, known)
+        or _names_with_similar_part(word, known)
         or get_close_matches(word, known, n=1, cutoff=LIKE_SHARE)
     )
     meant = f"did you mean {' or '.join(map(shorten, close))}? " if close else ""
@@ -178,7 +178,7 @@ def _cached_suggestion(word: str, known: tuple[str, ...]) -> str:
     return f"{meant}{len(known)} names are known"
 
 
-def _names_with_part(word: str, known: Sequence[str]) -> list[str]:
+def _names_with_similar_part(word: str, known: Sequence[str]) -> list[str]:
     """The first names with a part between underscores that is similar to a word: pressure_… for presure."""
     parts = dict.fromkeys(part for name in known for part in name.split("_"))
     close = get_close_matches(word, parts, n=1, cutoff=ALIKE_SHARE)

@@ -19,16 +19,16 @@ OptionParameters = ParamSpec("OptionParameters")
 FunctionResult = TypeVar("FunctionResult")
 
 
-def scene_from(what: SceneSource) -> Scene:
+def scene_from(scene_or_name: SceneSource) -> Scene:
     """The scene itself, or by name or path; errors are those of ``find_scene``."""
-    if isinstance(what, Scene):
-        return what
-    if isinstance(what, (str, os.PathLike)):
-        return find_scene(what)
-    hint = "; Scene.from_dict makes a scene from a mapping" if isinstance(what, dict) else ""
-    hint = "; use its attribute scene" if isinstance(getattr(what, "scene", None), Scene) else hint
+    if isinstance(scene_or_name, Scene):
+        return scene_or_name
+    if isinstance(scene_or_name, (str, os.PathLike)):
+        return find_scene(scene_or_name)
+    hint = "; Scene.from_dict makes a scene from a mapping" if isinstance(scene_or_name, dict) else ""
+    hint = "; use its attribute scene" if isinstance(getattr(scene_or_name, "scene", None), Scene) else hint
     allowed = f"a Scene, the name of a shipped scene, or a TOML file{hint}"
-    raise BadInput([Mistake("camopt", "scene", what, allowed)])
+    raise BadInput([Mistake("camopt", "scene", scene_or_name, allowed)])
 
 
 def check_count(name: str, value: Any, least: int = 1) -> None:
@@ -37,7 +37,7 @@ def check_count(name: str, value: Any, least: int = 1) -> None:
         raise BadInput([Mistake("camopt", name, value, f"a whole number of at least {least}")])
 
 
-def options_by_keyword(
+def allow_positional_options(
     function: Callable[OptionParameters, FunctionResult],
 ) -> Callable[OptionParameters, FunctionResult]:
     """Let a function accept its keyword-only options by position for one more version, with a warning.

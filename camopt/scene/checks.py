@@ -15,10 +15,10 @@ from camopt.model.mechanisms.elements import BODIES, FLAT, MOTIONS, PRELOAD, Tip
 from camopt.scene.choices import StepRange
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
 from camopt.scene.load import check_load
-from camopt.scene.own_laws import check_laws, law_names, law_tables
+from camopt.scene.own_laws import check_laws, law_tables, stroke_law_names
 from camopt.scene.own_quantities import check_own_quantities
-from camopt.scene.part import check_part, run_of_groove
-from camopt.scene.profile import check_profile, highest_on_profile
+from camopt.scene.part import check_part, groove_length_along_axis
+from camopt.scene.profile import check_profile, highest_profile_displacement
 from camopt.scene.sizes import (
     FOLLOWER_SIZES,
     SEARCH_SIZES,
@@ -31,7 +31,7 @@ from camopt.scene.spring import SPRING_NUMBERS
 from camopt.scene.tables import Drive
 from camopt.scene.tolerances import check_tolerances
 from camopt.scene.train import Lifts, check_train, lifts_through_train
-from camopt.scene.turn import LEAST_MOVE, POSITIONED_KINDS, check_law, check_turn, highest_displacement
+from camopt.scene.turn import LEAST_MOVE, POSITIONED_KINDS, check_law_exists, check_turn, highest_displacement
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -44,7 +44,7 @@ GUIDE_KEYS = tuple(each.name for each in NUMBERS if each.guide)
 """The keys of a guide in ``[follower.dynamics]``."""
 
 
-def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
+def faults_across_tables(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that involves more than one value, in a scene and in the mapping it was made from."""
     yield from check_laws(data)
     yield from check_own_quantities(data)
@@ -59,8 +59,8 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from check_turn(scene)
         yield from _check_searched_angles(scene)
     yield from check_train(scene)
-    yield from _check_searched_laws(scene, law_names(law_tables(scene)))
-    yield from _check_synthesis(scene, law_names(law_tables(scene)))
+    yield from _check_searched_laws(scene, stroke_law_names(law_tables(scene)))
+    yield from _check_synthesis(scene, stroke_law_names(law_tables(scene)))
     follower = scene.follower
     if pair := mechanism_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
         mechanism, tip = pair
@@ -74,7 +74,7 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from _check_sizes(scene, mechanism, tip)
         if lift is not None or not profiled:  # check_profile reports a follower that cannot run on its profile
             yield from _check_assembly(scene, lift, mechanism, tip)
-        yield from check_part(scene, mechanism, lift, _trace_radius(scene, tip))
+        yield from check_part(scene, mechanism, lift, _trace_point_to_profile_mm(scene, tip))
         yield from check_tolerances(scene, mechanism, tip, _mechanism_words(mechanism, tip))
         yield from _check_search(scene, mechanism, tip)
         yield from _check_limits(scene, mechanism, tip)
@@ -82,7 +82,7 @@ def faults_of(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fault]:
 
 def _lifts_of_scene(scene: "Scene") -> Lifts:
     """The largest lifts of tool and follower; moves and profiles are computed for it."""
-    given = highest_on_profile(scene) if scene.profile else highest_displacement(scene)
+    given = highest_profile_displacement(scene) if scene.profile else highest_displacement(scene)
     return lifts_through_train(scene, given) if scene.train else Lifts(given, given)
 
 
@@ -90,7 +90,9 @@ def groove_axial_length(scene: "Scene") -> float | None:
     """Length of the groove of a cylindrical cam along its axis [mm]; None where unknown."""
     if not scene.mechanism.body.developed:
         return None
-    return run_of_groove(scene, scene.mechanism, _lifts_of_scene(scene).follower, _trace_radius(scene, scene.tip))
+    return groove_length_along_axis(
+        scene, scene.mechanism, _lifts_of_scene(scene).follower, _trace_point_to_profile_mm(scene, scene.tip)
+    )
 
 
 def _check_searched_motion(scene: "Scene") -> Iterator[Fault]:
@@ -104,7 +106,7 @@ def _check_searched_motion(scene: "Scene") -> Iterator[Fault]:
 def _check_searched_laws(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
     for key in LAW_KEYS:
         for place, law in enumerate(getattr(scene.search, key), start=1):
-            yield from check_law(law, f"search.{key}.{place}", laws)
+            yield from check_law_exists(law, f"search.{key}.{place}", laws)
 
 
 def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
@@ -150,7 +152,7 @@ def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
 def _check_synthesis(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
     given = scene.synthesis
     for key in ("peak_velocity", "peak_acceleration", "peak_jerk"):
-        yield from check_law(getattr(given, key), f"synthesis.{key}", laws)
+        yield from check_law_exists(getattr(given, key), f"synthesis.{key}", laws)
     if isinstance(given.continuity, int) and given.continuity >= given.degree:
         yield "synthesis.continuity", float(given.continuity), f"must be below the degree ({given.degree:g})"
 
@@ -176,12 +178,12 @@ def _check_follower_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Ite
     for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
         for place in _values_by_place(scene, f"drive.{key}"):
             yield place, VALUE_IN_SCENE, _absent_key_text(key, mechanism)
-    yield from _check_play(scene, mechanism)
+    yield from _check_clearance_and_interference(scene, mechanism)
     if mechanism.further_contacts:
         yield from _check_two_contacts(scene, mechanism)
 
 
-def _check_play(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
+def _check_clearance_and_interference(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """Check that a clearance or interference is small against the roller, or the disc between flat faces."""
     roller, base = known_number(scene.follower.roller_radius), known_number(scene.cam.base_radius)
     arm = known_number(scene.follower.arm_length)
@@ -211,7 +213,7 @@ def _check_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]
     words = mechanism.drive.words
     if scene.profile:
         yield "profile", None, f"{words} is given by the [[motion]] of its follower"
-    for name in (each for each in GUIDE_KEYS if each in mechanism.motion.dynamics):
+    for name in (each for each in GUIDE_KEYS if each in mechanism.motion.dynamics_keys):
         for place in _values_by_place(scene, f"follower.dynamics.{name}"):
             why = f"camopt does not compute the guide of {words}: the share of each contact is unknown"
             yield place, VALUE_IN_SCENE, why
@@ -242,7 +244,9 @@ def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fau
         f"search.cam.{k}": scene.search.choices_by_key.get(f"cam.{k}") for k in others if k not in SEARCH_SIZES
     }
     for key in (key for key, value in given.items() if value not in (None, 0.0)):
-        instead = f": its size is cam.{body.size}" if key in (f"cam.{b.size}" for b in BODIES.values()) else ""
+        instead = (
+            f": its size is cam.{body.size_key}" if key in (f"cam.{b.size_key}" for b in BODIES.values()) else ""
+        )
         yield key, VALUE_IN_SCENE, f"a {what} has none{instead}"
     for name in own:
         if getattr(scene.follower, name) is None and getattr(scene.search, name) is None:
@@ -252,18 +256,18 @@ def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fau
 def _check_dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Check that the follower has only keys of its motion, and that the guide never reaches the trace point."""
     motion, table = mechanism.motion, "follower.dynamics"
-    for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
+    for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics_keys):
         for place in _values_by_place(scene, f"{table}.{name}"):
             yield (
                 place,
                 VALUE_IN_SCENE,
-                f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.dynamics)}",
+                f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.dynamics_keys)}",
             )
     lever = _values_by_place(scene, SPRING_AT) if motion.angular else {}
     if lever and not any(_values_by_place(scene, key) for key in SPRING_NUMBERS):
         yield next(iter(lever)), VALUE_IN_SCENE, "needs spring_rate in N/mm or preload in N, which are missing"
     for place, choice in (
-        _values_by_place(scene, f"{table}.overhang") if "overhang" in motion.dynamics else {}
+        _values_by_place(scene, f"{table}.overhang") if "overhang" in motion.dynamics_keys else {}
     ).items():
         if lift is not None and any(each < lift for each in _known_choice_values(choice)):
             yield place, VALUE_IN_SCENE, f"must be at least the lift ({lift:g}), by which the rise shortens it"
@@ -323,13 +327,13 @@ def _check_second_assembly(
             yield key, own[key], f"of the second disc: {misfit[2]}"
 
 
-def _trace_radius(scene: "Scene", tip: Tip) -> float | None:
+def _trace_point_to_profile_mm(scene: "Scene", tip: Tip) -> float | None:
     """Distance from trace point to profile, the radius of a roller or spherical face [mm]; None where unknown."""
     return known_number(getattr(scene.follower, tip.radius)) if tip.radius else 0.0
 
 
 def _check_search(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    search, own = scene.search, (*mechanism.follower_keys(tip), mechanism.body.size)
+    search, own = scene.search, (*mechanism.follower_keys(tip), mechanism.body.size_key)
     for key in (each for each in SEARCH_SIZES if getattr(search, each) is not None):
         if key not in own:
             yield (

@@ -82,7 +82,7 @@ NumberChoice = Annotated[
 
 
 @cache
-def _choice_adapter() -> TypeAdapter[Any]:
+def _choice_validator() -> TypeAdapter[Any]:
     """The validator of a choice, built on first use since that takes milliseconds."""
     return TypeAdapter(NumberChoice)
 
@@ -91,13 +91,13 @@ NumberReader = Callable[[Any, Any, str], Any]
 """From (type of a number, value, place in the scene) to the checked value; raises BadInput."""
 
 
-def _read_choice(number: Any, value: Any, where: str) -> Any:
+def _read_choice(number_type: Any, value: Any, where: str) -> Any:
     """The choice of ``[search]`` for one number."""
     try:
-        choice = _choice_adapter().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
+        choice = _choice_validator().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
     except ValidationError as error:
         raise BadInput(mistakes_from_pydantic(error, NumberRange, where)) from None
-    if mistakes := list(_out_of_bounds(TypeAdapter(number), choice, where)):
+    if mistakes := list(_out_of_bounds_mistakes(TypeAdapter(number_type), choice, where)):
         raise BadInput(mistakes)
     return choice
 
@@ -188,7 +188,7 @@ def searchable_numbers(table: type[SceneTable], *, sizes: bool = False) -> dict[
     """
     excluded = {*(() if sizes else _sizes_of(table)), *table.read_as}
     fields = {key: field for key, field in table.model_fields.items() if key not in excluded}
-    hints = {key: _searchable_type(field.rebuild_annotation()) for key, field in fields.items()}
+    hints = {key: _table_or_number_type(field.rebuild_annotation()) for key, field in fields.items()}
     return {key: hint for key, hint in hints.items() if hint is not None}
 
 
@@ -197,7 +197,7 @@ def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
     return SEARCH_SIZES if table in (Cam, Follower) else ()
 
 
-def _searchable_type(hint: Any) -> Any:
+def _table_or_number_type(hint: Any) -> Any:
     """The table or the number in a type hint; None without either."""
     return table_type_in(hint) or _number_type_in(hint)
 
@@ -209,11 +209,11 @@ def _number_type_in(hint: Any) -> Any:
     return next((found for each in get_args(hint) if (found := _number_type_in(each)) is not None), None)
 
 
-def _out_of_bounds(number: TypeAdapter[Any], choice: Any, where: str) -> Iterator[Mistake]:
+def _out_of_bounds_mistakes(number_type: TypeAdapter[Any], choice: Any, where: str) -> Iterator[Mistake]:
     """A mistake for each value of a choice that the number may not have."""
     ends = choice.model_dump(include={"start", "stop"}) if isinstance(choice, StepRange) else {}
     for name, value in ends.items() or enumerate(choice, start=1):
         try:
-            number.validate_python(value)
+            number_type.validate_python(value)
         except ValidationError as error:
             yield from mistakes_from_pydantic(error, NumberRange, f"{where}.{name}")

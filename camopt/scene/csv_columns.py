@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from camopt.core.mistakes import BadInput
-from camopt.core.storage.files import read_bytes, text_of
+from camopt.core.storage.files import decode_user_text, read_bytes
 
 MOST_SPANS = 2000  # points of a law or rows of a load; every span between two is a panel in every kernel
 NO_PREFIXES: Mapping[str, str] = {}
@@ -23,7 +23,7 @@ def read_csv_columns(
     if folder is None:
         raise ValueError("must be the data: a scene inside a table cannot name files")
     try:
-        return _parse_columns(text_of(read_bytes(folder / name)), wanted, prefixes)
+        return _parse_columns(decode_user_text(read_bytes(folder / name)), wanted, prefixes)
     except (OSError, BadInput, ValueError, csv.Error) as trouble:
         reason = trouble.strerror if isinstance(trouble, OSError) else trouble
         if isinstance(trouble, BadInput):
@@ -34,7 +34,9 @@ def read_csv_columns(
 def csv_column_names(folder: Path, name: str) -> tuple[str, ...]:
     """The names of the columns of a CSV file; a ValueError says why it cannot be read."""
     try:
-        return tuple(each.strip() for each in next(csv.reader(text_of(read_bytes(folder / name)).splitlines()), []))
+        return tuple(
+            each.strip() for each in next(csv.reader(decode_user_text(read_bytes(folder / name)).splitlines()), [])
+        )
     except OSError as trouble:
         raise ValueError(f"must be a CSV file: {trouble.strerror}") from None
     except BadInput as trouble:

@@ -46,7 +46,7 @@ def values_of_index(index: Any, place: int) -> dict[str, Any]:
     return {str(level.name): level[place] for level in levels if level.name is not None}
 
 
-def has_scene(row: Mapping[str, Any]) -> bool:
+def has_embedded_scene(row: Mapping[str, Any]) -> bool:
     """Whether a row contains a scene as TOML."""
     return "\n" in str(row.get("scene", ""))
 
@@ -58,12 +58,12 @@ def is_missing(value: Any) -> bool:
     return value is None or type(value).__name__ in ("NAType", "NaTType", "MaskedConstant")
 
 
-def check_row(scene: "Scene", values: Mapping[str, Any]) -> None:
+def check_design_row(scene: "Scene", values: Mapping[str, Any]) -> None:
     """Raise BadInput unless a row has a column of a design, with values that the scene allows."""
     columns = scene.row_columns
     known = (*columns.values(), *LAW_NAME_COLUMNS, ANGLES_COLUMN)
     if not values.keys() & {*known}:
-        raise design_column_mistakes(values, known, ROW_WORD)
+        raise design_column_error(values, known, ROW_WORD)
     if mistakes := [*_missing_value_mistakes(scene, columns, values), *_unknown_law_mistakes(scene, values)]:
         raise BadInput(mistakes)
     angles: Any = values.get(ANGLES_COLUMN)
@@ -72,7 +72,7 @@ def check_row(scene: "Scene", values: Mapping[str, Any]) -> None:
         raise BadInput([Mistake(ROW_WORD, ANGLES_COLUMN, angles, f"the angles of the {count} segments")])
 
 
-def design_column_mistakes(names: Collection[str], known: Collection[str], file: str) -> BadInput:
+def design_column_error(names: Collection[str], known: Collection[str], file: str) -> BadInput:
     """The error for columns that no scene of a mechanism reads, or for a row without columns."""
     if not names:
         why = f"a {file if file == ROW_WORD else 'table'} with a size, a number or a law of this mechanism"
@@ -101,11 +101,13 @@ def unknown_columns(scene: "Scene", names: Collection[str]) -> list[str]:
 
 
 def warn_of_unknown_columns(
-    unknown: Sequence[str], known: Collection[str], given: Container[str], file: str
+    unknown: Sequence[str], known: Collection[str], present_columns: Container[str], file: str
 ) -> None:
     """Warn the caller of a function of unknown columns, with suggestions that are not columns already."""
     likes = {name: similar_name(name, known) for name in unknown}
-    shown = [f"{n} (did you mean {like}?)" if like and like not in given else n for n, like in likes.items()]
+    shown = [
+        f"{n} (did you mean {like}?)" if like and like not in present_columns else n for n, like in likes.items()
+    ]
     warnings.warn(f"{file}: camopt ignores {join_words(shown)}: {NO_DESIGN}", stacklevel=3)
 
 
@@ -128,11 +130,11 @@ def _unknown_law_mistakes(scene: "Scene", values: Mapping[str, Any]) -> Iterator
     known = (*LAWS, *scene.laws)
     for name in LAW_NAME_COLUMNS:
         law = values.get(name)
-        if not is_missing(law) and law not in known and law not in _own_law_names(scene):
+        if not is_missing(law) and law not in known and law not in _joined_law_names(scene):
             yield Mistake(ROW_WORD, name, law, f"a motion law; {suggest_names(str(law), known)}")
 
 
-def _own_law_names(scene: "Scene") -> tuple[str, ...]:
+def _joined_law_names(scene: "Scene") -> tuple[str, ...]:
     """The names that tables have for the laws of a motion, of rises and of returns; "" for no law."""
     turn = turn_of_scene(scene)
     return ("",) if turn is None else ("", turn[1].law_names(RISE), turn[1].law_names(RETURN))

@@ -30,7 +30,7 @@ SHARP_CORNER = 0.02  # rad
 DRAWN_WITHIN = 1e-3  # mm: largest distance of a vertex of the drawing from the tangent arcs
 
 
-def read_drawing(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+def replace_drawing_by_elements(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Replace the name of a DXF file by its arcs and lines, in ``data`` itself.
 
     The path is relative to ``folder``; None if the scene may not name files.
@@ -63,13 +63,13 @@ def outline_elements(outline: DrawnOutline, clockwise: bool) -> list[dict[str, A
         raise ValueError(f"it has a corner of {jump:.3g}° at {_point_text(outline.vertices[sharpest])}")
     outline = outline if (outline.area > 0.0) == clockwise else outline.reversed_outline
     arcs = _outline_arcs(outline, 1.0 if clockwise else -1.0)
-    starts = _starts_of_arcs(arcs)
+    starts = _differs_from_previous_arc(arcs)
     if starts.sum() > MOST_SEGMENTS:
         raise ValueError(f"its profile has {starts.sum():,} arcs and lines; at most {MOST_SEGMENTS:,} are allowed")
     radii, centres = _make_tangent(arcs.radii[starts], arcs.centres[starts])
     given = ((float(r), complex(c)) for r, c in zip(radii, centres, strict=True))
     elements = [ElementSpec(None) if np.isinf(r) else ElementSpec(r, c) for r, c in given]
-    _check_near(elements, outline.vertices, np.cumsum(starts) - 1, clockwise)
+    _check_elements_meet_vertices(elements, outline.vertices, np.cumsum(starts) - 1, clockwise)
     return [
         {"element": "line"}
         if each.centre is None
@@ -95,7 +95,7 @@ def _outline_arcs(outline: DrawnOutline, turn: float) -> _Arcs:
     return _Arcs(np.where(lines, np.inf, radii), np.where(lines, chords / np.abs(chords), centres))
 
 
-def _starts_of_arcs(arcs: _Arcs) -> BoolArray:
+def _differs_from_previous_arc(arcs: _Arcs) -> BoolArray:
     """Whether each arc or line differs from the one before it."""
     size = np.where(np.isinf(arcs.radii), SAME_LINE, SAME_ARC * np.abs(arcs.radii))
     before = np.roll(arcs.radii, 1)
@@ -129,22 +129,27 @@ def _make_tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray,
     return radii, centres
 
 
-def _check_near(elements: list[ElementSpec], vertices: ComplexArray, owners: IndexArray, clockwise: bool) -> None:
+def _check_elements_meet_vertices(
+    elements: list[ElementSpec], vertices: ComplexArray, owners: IndexArray, clockwise: bool
+) -> None:
     """Raise ValueError if the elements make no profile, or miss a vertex between the two they belong to."""
 
-    def plane(z: Any) -> Any:  # the plane of the motion, where elements run anticlockwise
+    def mirror_unless_clockwise(z: Any) -> Any:  # the plane of the motion, where elements run anticlockwise
         return z if clockwise else np.conjugate(z)
 
     try:
         parts = place_elements(
-            [each if each.centre is None else ElementSpec(each.radius, plane(each.centre)) for each in elements]
+            [
+                each if each.centre is None else ElementSpec(each.radius, mirror_unless_clockwise(each.centre))
+                for each in elements
+            ]
         )
     except ProfileFault as fault:
         raise ValueError(f"{f'element {fault.number}: ' if fault.number else ''}{fault.why}") from None
     neighbours = np.column_stack([owners, np.roll(owners, 1)])
     distances = [
         max(_distance_from_element(parts[k], z) for k in pair)
-        for pair, z in zip(neighbours, plane(vertices), strict=True)
+        for pair, z in zip(neighbours, mirror_unless_clockwise(vertices), strict=True)
     ]
     worst = int(np.argmax(distances))
     if distances[worst] > DRAWN_WITHIN:
@@ -159,5 +164,5 @@ def _point_text(point: complex) -> str:
 def _distance_from_element(part: ProfilePiece, point: complex) -> float:
     """Distance of a point from the circle or line of an element [mm]."""
     if part.radius is None:
-        return abs((part.start.normal.conjugate() * point).real - part.height)
+        return abs((part.start.normal.conjugate() * point).real - part.line_distance_from_axis)
     return abs(abs(point - part.centre) - abs(part.radius))

@@ -10,7 +10,7 @@ import numpy as np
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.storage.files import read_bytes
-from camopt.core.storage.home import settle_home
+from camopt.core.storage.home import ensure_home_folder
 
 PROFILE_LAYER = "PROFILE"
 JOINING_GAP = 1e-3  # mm: ends at most this far apart are joined
@@ -69,14 +69,14 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
         read_bytes(path)  # refuses pipes and huge files
     except BadInput as trouble:
         raise ValueError(f"it must be {trouble.mistakes[0].allowed}") from None
-    settle_home()
+    ensure_home_folder()
     from ezdxf import disassemble, upright
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFError
 
     try:
         document = readfile(path)
-        _check_blocks(document)
+        _check_block_nesting(document)
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
         drawn = [each for each in entities if each.dxf.layer.upper() == PROFILE_LAYER] or entities
@@ -92,7 +92,7 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
     return largest._replace(vertices=largest.vertices * _unit_in_mm(document.units))
 
 
-def _check_blocks(document: Any) -> None:
+def _check_block_nesting(document: Any) -> None:
     """Raise ValueError if a block contains itself, or the expanded blocks have too many entities.
 
     Blocks are counted after the blocks they insert, since nesting multiplies the entities.

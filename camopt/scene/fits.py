@@ -33,12 +33,12 @@ DEPTH_TOLERANCES = {6.0: 0.1, 32.0: 0.2, 100.0: 0.3}
 """Upper tolerance of the depth of a keyway [mm], by the largest width of a range [mm]."""
 
 
-def depth_tolerance(width: float) -> float:
+def keyway_depth_tolerance(width: float) -> float:
     """Upper tolerance of the depth of a keyway [mm], by its width [mm]."""
     return next((allowed for most, allowed in DEPTH_TOLERANCES.items() if width <= most), 0.3)
 
 
-def read_bore(data: dict[str, Any]) -> None:
+def expand_bore_and_fit(data: dict[str, Any]) -> None:
     """Split a bore such as "30 H7" into diameter (a number, or a text with a unit) and fit, in ``data`` itself."""
     part = data.get("part")
     if (
@@ -50,7 +50,7 @@ def read_bore(data: dict[str, Any]) -> None:
         part.setdefault("bore_fit", found[2])
 
 
-def read_keyway(data: dict[str, Any]) -> Iterator[Fault]:
+def expand_standard_keyway(data: dict[str, Any]) -> Iterator[Fault]:
     """Replace ``keyway`` by the sizes of the standard keyway for the bore, in ``data`` itself."""
     part = data.get("part")
     if isinstance(part, dict) and part.get("keyway") == STANDARD_KEYWAY and not isinstance(part.get("bore"), str):

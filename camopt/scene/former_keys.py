@@ -10,7 +10,7 @@ FORMER_KEYS = {"accuracy.tolerance": "accuracy.relative_error"}
 """The present key, by its former name."""
 
 
-def read_former_keys(tables: dict[str, Any]) -> Iterator[Fault]:
+def replace_former_keys(tables: dict[str, Any]) -> Iterator[Fault]:
     """Replace former keys by present ones, in ``tables`` itself; a fault where both are given."""
     for former, key in FORMER_KEYS.items():
         if (value := value_at_key(tables, former)) is None:

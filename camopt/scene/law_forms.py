@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from camopt.core.numerics.neighbours import table_noise
 from camopt.model.motion import LAWS
-from camopt.model.motion.aliases import nearest_law
+from camopt.model.motion.aliases import suggest_law_names
 from camopt.model.motion.derived_laws import MirroredLaw
 from camopt.model.motion.law import Law
 from camopt.model.motion.polynomial import HIGHEST_DEGREE, PolynomialLaw
@@ -55,7 +55,7 @@ def law_form(law: LawValues) -> LawForm:
 
 def _table_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     x, s = (_with_exact_ends(_mirrored_values(law[key], mirror), 1) for key in ("x", "s"))
-    start, end = _ends_of_table(law)
+    start, end = _end_conditions_of_table(law)
     return fit_table_spline(name, x, s, (end, start) if mirror else (start, end))
 
 
@@ -65,8 +65,8 @@ END_WORDS = {"both": (True, True), "start": (True, False), "end": (False, True),
 """Whether a word includes the start, and the end."""
 
 
-def unstated_reversal(law: LawValues, end: int) -> str:
-    """The value of ``reversal`` that would make the start (0) or the end (1) of a table a reversal.
+def reversal_value_for_end(law: LawValues, end: int) -> str:
+    """Value of ``reversal`` that makes one end of a table a reversal: end 0 is its start, end 1 its end.
 
     "" if the law is no table, or if ``rest`` or ``reversal`` already sets this end.
     """
@@ -75,7 +75,7 @@ def unstated_reversal(law: LawValues, end: int) -> str:
     return "" if law.get("x") is None or is_set else ("both" if law.get("reversal") else ("start", "end")[side])
 
 
-def _ends_of_table(law: LawValues) -> tuple[EndCondition, EndCondition]:
+def _end_conditions_of_table(law: LawValues) -> tuple[EndCondition, EndCondition]:
     """The end conditions of a table; an end is at rest unless ``rest`` or ``reversal`` says otherwise."""
     turns = END_WORDS[law.get("reversal") or "none"]
     rests = END_WORDS[law["rest"]] if law.get("rest") else tuple(not each for each in turns)
@@ -86,7 +86,7 @@ def _ends_of_table(law: LawValues) -> tuple[EndCondition, EndCondition]:
     return start, end
 
 
-def end_leeway(law: LawValues) -> float:
+def noise_leeway_at_ends(law: LawValues) -> float:
     """Share of the stroke by which noise or rounding may take a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
     if x is None or s is None or len(x) < LEAST_NOISE_POINTS:
@@ -114,13 +114,13 @@ def _mirrored_values(values: Sequence[float], mirror: bool) -> Sequence[float]:
     return [1.0 - value for value in reversed(values)] if mirror else values
 
 
-def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
-    return (*[0.0] * count, *(float(v) for v in values[count:-count]), *[1.0] * count)
+def _with_exact_ends(values: Sequence[float], end_count: int) -> tuple[float, ...]:
+    return (*[0.0] * end_count, *(float(v) for v in values[end_count:-end_count]), *[1.0] * end_count)
 
 
 def _check_table_points(key: str, law: LawValues) -> Iterator[Fault]:
     x, s = law["x"], law["s"]
-    free = _ends_of_table(law) == (EndCondition.FREE, EndCondition.FREE)
+    free = _end_conditions_of_table(law) == (EndCondition.FREE, EndCondition.FREE)
     if len(x) < (3 if free else 2):
         points = (
             "at least three points, since both ends are free" if free else "at least two points, x = 0 and x = 1"
@@ -242,7 +242,7 @@ def _built_in_law(name: str, law: LawValues, mirror: bool) -> Law:
 def _check_built_in(key: str, law: LawValues) -> Iterator[Fault]:
     name = law["law"]
     if name not in LAWS:
-        yield f"{key}.law", name, f"must be a built-in motion law; {nearest_law(name, LAWS)}"
+        yield f"{key}.law", name, f"must be a built-in motion law; {suggest_law_names(name, LAWS)}"
     elif law.get("crossing") is None and law.get("peaks") is None and law.get("mirror") is not True:
         yield f"{key}.law", name, "needs crossing, peaks or mirror; without them it is the built-in law"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.model.motion.load import ExternalLoad
 from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
 from camopt.scene.law_forms import LEAST_GAP, VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import tables_in
+from camopt.scene.mapping import tables_in_list
 from camopt.scene.own_laws import LARGEST_NUMBER
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ FILE_COLUMNS = ("angle", "load")
 ROW_MESSAGE = "must be a row [cam angle in deg, load]"
 
 
-def split_load(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
+def split_constant_and_changing_load(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
     """The constant part of a faultless load [N or N·mm], and the part that changes over the turn.
 
     ``unit`` is that of the load in N (N·mm). A table with a single value is a constant.
@@ -38,12 +38,12 @@ def _load_tables(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]
     dynamics = follower.get("dynamics") if isinstance(follower, Mapping) else None
     if isinstance(dynamics, dict):
         yield "follower.dynamics.load", dynamics
-    for number, stage in enumerate(tables_in(data.get("train")), start=1):
+    for number, stage in enumerate(tables_in_list(data.get("train")), start=1):
         if isinstance(stage, dict):
             yield f"train.{number}.load", stage
 
 
-def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+def replace_load_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Replace each file that a load names by its rows, in ``data`` itself.
 
     Paths are relative to ``folder``; None if the scene may not name files.

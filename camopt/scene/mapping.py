@@ -35,13 +35,13 @@ def positive_length(data: Mapping[str, Any], key: str) -> float | None:
     return size if size and size > 0.0 else None
 
 
-def tables_in(value: Any) -> list[Mapping[str, Any]]:
+def tables_in_list(value: Any) -> list[Mapping[str, Any]]:
     """The tables in a list; any other item counts as an empty table."""
     rows = value if isinstance(value, (list, tuple)) else ()
     return [each if isinstance(each, Mapping) else {} for each in rows]
 
 
-def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+def leaf_values_by_key(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """The values of nested tables by dotted key; lists of tables count from 1, any other list is one value."""
     if isinstance(value, list) and any(isinstance(each, Mapping) for each in value):
         value = dict(enumerate(value, start=1))
@@ -49,7 +49,7 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
         yield key, value
         return
     for name, each in value.items():
-        yield from leaves(each, f"{key}.{name}" if key else str(name))
+        yield from leaf_values_by_key(each, f"{key}.{name}" if key else str(name))
 
 
 def given_at_follower(data: Mapping[str, Any]) -> bool:

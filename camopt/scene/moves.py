@@ -15,7 +15,7 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MOVE, MotionSegment, segment_positions
 from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, SOLVER_TOLERANCE, Stroke, required_range
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
-from camopt.scene.own_laws import has_faultless_laws, law_tables, own_law, own_law_from_values
+from camopt.scene.own_laws import has_faultless_laws, law_tables, make_own_law, make_own_law_from_values
 from camopt.scene.tables import Segment
 
 if TYPE_CHECKING:
@@ -25,36 +25,36 @@ INSIDE_MOVE = 1e-6  # share of a move: least distance of a condition from its en
 MOVE_SAMPLES = 257  # cam angles of a move
 
 
-def check_moves(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
+def check_moves(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Every fault of the conditions on moves, if segments and laws are faultless by themselves."""
     faults = list(_check_conditions(scene.motion))
     yield from faults
-    if faults or not has_laws(scene, given):
+    if faults or not has_faultless_named_laws(scene, segments):
         return
-    if any(segment.law for segment in given if segment.segment == MOVE):
-        yield from _check_move_laws(scene, given)
-    yield from _check_contradictions(scene, given)
+    if any(segment.law for segment in segments if segment.segment == MOVE):
+        yield from _check_move_laws(scene, segments)
+    yield from _check_contradictions(scene, segments)
 
 
-def has_laws(scene: "Scene", given: Sequence[MotionSegment]) -> bool:
+def has_faultless_named_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> bool:
     """Whether all laws that segments name exist, and the laws of the scene have no faults."""
-    names = (segment.law for segment in given if segment.law is not None)
+    names = (segment.law for segment in segments if segment.law is not None)
     return all(name in LAWS or name in scene.laws for name in names) and has_faultless_laws(scene)
 
 
-def turn_as_given(scene: "Scene", given: Sequence[MotionSegment]) -> Programme:
+def programme_in_scene_units(scene: "Scene", segments: Sequence[MotionSegment]) -> Programme:
     """The motion of faultless laws and segments, with displacements in the scene's unit."""
-    own = {name: own_law(name, law) for name, law in scene.laws.items()}
-    return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
+    own = {name: make_own_law(name, law) for name, law in scene.laws.items()}
+    return Programme.from_segments(segments, angular=False, laws={**LAWS, **own})
 
 
-def _check_move_laws(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
+def _check_move_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that a law of positions starts and ends where its move does, and meets the conditions at its end."""
-    tables, ends = law_tables(scene), segment_positions(given)
-    named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
+    tables, ends = law_tables(scene), segment_positions(segments)
+    named = (tables[segment.law]["positions"] for segment in segments if segment.segment == MOVE and segment.law)
     room = NEAR_END * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
-    starts = [0.0, *accumulate(segment.angle for segment in given)]
-    for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
+    starts = [0.0, *accumulate(segment.angle for segment in segments)]
+    for k, (segment, before, after) in enumerate(zip(segments, ends, ends[1:], strict=False), start=1):
         if segment.segment != MOVE or segment.law is None:
             continue
         positions = tables[segment.law]["positions"]
@@ -66,7 +66,7 @@ def _check_move_laws(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator
         through = tuple(each._replace(start=radians(each.start), end=radians(each.end)) for each in segment.through)
         asked = segment._replace(through=through)
         yield from _unmet_conditions(
-            own_law_from_values(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}"
+            make_own_law_from_values(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}"
         )
 
 
@@ -90,12 +90,12 @@ def _check_conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
                 yield f"{key}.angle", VALUE_IN_SCENE, what
 
 
-def _check_contradictions(scene: "Scene", given: Sequence[MotionSegment]) -> Iterator[Fault]:
+def _check_contradictions(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that the conditions on moves can be met."""
-    if not any(segment.segment == MOVE and segment.law is None for segment in given):
+    if not any(segment.segment == MOVE and segment.law is None for segment in segments):
         return
     try:
-        if turn_as_given(scene, given).lift == 0.0:
+        if programme_in_scene_units(scene, segments).lift == 0.0:
             yield "motion", None, "never moves: no position or condition differs from its start"
     except InfeasibleMoves as contradiction:
         first, *others = contradiction.keys
@@ -106,16 +106,27 @@ def _check_contradictions(scene: "Scene", given: Sequence[MotionSegment]) -> Ite
         yield first, None, f"{why}; leave one out, or give a wider range"
 
 
-def _unmet_conditions(law: Law, segment: MotionSegment, before: float, turned: float, key: str) -> Iterator[Fault]:
+def _unmet_conditions(
+    law: Law, segment: MotionSegment, start_position: float, start_angle_deg: float, key: str
+) -> Iterator[Fault]:
     """The conditions of a move that its law does not meet."""
-    start, angle = radians(turned), radians(segment.angle)
+    start, angle = radians(start_angle_deg), radians(segment.angle)
     stroke = Stroke(
-        ALL_STROKES, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key
+        ALL_STROKES,
+        law,
+        start,
+        angle,
+        start_position,
+        start_position + 1.0,
+        None,
+        (None, *segment.wanted),
+        segment.through,
+        key,
     )
     largest = np.abs(stroke.motion(np.linspace(start, start + angle, MOVE_SAMPLES))).max(axis=1)
     for each in stroke.conditions():
         room = SOLVER_TOLERANCE[each.order] * largest[each.order]
-        values = stroke.values_at(each)
+        values = stroke.values_under_condition(each)
         for value in (float(values.min()), float(values.max())):
             if not each.low - room <= value <= each.high + room:
                 wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"

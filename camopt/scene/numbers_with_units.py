@@ -29,11 +29,11 @@ def _stage_numbers(scene: Scene) -> Iterator[NumberWithUnit]:
     for number, stage in enumerate(scene.train, start=1):
         for key, value in stage:
             if key in STAGE_NUMBER_KEYS and value is not None:
-                name = stage_quantity(number, key, turns=scene.turns_after(number))
+                name = stage_quantity(number, key, turns=scene.output_turns_after_stages(number))
                 yield NumberWithUnit(f"train.{number}.{key}", value, QUANTITIES[name].unit)
 
 
 def _crank_speed(scene: Scene) -> Iterator[NumberWithUnit]:
     """The speed of the crankshaft, if the scene gives that."""
-    if scene.by_crank and scene.cam.rpm is not None:
+    if scene.is_speed_of_crank and scene.cam.rpm is not None:
         yield NumberWithUnit(CRANK_SPEED_KEY, TURNS_OF_CRANK * scene.cam.rpm, "rev/min")

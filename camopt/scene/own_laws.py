@@ -11,7 +11,7 @@ from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import canonical_law, canonical_segment
 from camopt.model.motion.derived_laws import SkewedLaw
 from camopt.model.motion.law import Law, is_symmetric
-from camopt.model.motion.programme import law_range
+from camopt.model.motion.programme import law_displacement_range
 from camopt.model.motion.spline import SplineLaw
 from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
 from camopt.scene.law_forms import (
@@ -20,8 +20,8 @@ from camopt.scene.law_forms import (
     TABLE_END_KEYS,
     Fault,
     LawValues,
-    end_leeway,
     law_form,
+    noise_leeway_at_ends,
 )
 from camopt.scene.tables import OwnLaw
 
@@ -40,39 +40,42 @@ LAW_NAMING_KEYS = ("law", "law_rise", "law_return", "peak_velocity", "peak_accel
 """Keys whose texts are names of laws, in any table."""
 
 
-def with_camopt_names(tables: Any, own: Container[str]) -> Any:
-    """The tables of a scene with camopt's names of laws and segments; names of the scene's ``own`` laws stay."""
+def with_camopt_names(tables: Any, own_names: Container[str]) -> Any:
+    """The tables of a scene with camopt's names of laws and segments.
+
+    Names of the scene's ``own_names`` laws stay.
+    """
     if isinstance(tables, list):
-        return [with_camopt_names(each, own) for each in tables]
+        return [with_camopt_names(each, own_names) for each in tables]
     if not isinstance(tables, dict):
         return tables
-    renamed = {key: with_camopt_names(value, own) for key, value in tables.items()}
-    renamed |= {key: _camopt_law_names(value, own) for key, value in tables.items() if key in LAW_NAMING_KEYS}
+    renamed = {key: with_camopt_names(value, own_names) for key, value in tables.items()}
+    renamed |= {key: _camopt_law_names(value, own_names) for key, value in tables.items() if key in LAW_NAMING_KEYS}
     if isinstance(kind := renamed.get("segment"), str):
         renamed["segment"] = canonical_segment(kind)
     return renamed
 
 
-def _camopt_law_names(value: Any, own: Container[str]) -> Any:
+def _camopt_law_names(value: Any, own_names: Container[str]) -> Any:
     if isinstance(value, list):
-        return [_camopt_law_names(each, own) for each in value]
-    return canonical_law(value) if isinstance(value, str) and value not in own else value
+        return [_camopt_law_names(each, own_names) for each in value]
+    return canonical_law(value) if isinstance(value, str) and value not in own_names else value
 
 
-def own_law(name: str, law: OwnLaw) -> Law:
+def make_own_law(name: str, law: OwnLaw) -> Law:
     """The law of a table of a scene; it starts at exactly 0 and ends at exactly 1."""
-    return own_law_from_values(name, vars(law))
+    return make_own_law_from_values(name, vars(law))
 
 
-def own_law_from_values(name: str, law: LawValues) -> Law:
+def make_own_law_from_values(name: str, law: LawValues) -> Law:
     """The law of a faultless table, by its values."""
-    crossing, mirror, make = _zero_crossing(law), law.get("mirror") is True, law_form(law).make
+    crossing, mirror, make = _acceleration_zero_crossing(law), law.get("mirror") is True, law_form(law).make
     if crossing is None:
         return make(name, law, mirror)
     return SkewedLaw(name, make(name, law, False), 1.0 - crossing if mirror else crossing)
 
 
-def _zero_crossing(law: LawValues) -> float | None:
+def _acceleration_zero_crossing(law: LawValues) -> float | None:
     """The given x at which the acceleration crosses zero, or x from the ratio of peaks; None without both."""
     if law.get("peaks") is not None:
         up, down = law["peaks"]
@@ -80,7 +83,7 @@ def _zero_crossing(law: LawValues) -> float | None:
     return None if law.get("crossing") is None else float(law["crossing"])
 
 
-def law_names(laws: Mapping[str, Any]) -> tuple[str, ...]:
+def stroke_law_names(laws: Mapping[str, Any]) -> tuple[str, ...]:
     """The names of laws for rises and returns: built-in ones, and those in ``laws``."""
     return (*LAWS, *(name for name, law in laws.items() if not is_move_law(law)))
 
@@ -97,10 +100,10 @@ def law_tables(scene: "Scene") -> dict[str, LawValues]:
 
 def is_move_law(law: Any) -> bool:
     """Whether the table of a law gives positions, for a move."""
-    return isinstance(law, Mapping) and bool(keys_of_form(law)) and law_form(law).is_for_moves
+    return isinstance(law, Mapping) and bool(form_deciding_keys(law)) and law_form(law).is_for_moves
 
 
-def keys_of_form(law: LawValues) -> list[str]:
+def form_deciding_keys(law: LawValues) -> list[str]:
     """The keys of a law that decide its form."""
     return [
         key for key in dict.fromkeys(key for form in LAW_FORMS for key in form.keys) if law.get(key) is not None
@@ -116,7 +119,7 @@ def own_law_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
 # ------------------------------------------------------------------------------------------------- from files
 
 
-def read_law_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+def replace_law_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Replace each file that a law names by its points, in ``data`` itself.
 
     Paths are relative to ``folder``; None if the scene may not name files.
@@ -155,14 +158,14 @@ def has_faultless_laws(scene: "Scene") -> bool:
     """Whether the values and files of a scene's own laws have no fault."""
     laws = law_tables(scene)
     named = any(law["file"] is not None for law in laws.values())
-    return not (scene.has_wrong("laws") or named or any(check_laws({"laws": laws})))
+    return not (scene.has_refused_value("laws") or named or any(check_laws({"laws": laws})))
 
 
 def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     key = f"laws.{name}"
-    if law.get("file") is not None:  # read_law_files reported a file that it could not read
+    if law.get("file") is not None:  # replace_law_files reported a file that it could not read
         return
-    given = keys_of_form(law)
+    given = form_deciding_keys(law)
     if not given:
         yield key, None, f"a law needs {LAW_FORM_WORDS}"
         return
@@ -196,9 +199,13 @@ def _check_skew(key: str, law: LawValues) -> Iterator[Fault]:
         yield f"{key}.peaks", law["peaks"], "a law has either crossing or peaks"
     elif law.get("x") is not None:
         yield where, value, "a table has none: its points decide where the acceleration crosses zero"
-    elif not LEAST_CROSSING <= (_zero_crossing(law) or 0.0) <= 1.0 - LEAST_CROSSING:
+    elif not LEAST_CROSSING <= (_acceleration_zero_crossing(law) or 0.0) <= 1.0 - LEAST_CROSSING:
         room = f"from {LEAST_CROSSING:g} to {1.0 - LEAST_CROSSING:g} of the stroke"
-        yield where, value, f"the acceleration would cross zero at {_zero_crossing(law):g}; it must be {room}"
+        yield (
+            where,
+            value,
+            f"the acceleration would cross zero at {_acceleration_zero_crossing(law):g}; it must be {room}",
+        )
     elif not is_symmetric(law_form(law).make("", law, False)):
         why = "is for a symmetric law, s(1 − x) = 1 − s(x); this law is not symmetric"
         yield where, value, why
@@ -206,7 +213,7 @@ def _check_skew(key: str, law: LawValues) -> Iterator[Fault]:
 
 def _check_mirror(name: str, law: LawValues) -> Iterator[Fault]:
     """Check that mirroring a law makes another law."""
-    if law.get("mirror") is True and is_symmetric(own_law_from_values(name, {**law, "mirror": False})):
+    if law.get("mirror") is True and is_symmetric(make_own_law_from_values(name, {**law, "mirror": False})):
         yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
 
 
@@ -218,15 +225,15 @@ def _check_overshoot(name: str, law: LawValues) -> Iterator[Fault]:
     """
     if law.get("overshoot") is True or law_form(law).is_for_moves:
         return
-    motion_law = own_law_from_values(name, law)
+    motion_law = make_own_law_from_values(name, law)
     if (
         isinstance(motion_law, SplineLaw)
         and min(motion_law.coefficients) >= 0.0
         and max(motion_law.coefficients) <= 1.0
     ):
         return  # a spline stays within the range of its coefficients
-    least, largest = law_range(motion_law)
+    least, largest = law_displacement_range(motion_law)
     excess = max(-least, largest - 1.0)
-    if excess > max(end_leeway(law), LEAST_GAP):
+    if excess > max(noise_leeway_at_ends(law), LEAST_GAP):
         within = "it must stay between 0 and 1 unless overshoot = true"
         yield f"laws.{name}", None, f"s goes beyond its ends by {excess:.2g}; {within}"

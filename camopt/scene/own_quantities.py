@@ -79,7 +79,7 @@ def own_quantity_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
     return tables if isinstance(tables, Mapping) else {}
 
 
-def read_own_quantities(data: dict[str, Any]) -> None:
+def expand_own_quantities(data: dict[str, Any]) -> None:
     """Replace each bare expression or function by a table, in ``data`` itself.
 
     Quantities of installed packages that the scene names are added.
@@ -151,11 +151,15 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
         return
     names = [*tables]
     for place, (name, table) in enumerate(tables.items()):
-        if why := _name_clash(name):
+        if why := _quantity_name_fault(name):
             yield OWN_EFFECT, name, why
         if isinstance(table, Mapping):
             yield from _check_quantity_table(
-                f"{OWN_EFFECT}.{name}", table, partial(_check_name, above=names[:place], below=names[place:])
+                f"{OWN_EFFECT}.{name}",
+                table,
+                partial(
+                    _check_name_in_expression, quantities_above=names[:place], quantities_not_above=names[place:]
+                ),
             )
     yield from _check_quantity_names(data, names)
 
@@ -169,14 +173,14 @@ def _check_quantity_table(key: str, table: Mapping[str, Any], check_name: Callab
         yield f"{key}.columns", None, "missing; a function takes columns"
     elif function is None and columns:
         yield f"{key}.columns", columns, "is for a function; an expression names its quantities itself"
-    if isinstance(value, str) and (why := _fault_text(parse_expression, value, check_name)):
+    if isinstance(value, str) and (why := _message_of_failed_check(parse_expression, value, check_name)):
         yield key, value, why
     for place, name in enumerate(columns if isinstance(columns, list) else (), start=1):
-        if why := _fault_text(check_name, str(name)):
+        if why := _message_of_failed_check(check_name, str(name)):
             yield f"{key}.columns.{place}", name, why
 
 
-def _fault_text(check: Callable[..., Any], *given: Any) -> str:
+def _message_of_failed_check(check: Callable[..., Any], *given: Any) -> str:
     """The message of the ValueError that a check raises; empty without one."""
     try:
         check(*given)
@@ -185,7 +189,7 @@ def _fault_text(check: Callable[..., Any], *given: Any) -> str:
     return ""
 
 
-def _name_clash(name: str) -> str:
+def _quantity_name_fault(name: str) -> str:
     """Why a name cannot be that of a defined quantity; empty if it can."""
     if not QUANTITY_NAME.fullmatch(name) or len(name) > LONGEST_NAME or iskeyword(name):
         return f"the name of a quantity must be a letter, then letters, digits and _, at most {LONGEST_NAME} in all"
@@ -198,16 +202,18 @@ def _name_clash(name: str) -> str:
     return ""
 
 
-def _check_name(name: str, above: Collection[str], below: Collection[str]) -> None:
-    """Check a name in an expression: ``above`` may be read, ``below`` (this one and later ones) may not."""
-    if name in below:
+def _check_name_in_expression(
+    name: str, quantities_above: Collection[str], quantities_not_above: Collection[str]
+) -> None:
+    """Raise ValueError if an expression may not read a name: this quantity, a later one, or an unknown one."""
+    if name in quantities_not_above:
         raise ValueError(
             f"{name} must be defined above it in [{OWN_EFFECT}]: an expression reads only quantities above it"
         )
-    if name in above:
+    if name in quantities_above:
         return
     if name not in QUANTITIES:
-        meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*above, *QUANTITIES))
+        meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*quantities_above, *QUANTITIES))
         raise ValueError(f"{shorten(name)} is not a quantity; {meant}")
     if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
         raise ValueError(f"{name} cannot be used: an expression reads only numerical quantities of a design")

@@ -179,7 +179,7 @@ class Part(SceneTable):
     language: Annotated[Literal["en", "de"], Key("Language of the drawing")] = "en"
 
     @property
-    def plates(self) -> tuple[tuple[float, float], ...]:
+    def plate_extents(self) -> tuple[tuple[float, float], ...]:
         """Back and front of each plate along the axis [mm]; empty without a thickness.
 
         The last plate starts at 0. The first plate is nearest to the viewer in the front view.
@@ -192,10 +192,10 @@ class Part(SceneTable):
     @property
     def width(self) -> float:
         """Distance from the back of the last plate to the front of the first [mm]; 0 without a thickness."""
-        return max((high for _, high in self.plates), default=0.0)
+        return max((high for _, high in self.plate_extents), default=0.0)
 
     @property
-    def stands_on_hub(self) -> bool:
+    def has_protruding_hub(self) -> bool:
         """Whether the hub is longer than the plates within it."""
         return (self.hub_length or 0.0) > self.width
 
@@ -208,10 +208,10 @@ class Part(SceneTable):
     @property
     def bore_reach(self) -> float:
         """Largest distance of the bore with its keyway from the axis [mm]; 0 without a bore."""
-        return hole_reach(self.bore or 0.0, self.keyway_width or 0.0, self.keyway_depth or 0.0)
+        return bore_or_keyway_reach(self.bore or 0.0, self.keyway_width or 0.0, self.keyway_depth or 0.0)
 
 
-def hole_reach(bore: float, width: float, depth: float) -> float:
+def bore_or_keyway_reach(bore: float, width: float, depth: float) -> float:
     """Distance from the axis to the corners of the keyway, or to the bore's surface without one [mm]."""
     return hypot(bore / 2 + depth, width / 2) if width else bore / 2
 
@@ -239,8 +239,8 @@ def complete_part(
 def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> Iterator[Fault]:
     """Check that the sizes of the part are consistent and lie inside the cam.
 
-    ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is the radius of a roller or spherical
-    face [mm].
+    ``trace_and_normal`` of the follower is in mm, or in deg of its arm; ``radius`` is the radius of a roller or
+    spherical face [mm].
     """
     part, body = scene.part, mechanism.body
     for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
@@ -255,7 +255,7 @@ def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radiu
     hole = _Hole(scene)
     yield from _check_keyway(part, hole)
     if body.closed:
-        bases = [known_number(getattr(scene.cam, body.size)), known_number(scene.drive.base_radius)]
+        bases = [known_number(getattr(scene.cam, body.size_key)), known_number(scene.drive.base_radius)]
         base = min((each for each in bases if each), default=None)
         yield from _check_hub(part, hole, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
         yield from _check_hole_inside(part, hole, base, "the base circle (radius {:g})")
@@ -272,7 +272,7 @@ class _Hole:
         self.is_given = part.bore is not None or scene.cam.shaft_diameter is not None
         self.bore = known_number(scene.cam.shaft_diameter if part.bore is None else part.bore)
         width, depth = (known_number(getattr(part, key)) or 0.0 for key in KEYWAY_KEYS)
-        self.reach = None if self.bore is None else hole_reach(self.bore, width if depth else 0.0, depth)
+        self.reach = None if self.bore is None else bore_or_keyway_reach(self.bore, width if depth else 0.0, depth)
 
 
 def _check_keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
@@ -337,18 +337,20 @@ def _check_groove(
     """Check that a groove (rib) lies within the length of the cylinder and leaves a wall to the bore."""
     body = mechanism.body
     key, what = f"part.{body.flank_height}", body.flank_height.partition("_")[0]
-    part, mean = scene.part, known_number(getattr(scene.cam, body.size))
+    part, mean = scene.part, known_number(getattr(scene.cam, body.size_key))
     depth, whole = known_number(getattr(part, body.flank_height)), known_number(part.thickness)
     if mean and depth and depth >= 2 * mean:
         yield key, depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
         yield from _check_hole_inside(part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
-    needed = run_of_groove(scene, mechanism, travel, radius)
+    needed = groove_length_along_axis(scene, mechanism, travel, radius)
     if depth and whole and needed is not None and whole <= needed:
         yield "part.thickness", whole, f"must be above {needed:g}, the length of the {what} along the axis"
 
 
-def run_of_groove(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> float | None:
+def groove_length_along_axis(
+    scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None
+) -> float | None:
     """Length of the groove (rib) along the axis [mm]; None if a size is missing."""
     arm, ribbed = known_number(scene.follower.arm_length), mechanism.has_rib
     spacing = known_number(scene.follower.roller_spacing) if ribbed else 0.0

@@ -8,13 +8,19 @@ from typing import TYPE_CHECKING, Any
 from camopt.model.mechanisms import Mechanism
 from camopt.model.mechanisms.elements import BODIES, DISC, OSCILLATING
 from camopt.model.motion.load import ExternalLoad
-from camopt.model.motion.profile import TOUCHING_SHARE, ElementSpec, ProfileFault, least_radius, place_elements
+from camopt.model.motion.profile import (
+    TOUCHING_SHARE,
+    ElementSpec,
+    ProfileFault,
+    least_distance_from_axis,
+    place_elements,
+)
 from camopt.model.motion.profile_contact import ProfileContact
 from camopt.model.motion.profile_law import programme_on_profile
 from camopt.model.motion.programme import Programme
 from camopt.scene import tables
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number, tables_in, value_at_key
+from camopt.scene.mapping import finite_number, tables_in_list, value_at_key
 from camopt.scene.sizes import known_number, known_sizes, mechanism_named
 
 if TYPE_CHECKING:
@@ -23,16 +29,16 @@ if TYPE_CHECKING:
 LEAST_RADIUS = 1e-9  # least radius of an arc, mm
 
 
-def read_profile(data: dict[str, Any]) -> None:
+def set_base_radius_from_profile(data: dict[str, Any]) -> None:
     """Set a missing or rounded ``cam.base_radius`` to the least radius of the profile, in ``data`` itself."""
-    rows = [tables.ProfileElement.from_known_keys(row) for row in tables_in(data.get("profile"))]
+    rows = [tables.ProfileElement.from_known_keys(row) for row in tables_in_list(data.get("profile"))]
     cam, elements = (
         data.get("cam"),
         _motion_elements([row for row in rows if row], value_at_key(data, "cam.rotation")),
     )
     if elements and None not in rows and isinstance(cam, dict) and cam.get("form") == DISC.form:
         with suppress(ProfileFault):  # check_profile reports it
-            least = least_radius(place_elements(elements))
+            least = least_distance_from_axis(place_elements(elements))
             base = cam.get("base_radius")
             if base is None or not any(_check_base_radius(finite_number(base), least)):
                 cam["base_radius"] = least
@@ -46,14 +52,14 @@ def profile_programme(scene: "Scene", load: ExternalLoad | None = None) -> Progr
     ProfileFault
         If the arcs and lines make no profile, or the follower cannot run on it.
     """
-    programme = known_programme(scene, load)
+    programme = profile_programme_if_known(scene, load)
     assert programme is not None, "a scene has the sizes of its follower"
     return programme
 
 
-def known_programme(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
+def profile_programme_if_known(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
     """As ``profile_programme``; None if a number is missing or wrong."""
-    elements = None if scene.has_wrong("profile") else _motion_elements(scene.profile, scene.cam.rotation)
+    elements = None if scene.has_refused_value("profile") else _motion_elements(scene.profile, scene.cam.rotation)
     mechanism = mechanism_named(DISC.form, scene.follower.motion, scene.follower.contact, scene.drive.kind)
     contact = mechanism and _profile_contact(
         mechanism[0], known_sizes(*mechanism, scene.follower, scene.cam), scene.cam.rotation
@@ -61,10 +67,10 @@ def known_programme(scene: "Scene", load: ExternalLoad | None = None) -> Program
     return programme_on_profile(place_elements(elements), contact, load) if elements and contact else None
 
 
-def highest_on_profile(scene: "Scene") -> float | None:
+def highest_profile_displacement(scene: "Scene") -> float | None:
     """Largest displacement above the lowest [mm or deg]; None where unknown."""
     try:
-        programme = known_programme(scene)
+        programme = profile_programme_if_known(scene)
     except ProfileFault:
         return None
     if programme is None:
@@ -81,13 +87,13 @@ def check_profile(scene: "Scene") -> Iterator[Fault]:
         yield "cam.form", form, "must be 'disc': arcs and lines are the profile of a disc cam"
     for k, row in enumerate(scene.profile, start=1):
         yield from _check_element(row, f"profile.{k}")
-    elements = None if scene.has_wrong("profile") else _motion_elements(scene.profile, scene.cam.rotation)
+    elements = None if scene.has_refused_value("profile") else _motion_elements(scene.profile, scene.cam.rotation)
     if elements:
         try:
             yield from _check_base_radius(
-                known_number(scene.cam.base_radius), least_radius(place_elements(elements))
+                known_number(scene.cam.base_radius), least_distance_from_axis(place_elements(elements))
             )
-            known_programme(scene)
+            profile_programme_if_known(scene)
         except ProfileFault as fault:
             yield f"profile.{fault.number}" if fault.number else "profile", None, fault.why
 

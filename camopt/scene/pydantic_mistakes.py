@@ -47,10 +47,12 @@ def mistakes_from_pydantic(
     return list(mistakes.values())
 
 
-def _mistake_from_error(each: Any, last: str, model: type[BaseModel], key: str, file: str) -> Mistake:
-    kind, value, context = each["type"], each["input"], each.get("ctx", {})
+def _mistake_from_error(
+    pydantic_error: Any, last_location: str, model: type[BaseModel], key: str, file: str
+) -> Mistake:
+    kind, value, context = pydantic_error["type"], pydantic_error["input"], pydantic_error.get("ctx", {})
     if kind == "extra_forbidden":
-        return Mistake(file, key, value, unknown_key(last, model), bare=True)
+        return Mistake(file, key, value, unknown_key(last_location, model), bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)
     if kind == "literal_error":
@@ -79,12 +81,12 @@ def _mistake_from_error(each: Any, last: str, model: type[BaseModel], key: str, 
         "string_unicode": "a text",
         "too_short": "a list of at least one value",
     }
-    return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))
+    return Mistake(file, key, value, plain.get(kind, pydantic_error["msg"].lower()))
 
 
 def unknown_key(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
     """The message for a key that a table does not have; ``others`` are further known keys."""
-    other = _only_key(name)
+    other = _unique_key_with_last_part(name)
     meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *others))
     why = f"not a known key; {meant}"
     if "." in name and name.partition(".")[0] in model.model_fields:  # a dotted key that ``nest_dotted_keys`` left
@@ -92,7 +94,7 @@ def unknown_key(name: str, model: type[BaseModel], others: Iterable[str] = ()) -
     return str(getattr(model, "elsewhere", {}).get(name, why))
 
 
-def _only_key(name: str) -> str | None:
+def _unique_key_with_last_part(name: str) -> str | None:
     """The only key with this last part, outside search, synthesis and train; None without one, or with several.
 
     Search and train repeat names of other tables.

@@ -23,24 +23,24 @@ from camopt.core.storage.files import read_bytes
 from camopt.model.mechanisms import FIELDS, SECOND_FIELDS, Mechanism, mechanism_for
 from camopt.model.mechanisms.elements import TIPS, Tip
 from camopt.model.motion import LAWS
-from camopt.scene.checks import faults_of
-from camopt.scene.design_rows import check_row, is_missing, values_of_row
-from camopt.scene.drawn_profile import read_drawing
+from camopt.scene.checks import faults_across_tables
+from camopt.scene.design_rows import check_design_row, is_missing, values_of_row
+from camopt.scene.drawn_profile import replace_drawing_by_elements
 from camopt.scene.faultless_tables import faultless_table
-from camopt.scene.fits import read_bore, read_keyway
-from camopt.scene.former_keys import FORMER_KEYS, read_former_keys
+from camopt.scene.fits import expand_bore_and_fit, expand_standard_keyway
+from camopt.scene.former_keys import FORMER_KEYS, replace_former_keys
 from camopt.scene.law_forms import VALUE_IN_SCENE
 from camopt.scene.limits import Limits
-from camopt.scene.load import read_load
+from camopt.scene.load import replace_load_files
 from camopt.scene.mapping import given_at_follower, value_at_key
-from camopt.scene.own_laws import own_law_tables, read_law_files, with_camopt_names
-from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, read_own_quantities
+from camopt.scene.own_laws import own_law_tables, replace_law_files, with_camopt_names
+from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, expand_own_quantities
 from camopt.scene.part import Part, complete_part
-from camopt.scene.profile import read_profile
+from camopt.scene.profile import set_base_radius_from_profile
 from camopt.scene.pydantic_mistakes import KNOWN_TABLES, mistakes_from_pydantic
 from camopt.scene.search import Search, nest_dotted_keys
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.scene.speed import CRANK_SPEED_KEY, read_speed
+from camopt.scene.speed import CRANK_SPEED_KEY, replace_crank_speed
 from camopt.scene.spring import has_straight_spring
 from camopt.scene.synthesis import SynthesisSettings
 from camopt.scene.table_places import tables_by_place
@@ -63,12 +63,12 @@ from camopt.scene.tables import (
     check_one_line,
     or_text,
 )
-from camopt.scene.tolerances import Tolerances, read_measured_errors
+from camopt.scene.tolerances import Tolerances, replace_measured_error_files
 from camopt.scene.toml_text import has_unit_text, parse_toml, plain_tables
-from camopt.scene.train import MOST_STAGES, TrainStage, keys_of_stage, tool_turns
-from camopt.scene.turn import read_searched_laws
+from camopt.scene.train import MOST_STAGES, TrainStage, keys_of_stage_kind, tool_turns
+from camopt.scene.turn import set_first_searched_laws
 from camopt.scene.units import replace_unit_texts
-from camopt.scene.yoke_halves import read_half_turn
+from camopt.scene.yoke_halves import append_second_half_turn
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -225,11 +225,11 @@ class Scene(HasHtml, Drawable, SceneTable):
         return self._file
 
     @property
-    def by_crank(self) -> bool:
+    def is_speed_of_crank(self) -> bool:
         """Whether the scene gives its speed as ``cam.rpm_of_crank``."""
         return self._by_crank
 
-    def has_wrong(self, table: str, all_keys: bool = False) -> bool:
+    def has_refused_value(self, table: str, all_keys: bool = False) -> bool:
         """Whether a value in the tables of a name was refused; unknown keys count only with ``all_keys``."""
         for key in (key for key in self._wrong if key.startswith(f"{table}.")):
             names = [part for part in key.split(".")[1:] if not part.isdecimal()]
@@ -245,7 +245,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     @property
     def tool_turns(self) -> bool:
         """Whether the tool turns; without a train, whether the follower does."""
-        return self.turns_after(len(self.train))
+        return self.output_turns_after_stages(len(self.train))
 
     @property
     def given_at_follower(self) -> bool:
@@ -253,13 +253,16 @@ class Scene(HasHtml, Drawable, SceneTable):
         return given_at_follower(dict(self))
 
     @property
-    def given_turns(self) -> bool:
+    def given_motion_is_angle(self) -> bool:
         """Whether ``[[motion]]`` is an angle."""
-        return self.turns_after(0 if self.given_at_follower else len(self.train))
+        return self.output_turns_after_stages(0 if self.given_at_follower else len(self.train))
 
-    def turns_after(self, count: int) -> bool:
-        """Whether the output of the first ``count`` stages of the train turns; for 0, whether the follower does."""
-        rows = [row.model_dump(exclude_none=True) for row in self.train[:count]]
+    def output_turns_after_stages(self, stage_count: int) -> bool:
+        """Whether the output of the first ``stage_count`` stages of the train turns.
+
+        For 0, whether the follower does.
+        """
+        rows = [row.model_dump(exclude_none=True) for row in self.train[:stage_count]]
         return tool_turns(rows, self.mechanism.motion.angular)
 
     @property
@@ -289,7 +292,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         )
 
     @property
-    def toleranced(self) -> "Scene":
+    def with_profile_tolerance_moved(self) -> "Scene":
         """The scene with ``part.profile_tolerance``, if given, moved to ``tolerances.profile``."""
         given = self.part.profile_tolerance
         return (
@@ -313,22 +316,26 @@ class Scene(HasHtml, Drawable, SceneTable):
             given["search"] = nest_dotted_keys(given["search"])
         if "tolerances" in given:
             given["tolerances"] = nest_dotted_keys(given["tolerances"])
-        unread = [*read_former_keys(given)]
-        read_own_quantities(given)
+        unread = [*replace_former_keys(given)]
+        expand_own_quantities(given)
         mistakes += replace_wrong_shapes(given, SCENE_TABLES, file)
-        read_bore(given)  # before units, since a fit is no unit
+        expand_bore_and_fit(given)  # before units, since a fit is no unit
         if has_unit_text({key: value for key, value in given.items() if key != "name"}):
             given, unit_mistakes = replace_unit_texts(given, SCENE_TABLES, file)
             mistakes += unit_mistakes
         tables = with_camopt_names(given, own_law_tables(given))
-        unread += read_keyway(tables)
-        unread += [*read_law_files(tables, folder), *read_load(tables, folder), *read_drawing(tables, folder)]
-        unread += [*read_measured_errors(tables, folder), *check_limit_keys(tables)]
+        unread += expand_standard_keyway(tables)
+        unread += [
+            *replace_law_files(tables, folder),
+            *replace_load_files(tables, folder),
+            *replace_drawing_by_elements(tables, folder),
+        ]
+        unread += [*replace_measured_error_files(tables, folder), *check_limit_keys(tables)]
         by_crank = isinstance(cam := tables.get("cam"), dict) and "rpm_of_crank" in cam
-        unread += read_speed(tables)
-        read_profile(tables)
-        read_searched_laws(tables)
-        read_half_turn(tables)
+        unread += replace_crank_speed(tables)
+        set_base_radius_from_profile(tables)
+        set_first_searched_laws(tables)
+        append_second_half_turn(tables)
         is_sound = not mistakes
         try:
             BaseModel.__init__(self, **tables)
@@ -339,7 +346,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         keys = {mistake.key for mistake in mistakes}
         sound = self if is_sound else faultless_table(Scene, tables, keys)
         sound._wrong = frozenset(keys)
-        faults = (*unread, *faults_of(sound, tables))
+        faults = (*unread, *faults_across_tables(sound, tables))
         for key, value, why in faults:
             row = key.startswith(("train.", "motion.")) and key.rpartition(".")[2].isdecimal()
             if key not in keys and not (row and any(each.startswith(f"{key}.") for each in keys)):
@@ -449,7 +456,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         """The quantity that tables show for each number of a train stage, by key."""
         found: dict[str, str] = {}
         for number, row in enumerate(self.train, start=1):
-            own, turns = keys_of_stage(row.stage), self.turns_after(number)
+            own, turns = keys_of_stage_kind(row.stage), self.output_turns_after_stages(number)
             keys = [key for key in STAGE_NUMBER_KEYS if key in own]
             found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
         return found
@@ -487,7 +494,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         'poly345'
         """
         values = values_of_row(row)
-        check_row(self, values)
+        check_design_row(self, values)
         given = {name: value for name, value in values.items() if not is_missing(value)}
         changes: dict[str, Any] = {key: given[name] for key, name in self.row_columns.items() if name in given}
         changes = {

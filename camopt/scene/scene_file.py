@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from camopt.core.mistakes import BadInput
-from camopt.core.storage.files import read_bytes, text_of, write_text
+from camopt.core.storage.files import decode_user_text, read_bytes, write_text
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
 
@@ -37,7 +37,7 @@ def _source_text(file: str) -> str:
     """The text of a scene file or shipped scene by name; empty if there is none."""
     if file in shipped_scenes():
         return shipped_toml(file)
-    return text_of(read_bytes(file)) if Path(file).suffix == ".toml" else ""
+    return decode_user_text(read_bytes(file)) if Path(file).suffix == ".toml" else ""
 
 
 def _update_text(source: str, before: Scene, after: Scene) -> str:
@@ -60,7 +60,12 @@ def _update_table(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) ->
         written = table.get(key)
         if isinstance(value, dict) and isinstance(before, dict) and isinstance(written, dict):
             _update_table(written, before, value)
-        elif _are_rows(value) and _are_rows(before) and _are_rows(written) and len(value) == len(written):
+        elif (
+            _is_list_of_tables(value)
+            and _is_list_of_tables(before)
+            and _is_list_of_tables(written)
+            and len(value) == len(written)
+        ):
             for rows in zip(written, before, value, strict=True):
                 _update_table(*rows)
         elif value != before or (isinstance(written, str) and isinstance(value, list)):
@@ -77,6 +82,6 @@ def _item_with_blank_line(value: Any) -> Any:
     return item
 
 
-def _are_rows(value: Any) -> bool:
+def _is_list_of_tables(value: Any) -> bool:
     """Whether a value is a list of tables."""
     return isinstance(value, list) and bool(value) and all(isinstance(row, dict) for row in value)

@@ -54,7 +54,7 @@ def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
     """The tables of a cam and follower with their sizes and a motion, nothing else."""
     own = mechanism.follower_keys(tip)
     return {
-        "cam": {"form": mechanism.body.form, mechanism.body.size: EXAMPLE_SIZE},
+        "cam": {"form": mechanism.body.form, mechanism.body.size_key: EXAMPLE_SIZE},
         "follower": {
             "motion": mechanism.motion.name,
             "contact": tip.name,
@@ -67,10 +67,10 @@ def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
 def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
     """Example values of further keys, by table of a scene."""
     mechanism, tip = scene.mechanism, scene.tip
-    body, size = mechanism.body, getattr(scene.cam, mechanism.body.size)
+    body, size = mechanism.body, getattr(scene.cam, mechanism.body.size_key)
     laws = any(segment.law in LAWS for segment in scene.motion)
     others = {
-        key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
+        key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics_keys
     }
     others |= {*GUIDE_KEYS} if mechanism.further_contacts else set()
     drive_keys = (
@@ -79,14 +79,18 @@ def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
     dynamics = _key_examples("follower.dynamics", mechanism.motion.angular)
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
-    sizes = {} if scene.profile else {body.size: {"start": size / 2, "stop": 3 * size, "step": 1}}
+    sizes = {} if scene.profile else {body.size_key: {"start": size / 2, "stop": 3 * size, "step": 1}}
     return {
         "cam": _key_examples("cam"),
         "follower.dynamics": {key: value for key, value in dynamics.items() if key not in others},
         "drive": {"kind": mechanism.drive.name}
         | {k: v for k, v in _key_examples("drive").items() if k in drive_keys},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
-        "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
+        "search": {
+            **sizes,
+            **({"law": ["cycloidal", "poly345"]} if laws else {}),
+            "minimise": f"{body.size_key}_mm",
+        },
         "synthesis": {"minimise": "acceleration"},
         "materials": _key_examples("materials"),
         "part": {
@@ -173,7 +177,7 @@ def _table_lines(place: str, own: Mapping[str, Any], more: Mapping[str, Any], sc
         if key in own or key in more:
             line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
             record = key_record(SCENE_TABLES[known], key)
-            moved = scene.given_turns if place.startswith("motion") else scene.tool_turns
+            moved = scene.given_motion_is_angle if place.startswith("motion") else scene.tool_turns
             turns = scene.mechanism.motion.angular, moved, scene.straight_spring
             unit = record.unit_of(turns=is_angle(f"{place}.{key}", *turns))
             yield f"{line:<26}  # {'' if unit in ('', NO_UNIT) else f'{unit}: '}{record.sentence}"

@@ -16,7 +16,7 @@ from camopt.scene.choices import (
     read_number_choices,
     read_row_choices,
 )
-from camopt.scene.mapping import leaves
+from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.sizes import SEARCH_SIZES
 from camopt.scene.tables import (
     BoundedNumber,
@@ -159,7 +159,7 @@ class Search(SceneTable):
     def choices_by_key(self) -> dict[str, Any]:
         """The choices in inner tables, by key of the scene."""
         tables = {name: getattr(self, name) for name in ("cam", "follower", "drive", "materials", "train")}
-        return dict(sorted(leaves(tables)))
+        return dict(sorted(leaf_values_by_key(tables)))
 
 
 def nest_dotted_keys(search: Any) -> Any:

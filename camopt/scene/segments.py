@@ -14,14 +14,14 @@ SegmentRow = TypeVar("SegmentRow")
 LEAST_POSITION = 1e-100  # mm or deg: a position nearer to 0 is taken as 0
 
 
-def given_segments(rows: Sequence[tables.Segment], rpm: float | None) -> list[MotionSegment]:
+def motion_segments_of_rows(rows: Sequence[tables.Segment], rpm: float | None) -> list[MotionSegment]:
     """Faultless segments of a scene in the form of ``model.motion``, with derivatives by cam angle in rad.
 
     A move without a position ends where the constant velocity after it starts; before another move it ends where
     the jerk is least.
     """
     segments = [
-        _given_segment(row, rpm)._replace(key=f"motion.{k}", through=_move_conditions(row, rpm))
+        _motion_segment_of_row(row, rpm)._replace(key=f"motion.{k}", through=_move_conditions(row, rpm))
         for k, row in enumerate(rows, start=1)
     ]
     for k, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True)):
@@ -46,34 +46,34 @@ def ends_at_stretch_start(row: tables.Segment, after: tables.Segment) -> bool:
     return stretch and both and row.segment == MOVE and (row.to is None or row.law is not None)
 
 
-def _per_rad(row: tables.Segment, rpm: float | None) -> float:
+def _velocity_factor_to_per_rad(row: tables.Segment, rpm: float | None) -> float:
     """Factor that converts a velocity of a segment to one per rad of cam angle."""
     return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.per or "rad"]
 
 
 def _move_conditions(row: tables.Segment, rpm: float | None) -> tuple[PassingCondition, ...]:
     """The conditions within a move, at cam angles of the turn in deg, with derivatives by rad."""
-    per, conditions = _per_rad(row, rpm), []
+    per, conditions = _velocity_factor_to_per_rad(row, rpm), []
     for each in row.through:
-        start, end = required_range(value_or_range(each.angle))
+        start, end = required_range(as_number_or_range(each.angle))
         values = (
-            _scale_value(value_or_range(getattr(each, name)), per**order)
+            _scale_value(as_number_or_range(getattr(each, name)), per**order)
             for order, name in enumerate(DERIVATIVE_NAMES)
         )
         conditions.append(PassingCondition(start, end, tuple(values)))
     return tuple(conditions)
 
 
-def value_or_range(value: Any) -> RequiredValue:
+def as_number_or_range(value: Any) -> RequiredValue:
     """A number, or a range as a tuple."""
     return tuple(value) if isinstance(value, (list, tuple)) else value
 
 
-def _given_segment(row: tables.Segment, rpm: float | None) -> MotionSegment:
-    per = _per_rad(row, rpm)
+def _motion_segment_of_row(row: tables.Segment, rpm: float | None) -> MotionSegment:
+    per = _velocity_factor_to_per_rad(row, rpm)
     wanted = [getattr(row, key) for key in DERIVATIVE_UNITS]
     by_angle = tuple(_scale_value(value, per**order) for order, value in enumerate(wanted, start=1))
-    kind, angle, lift, to = row.segment, row.angle, row.lift or 0.0, value_or_range(row.to)
+    kind, angle, lift, to = row.segment, row.angle, row.lift or 0.0, as_number_or_range(row.to)
     position = None if isinstance(to, tuple) else to
     if kind == CONSTANT_VELOCITY:
         lift = (finite_number(row.velocity) or 0.0) * per * radians(angle)

@@ -46,7 +46,7 @@ def known_sizes(mechanism: Mechanism, tip: Tip, follower: Any, cam: Any = None) 
     """The sizes of a mechanism in mm, by field of ``Designs``, without those that are missing or wrong."""
     keys = {field: field for field in mechanism.sizes} | {"roller_radius": tip.radius}
     given = {field: getattr(follower, key) if key else 0.0 for field, key in keys.items()}
-    given |= {} if cam is None else {"size": getattr(cam, mechanism.body.size)}
+    given |= {} if cam is None else {"size": getattr(cam, mechanism.body.size_key)}
     sizes = {
         field: SIGNED_SIZES.get(field) if size is None else known_number(size) for field, size in given.items()
     }

@@ -10,7 +10,7 @@ CRANK_SPEED_KEY = "cam.rpm_of_crank"
 TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
 
 
-def read_speed(tables: dict[str, Any]) -> Iterator[Fault]:
+def replace_crank_speed(tables: dict[str, Any]) -> Iterator[Fault]:
     """Replace ``cam.rpm_of_crank`` by ``cam.rpm``; a fault if both are given."""
     cam = tables.get("cam")
     crank = cam.get("rpm_of_crank") if isinstance(cam, dict) else None

@@ -56,7 +56,8 @@ class SynthesisSettings(SceneTable):
     - residual_vibration: in a dwell;
     - lost_lift_area [mm·deg]: the highest lift times 360 deg, less the lift area; the least value has the largest
       lift area;
-    - crossing_jerk: the largest jerk while a roller crosses ``drive.clearance``, within ``crossing_window``.
+    - crossing_jerk: the largest jerk while a roller crosses ``drive.clearance``, within
+    ``crossing_window``.
 
     A table of weights combines several terms. Units are those of ``[limits]``; without a speed, derivatives are by
     cam angle.

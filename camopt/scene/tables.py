@@ -20,7 +20,7 @@ from pydantic_core import core_schema
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, POSITIVE, Key, NumberKey
-from camopt.core.quantities.scene_numbers import NUMBER_KEYS, numbers_in
+from camopt.core.quantities.scene_numbers import NUMBER_KEYS, number_keys_of_table
 from camopt.model.mechanisms.elements import CamForm, DriveName, MotionName, TipName
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_segment
@@ -81,23 +81,23 @@ class Name:
         return {"anyOf": [known, {"type": "string"}]} if self.others else known
 
 
-def known_name(names: Any, what: str) -> Name:
-    """A name out of ``names``; ``what`` begins the message for any other."""
+def known_name(names: Any, message_start: str) -> Name:
+    """A name out of ``names``; ``message_start`` begins the message for any other."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or value not in names:
-            raise ValueError(f"{what}; {suggest_names(str(value), names)}")
+            raise ValueError(f"{message_start}; {suggest_names(str(value), names)}")
         return value
 
     return Name(check, names)
 
 
-def known_or_own_name(names: Any, what: str) -> Name:
+def known_or_own_name(names: Any, message_start: str) -> Name:
     """A name out of ``names``, or one that the scene defines: any text passes here."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str):
-            raise ValueError(f"{what}; {suggest_names(str(value), names)}")
+            raise ValueError(f"{message_start}; {suggest_names(str(value), names)}")
         return value
 
     return Name(check, names, others=True)
@@ -327,7 +327,7 @@ GivenLoad = Annotated[
 ]
 
 
-@with_keys(number_keys(numbers_in("follower.dynamics"), load=GivenLoad))
+@with_keys(number_keys(number_keys_of_table("follower.dynamics"), load=GivenLoad))
 class Dynamics(TableOfRecords):
     """Moving mass of the follower, and the forces on it. An oscillating follower has inertias and moments.
 
@@ -377,7 +377,7 @@ class Follower(SceneTable):
     )
 
 
-@with_keys(number_keys(numbers_in("drive")))
+@with_keys(number_keys(number_keys_of_table("drive")))
 class Drive(TableOfRecords):
     """What keeps the follower on the cam.
 
@@ -410,7 +410,7 @@ class Drive(TableOfRecords):
     ] = None
 
 
-def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
+def _number_or_range(message: str, least: float, most: float) -> BeforeValidator:
     """A validator of a number, or of a range of numbers, within bounds."""
 
     def check_range(value: Any) -> Any:
@@ -418,9 +418,9 @@ def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
         try:
             low, high = map(check_number, pair)
         except ValueError:
-            raise ValueError(what) from None
+            raise ValueError(message) from None
         if not least <= low <= high <= most:
-            raise ValueError(f"{what}, from {least:g} to {most:g}")
+            raise ValueError(f"{message}, from {least:g} to {most:g}")
         return low if low == high else (low, high)
 
     return BeforeValidator(check_range)
@@ -656,7 +656,7 @@ Outputs = Annotated[tuple[OutputName, ...], ListOrItem(as_list)]
 QuantityNames = Annotated[tuple[QuantityName, ...], ListOrItem(as_list)]
 
 
-@with_keys(number_keys(numbers_in("materials")))
+@with_keys(number_keys(number_keys_of_table("materials")))
 class Materials(TableOfRecords):
     """Materials of the cam and the follower, by name or as numbers, and the lubricant between them."""
 

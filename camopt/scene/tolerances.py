@@ -23,7 +23,7 @@ from camopt.scene.choices import Reader, read_number_choices, read_row_choices, 
 from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
 from camopt.scene.iso286 import limit_deviations
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number, leaves
+from camopt.scene.mapping import finite_number, leaf_values_by_key
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCH_SIZES, SIGNED_SIZES, known_number
 from camopt.scene.tables import (
@@ -38,7 +38,7 @@ from camopt.scene.tables import (
     SceneTable,
     check_whole_number,
 )
-from camopt.scene.train import CARRIED_KEYS, TrainStage, keys_of_stage, stage_count_text
+from camopt.scene.train import CARRIED_KEYS, TrainStage, keys_of_stage_kind, stage_count_text
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -141,7 +141,7 @@ OptionalTolerance = GivenTolerance | None
 
 
 @cache
-def _tolerance_adapter() -> TypeAdapter[Any]:
+def _tolerance_validator() -> TypeAdapter[Any]:
     """The validator of a tolerance, built on first use."""
     return TypeAdapter(OptionalTolerance)
 
@@ -149,7 +149,7 @@ def _tolerance_adapter() -> TypeAdapter[Any]:
 def _read_tolerance(number: Any, value: Any, where: str) -> Tolerance | None:
     """The tolerance of a number of another table."""
     try:
-        tolerance: Tolerance | None = _tolerance_adapter().validate_python(value)
+        tolerance: Tolerance | None = _tolerance_validator().validate_python(value)
     except ValidationError as error:
         raise BadInput(mistakes_from_pydantic(error, Tolerance, where)) from None
     return tolerance
@@ -229,7 +229,7 @@ class Tolerances(SceneTable):
     def number_tolerances(self) -> Iterator[tuple[str, Tolerance]]:
         """The tolerances of numbers of the scene, by key, in the order of the scene."""
         tables = {name: getattr(self, name) for name in NUMBER_TABLES}
-        yield from ((key, each) for key, each in leaves(tables) if isinstance(each, Tolerance))
+        yield from ((key, each) for key, each in leaf_values_by_key(tables) if isinstance(each, Tolerance))
 
     @property
     def number_and_angle_tolerances(self) -> dict[str, Tolerance]:
@@ -261,21 +261,23 @@ class ToleranceZone(NamedTuple):
         return ToleranceZone(*(unit * each for each in self))
 
 
-def tolerance_zone(given: Tolerance, key: str, size: float) -> ToleranceZone:
+def tolerance_zone(tolerance: Tolerance, key: str, size: float) -> ToleranceZone:
     """The zone of a number, by the last part of its key; ValueError if ISO 286 has no such class for the size."""
-    if given.iso is not None:
+    if tolerance.iso is not None:
         share = 0.5 if key in RADIUS_KEYS else 1.0
-        lower, upper = (share * each for each in limit_deviations(given.iso, abs(size) / share))
-    elif given.values is not None and not given.plus and not given.minus:
-        lower, upper = min(given.values), max(given.values)
+        lower, upper = (share * each for each in limit_deviations(tolerance.iso, abs(size) / share))
+    elif tolerance.values is not None and not tolerance.plus and not tolerance.minus:
+        lower, upper = min(tolerance.values), max(tolerance.values)
     else:
-        lower, upper = -given.minus, given.plus
-    if given.values is not None:
-        under, over = max(lower - min(given.values), 0.0), max(max(given.values) - upper, 0.0)
-        return ToleranceZone(lower, upper, float(np.std(given.values)), float(np.mean(given.values)), under, over)
+        lower, upper = -tolerance.minus, tolerance.plus
+    if tolerance.values is not None:
+        under, over = max(lower - min(tolerance.values), 0.0), max(max(tolerance.values) - upper, 0.0)
+        return ToleranceZone(
+            lower, upper, float(np.std(tolerance.values)), float(np.mean(tolerance.values)), under, over
+        )
     half = (upper - lower) / 2
-    deviation = half / DEVIATIONS_PER_HALF_ZONE.get(given.distribution, DEVIATIONS_AT_CPK_1 * given.cpk)
-    overrun = max(half / given.cpk - half, 0.0)
+    deviation = half / DEVIATIONS_PER_HALF_ZONE.get(tolerance.distribution, DEVIATIONS_AT_CPK_1 * tolerance.cpk)
+    overrun = max(half / tolerance.cpk - half, 0.0)
     return ToleranceZone(lower, upper, deviation, (lower + upper) / 2, overrun, overrun)
 
 
@@ -297,7 +299,7 @@ def moves_tool(key: str) -> bool:
 # ----------------------------------------------------------------------------------------------------- files
 
 
-def read_measured_errors(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+def replace_measured_error_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Replace each file that a tolerance names by the measured errors in it, in ``data`` itself.
 
     Paths are relative to ``folder``; None if the scene may not name files.
@@ -374,7 +376,7 @@ def _check_profile_tolerances(scene: "Scene", mechanism: Mechanism) -> Iterator[
     """Check that the tolerances of profile and axis are smaller than the cam."""
     sizes = {
         key: known_number(each)
-        for key, each in scene.numbers((f"cam.{mechanism.body.size}", "drive.base_radius")).items()
+        for key, each in scene.numbers((f"cam.{mechanism.body.size_key}", "drive.base_radius")).items()
     }
     places = ("tolerances.profile", "part.profile_tolerance", "tolerances.bore_eccentricity")
     for place, off in scene.numbers(places).items():
@@ -416,7 +418,7 @@ def _missing_stage_reason(scene: "Scene", rest: str) -> str:
     if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
         return f"the train of the scene has {stage_count_text(scene)}"
     stage = scene.train[int(number) - 1].stage
-    return "" if last in keys_of_stage(str(stage)) else f"this stage, {stage}, has no {last}"
+    return "" if last in keys_of_stage_kind(str(stage)) else f"this stage, {stage}, has no {last}"
 
 
 def _nominal_number(scene: "Scene", key: str) -> Any:
@@ -436,28 +438,28 @@ def _number_type(key: str) -> Any:
     return hint
 
 
-def _check_distribution(place: str, given: Tolerance) -> Iterator[Fault]:
+def _check_distribution(place: str, tolerance: Tolerance) -> Iterator[Fault]:
     """Check that a tolerance has one distribution, and a cpk only with a normal one."""
-    if given.distribution in DEVIATIONS_PER_HALF_ZONE and given.cpk != 1.0:
-        why = f"only a normal distribution has a cpk; this one is {given.distribution}: leave one of them out"
+    if tolerance.distribution in DEVIATIONS_PER_HALF_ZONE and tolerance.cpk != 1.0:
+        why = f"only a normal distribution has a cpk; this one is {tolerance.distribution}: leave one of them out"
         yield f"{place}.cpk", VALUE_IN_SCENE, why
-    for key in ("distribution", "cpk") if given.values is not None else ():
-        if key in given.model_fields_set:
+    for key in ("distribution", "cpk") if tolerance.values is not None else ():
+        if key in tolerance.model_fields_set:
             why = "the measured values are the distribution: leave one of them out"
             yield f"{place}.{key}", VALUE_IN_SCENE, why
-    plus, minus, errors = given.plus, given.minus, given.values or ()
+    plus, minus, errors = tolerance.plus, tolerance.minus, tolerance.values or ()
     if errors and (plus or minus) and not any(-minus <= error <= plus for error in errors):
         why = f"all {len(errors)} are outside plus ({plus:g}) and minus ({minus:g}): check signs and units"
         yield f"{place}.values", f"{min(errors):g} to {max(errors):g}", why
-    if "shared" in given.model_fields_set and given.batch is None:
+    if "shared" in tolerance.model_fields_set and tolerance.batch is None:
         yield f"{place}.shared", VALUE_IN_SCENE, "needs the name of a batch, which is missing"
 
 
-def _check_extreme_numbers(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
+def _check_extreme_numbers(place: str, tolerance: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
     """Check that the scene allows the least and the largest value of the number."""
-    plus, minus = given.plus, given.minus
-    if given.values and not (plus or minus):
-        plus, minus = max(given.values), -min(given.values)
+    plus, minus = tolerance.plus, tolerance.minus
+    if tolerance.values and not (plus or minus):
+        plus, minus = max(tolerance.values), -min(tolerance.values)
     last = key.rpartition(".")[2]
     if size is not None and last in SEARCH_SIZES and last not in SIGNED_SIZES:
         if minus >= size > 0.0:
@@ -473,10 +475,10 @@ def _check_extreme_numbers(place: str, given: Tolerance, key: str, size: float |
             yield place, off, f"would change {key} from {size:g} to {size + side * off:g}, which must be {allowed}"
 
 
-def _check_iso_class(place: str, given: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
+def _check_iso_class(place: str, tolerance: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
     """Check that a class of ISO 286 is for a length, and exists for its size."""
     last, why = key.rpartition(".")[2], ""
-    if given.iso is None:
+    if tolerance.iso is None:
         return
     if (
         last not in SEARCH_SIZES
@@ -484,14 +486,14 @@ def _check_iso_class(place: str, given: Tolerance, key: str, size: float | None)
         and (last not in STAGE_NUMBER_KEYS or STAGE_NUMBER_KEYS[last].unit != "mm")
     ):
         why = f"a class of ISO 286 is for sizes of cam, follower and train, not for {key}: give a number (±)"
-    elif given.model_fields_set & {"plus", "minus"}:
+    elif tolerance.model_fields_set & {"plus", "minus"}:
         why = "give a class, or plus and minus, not both"
     elif size is None:
         why = f"needs {key}: the zone of an ISO 286 class depends on the size"
     else:
         try:
-            tolerance_zone(Tolerance(iso=given.iso), last, size)
+            tolerance_zone(Tolerance(iso=tolerance.iso), last, size)
         except ValueError as trouble:
             why = str(trouble)
     if why:
-        yield place, given.iso, why
+        yield place, tolerance.iso, why

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.files import text_of
+from camopt.core.storage.files import decode_user_text
 
 DEEPEST_NESTING = 16  # tables within tables; a scene has five
 ERROR_PLACE = re.compile(r" \(at line (\d+), column \d+\)$")
@@ -34,7 +34,7 @@ def parse_toml(data: bytes | str, file: str) -> dict[str, Any]:
         If the text is not TOML in UTF-8, with the wrong line; if tables are nested too deep.
     """
     try:
-        text = data if isinstance(data, str) else text_of(data)
+        text = data if isinstance(data, str) else decode_user_text(data)
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _toml_mistake(file, _error_with_line(text, str(error))) from None

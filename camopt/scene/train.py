@@ -17,12 +17,12 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import start_position
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.carried_load import CarriedLoad
-from camopt.model.trains.link import value_at_end
+from camopt.model.trains.link import formula_value_at_end
 from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_trains
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.load import split_load
-from camopt.scene.mapping import tables_in
-from camopt.scene.profile import known_programme
+from camopt.scene.load import split_constant_and_changing_load
+from camopt.scene.mapping import tables_in_list
+from camopt.scene.profile import profile_programme_if_known
 from camopt.scene.tables import (
     GivenLoad,
     SceneNumber,
@@ -84,7 +84,7 @@ CARRIED_KEYS = ("mass", "inertia", "arm_inertia", "spring_rate", "preload", "loa
 """Keys of the masses of a stage, and of the forces on it."""
 
 
-def keys_of_stage(name: str) -> tuple[str, ...]:
+def keys_of_stage_kind(name: str) -> tuple[str, ...]:
     """The keys that a kind of stage may have; for an unknown kind, the keys of all stages."""
     stage = TRAIN_STAGES.get(name)
     return (*stage.needs, *stage.others, *CARRIED_KEYS) if stage else (*TrainStage.model_fields,)
@@ -101,13 +101,17 @@ def build_train(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     if not rows:
         return None
     stages = _stage_values(rows, {})
-    return _with_carried_parts(assemble_train([_link_keys(each) for each in stages], angular=angular), stages)
+    return _with_carried_parts(
+        assemble_train([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
+    )
 
 
 def build_trains(rows: Sequence[TrainStage], numbers: Mapping[str, Any], *, angular: bool) -> Train:
     """The trains with other numbers, by key such as ``train.1.crank``: arrays, or ranges with slopes."""
     stages = _stage_values(rows, numbers)
-    return _with_carried_parts(assemble_trains([_link_keys(each) for each in stages], angular=angular), stages)
+    return _with_carried_parts(
+        assemble_trains([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
+    )
 
 
 def _stage_values(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -119,7 +123,7 @@ def _stage_values(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> lis
     return stages
 
 
-def _link_keys(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+def _link_kind_and_sizes(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """The kind of a stage, and the sizes of its links by key."""
     return stage["stage"], {key: each for key, each in stage.items() if key not in ("stage", *CARRIED_KEYS)}
 
@@ -131,14 +135,14 @@ def _with_carried_parts(train: Train, stages: Sequence[Mapping[str, Any]]) -> Tr
 def _carried_parts(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[CarriedLoad]:
     """The mass of each stage, and the constant forces on it."""
     for number, stage in enumerate(stages, start=1):
-        joint, turns, unit = _joint_of_stage(train, number)
+        joint, turns, unit = _output_joint_turns_and_unit(train, number)
         if ("mass" if turns else "inertia") in stage:
             motion, body = ("turns", "an inertia, not a mass") if turns else ("slides", "a mass, not an inertia")
             raise StageFault(number, f"its output member {motion}: give it {body}")
         if "gravity" in stage and "mass" not in stage:
             raise StageFault(number, "gravity acts on a mass, which is missing")
         mass = stage.get("inertia", 0.0) * 1e3 if turns else stage.get("mass", 0.0) * 1e-3
-        constant, changing = split_load(stage["load"], unit)
+        constant, changing = split_constant_and_changing_load(stage["load"], unit)
         force = constant + stage.get("preload", 0.0) * unit + mass * 1e3 * stage.get("gravity", 0.0)
         stiffness, friction = (stage.get(name, 0.0) * unit for name in ("spring_rate", "friction_force"))
         if changing or any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
@@ -149,40 +153,40 @@ def _carried_parts(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterato
             yield CarriedLoad(joint - 1, stage["arm_inertia"] * 1e3)
 
 
-def _joint_of_stage(train: Train, number: int) -> tuple[int, bool, float]:
+def _output_joint_turns_and_unit(train: Train, number: int) -> tuple[int, bool, float]:
     """The output joint of a stage, whether it turns, and the unit of forces there in N (N·mm)."""
     joint = max(k for k, stage in enumerate(train.stages, start=1) if stage == number)
-    turns = train.links[joint - 1].turns[1]
+    turns = train.links[joint - 1].driver_and_driven_angular[1]
     return joint, turns, 1e3 if turns else 1.0
 
 
-def train_load(
+def follower_load_with_train(
     rows: Sequence[TrainStage], train: Train | None, load: ExternalLoad | None
 ) -> ExternalLoad | TrainLoad | None:
-    """The load on a follower besides its own dynamics: its changing load, and the loads of the train."""
+    """Load on the follower in addition to its dynamics: its changing load, and the loads of the train's stages."""
     if train is None:
         return load
     loads = [] if load is None else [(0, load)]
     for number, row in enumerate(rows, start=1):
-        joint, _, unit = _joint_of_stage(train, number)
-        _, changing = split_load(row.load, unit)
+        joint, _, unit = _output_joint_turns_and_unit(train, number)
+        _, changing = split_constant_and_changing_load(row.load, unit)
         loads += [] if changing is None else [(joint, changing)]
     return TrainLoad(train, tuple(loads)) if train.carried else load
 
 
-def tool_turns(rows: Sequence[Mapping[str, Any]], turns: bool) -> bool:
-    """Whether the tool turns; ``turns`` says whether the follower does."""
+def tool_turns(rows: Sequence[Mapping[str, Any]], follower_turns: bool) -> bool:
+    """Whether the tool turns; ``follower_turns`` says whether the follower does."""
     for row in rows:
         if (name := row.get("stage")) in TRAIN_STAGES:
-            turns = TRAIN_STAGES[str(name)].turns(
-                {key: each for key, each in row.items() if each is not None}, turns
+            follower_turns = TRAIN_STAGES[str(name)].turns(
+                {key: each for key, each in row.items() if each is not None}, follower_turns
             )
-    return turns
+    return follower_turns
 
 
-def stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+def train_stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The stages of the plain mapping of a scene."""
-    return tables_in(data.get("train"))
+    return tables_in_list(data.get("train"))
 
 
 def check_train(scene: "Scene") -> Iterator[Fault]:
@@ -206,7 +210,7 @@ def _check_searched_stages(scene: "Scene") -> Iterator[Fault]:
         stage = scene.train[int(number) - 1]
         for key in keys if stage.stage in TRAIN_STAGES else ():
             where = f"search.train.{number}.{key}"
-            if key not in keys_of_stage(stage.stage):
+            if key not in keys_of_stage_kind(stage.stage):
                 yield where, VALUE_IN_SCENE, f"{TRAIN_STAGES[stage.stage].words} has no {key}"
             elif isinstance(getattr(stage, key), tuple):
                 yield (
@@ -223,7 +227,7 @@ def stage_count_text(scene: "Scene") -> str:
 
 def _train_without_loads(scene: "Scene") -> Train | None:
     """The train of a scene without loads, which ``scene.load`` checks; None if a value or the follower is wrong."""
-    if scene.follower.motion not in MOTIONS or scene.has_wrong("train", all_keys=True):
+    if scene.follower.motion not in MOTIONS or scene.has_refused_value("train", all_keys=True):
         return None
     rows = [row.model_copy(update={"load": None}) for row in scene.train]
     return build_train(rows, angular=MOTIONS[scene.follower.motion].angular)
@@ -240,9 +244,11 @@ class GivenTurn(NamedTuple):
     unit: float
     """Unit of the programme [mm or rad]."""
 
-    def positions_through(self, train: Train) -> tuple[float, float]:
+    def other_end_position_range(self, train: Train) -> tuple[float, float]:
         """Lowest and highest position of the other end of the train."""
-        low, high = sorted(value_at_end(train.follower, level) for level in (self.low, self.high))
+        low, high = sorted(
+            formula_value_at_end(train.follower_displacement, level) for level in (self.low, self.high)
+        )
         return low, high
 
 
@@ -255,7 +261,7 @@ def _given_turn(scene: "Scene", train: Train) -> GivenTurn | None:
     """The given motion at the tool end of a train; None where it is not known."""
     if scene.profile:
         try:
-            on_profile = known_programme(scene)
+            on_profile = profile_programme_if_known(scene)
         except ProfileFault:  # check_profile reports it
             return None
         if on_profile is None:
@@ -275,16 +281,16 @@ def _check_dead_points(scene: "Scene", train: Train) -> Iterator[Fault]:
     who, train = "follower" if scene.given_at_follower else "tool", _train_from_given_end(scene, train)
     turn = _given_turn(scene, train)
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
-    for side, end in zip((-1.0, 1.0), train.tool_reach, strict=True) if turn else ():
+    for side, end in zip((-1.0, 1.0), train.tool_travel_ends, strict=True) if turn else ():
         assert turn is not None
         farthest, limit = turn.high if side > 0.0 else turn.low, end.at
         if side * farthest >= side * limit - NEAR_DEAD_POINT * abs(limit):
             goes = f"the {who} has to go to {farthest / unit:.6g} {word}"
-            place = f"{limit / unit:.6g} {word} (cam angle {_dead_point_angle(turn, side, limit):.4g} deg)"
+            place = f"{limit / unit:.6g} {word} (cam angle {_cam_angle_at_dead_point(turn, side, limit):.4g} deg)"
             yield f"train.{end.stage}", None, f"{goes}, but a dead point is at {place}: {end.why} there"
 
 
-def _dead_point_angle(turn: GivenTurn, side: float, limit: float) -> float:
+def _cam_angle_at_dead_point(turn: GivenTurn, side: float, limit: float) -> float:
     """Cam angle at which a motion reaches a limit, or comes nearest to it [deg]."""
     angles = np.linspace(0.0, 2 * np.pi, DEAD_POINT_SAMPLES)
     ahead = side * (turn.low + turn.programme.motion_at(angles)[0] * turn.unit - limit)
@@ -299,10 +305,10 @@ class Lifts(NamedTuple):
     follower: float | None
 
 
-def lifts_through_train(scene: "Scene", given: float | None) -> Lifts:
-    """The lifts of tool and follower of a scene with a train; ``given`` is the lift of ``[[motion]]``."""
+def lifts_through_train(scene: "Scene", given_lift: float | None) -> Lifts:
+    """The lifts of tool and follower of a scene with a train; ``given_lift`` is the lift of ``[[motion]]``."""
     other, train = None, None if any(check_train(scene)) else _train_without_loads(scene)
     if train is not None and (turn := _given_turn(scene, out := _train_from_given_end(scene, train))):
-        low, high = turn.positions_through(out)
-        other = (high - low) * (degrees(1.0) if out.links[0].turns[0] else 1.0)
-    return Lifts(other, given) if scene.given_at_follower else Lifts(given, other)
+        low, high = turn.other_end_position_range(out)
+        other = (high - low) * (degrees(1.0) if out.links[0].driver_and_driven_angular[0] else 1.0)
+    return Lifts(other, given_lift) if scene.given_at_follower else Lifts(given_lift, other)

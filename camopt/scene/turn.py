@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 from camopt.core.numerics.identity_key import IdentityKey
 from camopt.core.quantities import DERIVATIVE_UNITS
 from camopt.model.motion import LAWS
-from camopt.model.motion.aliases import nearest_law
+from camopt.model.motion.aliases import suggest_law_names
 from camopt.model.motion.move_run import InfeasibleMoves
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, MotionSegment, segment_lifts, segment_positions
 from camopt.scene import tables
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
 from camopt.scene.mapping import finite_number, value_at_key
-from camopt.scene.moves import check_moves, has_laws, turn_as_given
-from camopt.scene.own_laws import is_move_law, law_names, law_tables, move_law_names, own_law_tables
-from camopt.scene.segments import ends_at_stretch_start, following_segments, given_segments
+from camopt.scene.moves import check_moves, has_faultless_named_laws, programme_in_scene_units
+from camopt.scene.own_laws import is_move_law, law_tables, move_law_names, own_law_tables, stroke_law_names
+from camopt.scene.segments import ends_at_stretch_start, following_segments, motion_segments_of_rows
 from camopt.scene.sizes import known_number
 
 if TYPE_CHECKING:
@@ -43,21 +43,21 @@ def check_turn(scene: "Scene") -> Iterator[Fault]:
     rows = scene.motion
     for k, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True), start=1):
         yield from _check_segment(scene, row, rows[k - 2], f"motion.{k}")
-        if row.segment == MOVE and _needs_position(row, after, k == len(rows)):
+        if row.segment == MOVE and _move_needs_position(row, after, k == len(rows)):
             missing = "missing; " if row.to is None else "must be a number: "
             yield f"motion.{k}.to", VALUE_IN_SCENE, f"{missing}a move goes to a position{MOVE_POSITION_WORDS}"
     angles = [angle for row in rows if (angle := known_number(row.angle)) is not None]
     if rows and len(angles) == len(rows) and not abs(sum(angles) - 360.0) <= 360.0 * NEAR_END:
         yield "motion.angle", None, f"the angles add up to {sum(angles):.10g} deg, not to 360"
     if given := _segments_of_turn(scene):
-        faults = list(_check_levels(given))
+        faults = list(_check_positions_of_turn(given))
         yield from faults or check_moves(scene, given)
 
 
-def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
+def check_law_exists(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
     """Check that a named law exists."""
     if isinstance(law, str) and law not in laws:
-        yield key, law, f"must be a motion law; {nearest_law(law, laws)}"
+        yield key, law, f"must be a motion law; {suggest_law_names(law, laws)}"
 
 
 def turn_of_scene(scene: "Scene") -> tuple[list[MotionSegment], Programme] | None:
@@ -70,10 +70,10 @@ def _cached_turn(same: IdentityKey["Scene"]) -> tuple[list[MotionSegment], Progr
     """Computed once for all checks of a scene, as ``_segments_of_turn`` is."""
     scene = same.value
     given = _segments_of_turn(scene)
-    if not given or not has_laws(scene, given):
+    if not given or not has_faultless_named_laws(scene, given):
         return None
     try:
-        return given, turn_as_given(scene, given)
+        return given, programme_in_scene_units(scene, given)
     except InfeasibleMoves:  # check_moves reports it
         return None
 
@@ -85,7 +85,7 @@ def highest_displacement(scene: "Scene") -> float | None:
         return None
     ends = segment_positions(given)
     overshoots = any(law.overshoot is True for law in scene.laws.values())
-    if (overshoots or any(segment.segment == MOVE for segment in given)) and has_laws(scene, given):
+    if (overshoots or any(segment.segment == MOVE for segment in given)) and has_faultless_named_laws(scene, given):
         return turn[1].lift if (turn := turn_of_scene(scene)) else None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 
@@ -101,7 +101,7 @@ def _segments_of_turn(scene: "Scene") -> list[MotionSegment] | None:
 @lru_cache(maxsize=1)
 def _cached_segments(same: IdentityKey["Scene"]) -> list[MotionSegment] | None:
     scene, rows = same.value, same.value.motion
-    if scene.has_wrong("motion"):
+    if scene.has_refused_value("motion"):
         return None
     for row, after in zip(rows, following_segments(rows), strict=True):
         decides = POSITION_ALTERNATIVES.get(row.segment)
@@ -111,11 +111,11 @@ def _cached_segments(same: IdentityKey["Scene"]) -> list[MotionSegment] | None:
             return None
         if row.segment != MOVE and any(isinstance(getattr(row, key), tuple) for key in ("to", *DERIVATIVE_UNITS)):
             return None
-        if row.segment == MOVE and _needs_position(row, after, row is rows[-1]):
+        if row.segment == MOVE and _move_needs_position(row, after, row is rows[-1]):
             return None
         if row.segment == MOVE and row.law is not None and not is_move_law(law_tables(scene).get(row.law)):
             return None
-    return given_segments(rows, known_number(scene.cam.rpm))
+    return motion_segments_of_rows(rows, known_number(scene.cam.rpm))
 
 
 def _check_segment(scene: "Scene", row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
@@ -146,14 +146,14 @@ def _check_segment_law(scene: "Scene", kind: str, law: str, key: str) -> Iterato
     """Check that a named law exists, and that a move has a law of positions."""
     laws = law_tables(scene)
     if law not in LAWS and law not in laws:
-        yield from check_law(law, key, move_law_names(laws) if kind == MOVE else law_names(laws))
+        yield from check_law_exists(law, key, move_law_names(laws) if kind == MOVE else stroke_law_names(laws))
     elif kind == MOVE and not is_move_law(laws.get(law)):
         yield key, law, "is for a rise or return; a move takes a law of positions, or none"
     elif kind != MOVE and is_move_law(laws.get(law)):
         yield key, law, "is a law of positions, for a move"
 
 
-def _needs_position(row: tables.Segment, after: tables.Segment, last: bool) -> bool:
+def _move_needs_position(row: tables.Segment, after: tables.Segment, last: bool) -> bool:
     """Whether a move must give its position as a number: if the next segment or the next turn starts there.
 
     A move with a law must give it too.
@@ -171,12 +171,12 @@ def _replacement_hint(kind: str, name: str) -> str:
     return ""
 
 
-def read_searched_laws(data: dict[str, Any]) -> None:
-    """Give each rise and return without a law the first law that ``[search]`` tries, in ``data`` itself."""
+def set_first_searched_laws(data: dict[str, Any]) -> None:
+    """Set the law of each rise and return without one to the first law of ``[search]``, in ``data`` itself."""
     for row in data["motion"] if isinstance(data.get("motion"), list) else ():
         if isinstance(row, dict) and row.get("segment") in ("rise", "return") and row.get("law") is None:
             laws = laws_of_search(data, row["segment"])
-            row |= {"law": laws[0]} if laws and laws[0] in law_names(own_law_tables(data)) else {}
+            row |= {"law": laws[0]} if laws and laws[0] in stroke_law_names(own_law_tables(data)) else {}
 
 
 def laws_of_search(data: Mapping[str, Any], kind: str) -> list[Any]:
@@ -218,17 +218,17 @@ def _check_per_second(scene: "Scene", key: str) -> Iterator[Fault]:
 # ----------------------------------------------------------------------------------------------------- levels
 
 
-def _check_levels(given: Sequence[MotionSegment]) -> Iterator[Fault]:
+def _check_positions_of_turn(segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that rises go up and returns down; without positions, that the turn closes and ends at its lowest."""
-    ends, largest = segment_positions(given), max(map(abs, segment_lifts(given)), default=0.0)
-    positioned = any(segment.to is not None for segment in given)
-    kinds = [segment.segment for segment in given]
+    ends, largest = segment_positions(segments), max(map(abs, segment_lifts(segments)), default=0.0)
+    positioned = any(segment.to is not None for segment in segments)
+    kinds = [segment.segment for segment in segments]
     if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
         yield "motion", None, "has no rise"
-    conditioned = any(any(segment.wanted) or segment.through or segment.between for segment in given)
+    conditioned = any(any(segment.wanted) or segment.through or segment.between for segment in segments)
     if positioned and largest == 0.0 and not conditioned:
         yield "motion", None, "never moves: all positions are equal"
-    for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
+    for k, (segment, before, after) in enumerate(zip(segments, ends, ends[1:], strict=False), start=1):
         if segment.to is not None and segment.segment in ("rise", "return"):
             up = segment.segment == "rise"
             if not (after - before if up else before - after) >= LEAST_MOVE["lift"]:
@@ -240,16 +240,16 @@ def _check_levels(given: Sequence[MotionSegment]) -> Iterator[Fault]:
                 )
                 return
         if not positioned and after < -largest * NEAR_END:
-            yield _below_start_fault(given, k, before)
+            yield _below_start_fault(segments, k, before)
             return
     if not positioned and abs(ends[-1]) > largest * NEAR_END:
         why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
         yield "motion.lift", None, why
 
 
-def _below_start_fault(given: Sequence[MotionSegment], k: int, before: float) -> Fault:
+def _below_start_fault(segments: Sequence[MotionSegment], k: int, before: float) -> Fault:
     """The fault of a return that goes below the start of the turn, where the follower is lowest."""
-    if "rise" not in [each.segment for each in given[:k]]:
+    if "rise" not in [each.segment for each in segments[:k]]:
         why = "the turn starts where the follower is lowest: a rise must come before the first return"
         return f"motion.{k}.segment", VALUE_IN_SCENE, why
     why = f"must be at most {before:g}: the follower never goes below the start of the turn"

@@ -18,7 +18,7 @@ from camopt.scene.spring import has_straight_spring
 from camopt.scene.table_places import TABLE_LISTS, TOP_TABLE, is_angle, key_record, without_table_prefix
 from camopt.scene.tables import SceneTable
 from camopt.scene.toml_text import NUMBER_WITH_UNIT
-from camopt.scene.train import stages_in, tool_turns
+from camopt.scene.train import tool_turns, train_stages_in
 
 ANGLE_UNIT = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
@@ -42,7 +42,7 @@ def replace_unit_texts(
     pair = mechanism_of_tables(tables)
     angular = bool(pair and pair[0].motion.angular)
     reader = _UnitReader(models, file, angular, tables)
-    return reader.table(tables, models[TOP_TABLE], "", ""), reader.mistakes
+    return reader.convert_table(tables, models[TOP_TABLE], "", ""), reader.mistakes
 
 
 def in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
@@ -50,14 +50,16 @@ def in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any
     return _convert_tables(_ShownUnitConverter, tables, models)
 
 
-def tables_of_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
+def tables_with_units_for_numbers(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     """The tables of a scene with the unit of results in place of each number, "" without a unit."""
     return _convert_tables(_UnitNamer, tables, models)
 
 
 def _convert_tables(kind: "type[_UnitReader]", tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     pair = mechanism_of_tables(tables)
-    return kind(models, "", bool(pair and pair[0].motion.angular), tables).table(tables, models[TOP_TABLE], "", "")
+    return kind(models, "", bool(pair and pair[0].motion.angular), tables).convert_table(
+        tables, models[TOP_TABLE], "", ""
+    )
 
 
 class _UnitReader:
@@ -65,10 +67,12 @@ class _UnitReader:
 
     def __init__(self, models: TableModels, file: str, angular: bool, scene: Mapping[str, Any]) -> None:
         self.models, self.file, self.angular, self.scene = models, file, angular, scene
-        self.stages = stages_in(scene)
+        self.stages = train_stages_in(scene)
         self.mistakes: list[Mistake] = []
 
-    def table(self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str) -> dict[str, Any]:
+    def convert_table(
+        self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str
+    ) -> dict[str, Any]:
         """The values of a table; ``known`` is the place of its kind of table (``tables_by_place``)."""
         values = {}
         for key, value in given.items():
@@ -76,13 +80,13 @@ class _UnitReader:
             named = known in NAMED_TABLES
             stands = f"{known}.NAME" if named else without_table_prefix(f"{known}.{key}".lstrip("."))
             if known == "" and key in NAMED_TABLES and isinstance(value, Mapping):
-                values[key] = self.table(value, model, where, key)
+                values[key] = self.convert_table(value, model, where, key)
             elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
-                values[key] = self.tables(value, self.models[stands], where, stands)
+                values[key] = self.convert_table_or_rows(value, self.models[stands], where, stands)
             else:
                 known_key = key in model.model_fields
                 unit = key_record(model, key).unit_of(turns=self.is_angle(where)) if known_key else ""
-                values[key] = self.value(value, unit, where)
+                values[key] = self.convert_value(value, unit, where)
         return values
 
     def is_angle(self, where: str) -> bool:
@@ -93,21 +97,26 @@ class _UnitReader:
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
         return turns if stage else is_angle(where, self.angular, turns, has_straight_spring(self.scene))
 
-    def tables(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
+    def convert_table_or_rows(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):
-            return [self.tables(each, model, f"{place}.{row}", known) for row, each in enumerate(value, start=1)]
+            return [
+                self.convert_table_or_rows(each, model, f"{place}.{row}", known)
+                for row, each in enumerate(value, start=1)
+            ]
         by_row = known in TABLE_LISTS and place != known == without_table_prefix(place)
         if by_row and isinstance(value, Mapping):
-            return {row: self.tables(each, model, f"{place}.{row}", "") for row, each in value.items()}
-        return self.table(value, model, place, known) if isinstance(value, Mapping) else value
+            return {
+                row: self.convert_table_or_rows(each, model, f"{place}.{row}", "") for row, each in value.items()
+            }
+        return self.convert_table(value, model, place, known) if isinstance(value, Mapping) else value
 
-    def value(self, value: Any, unit: str, where: str) -> Any:
+    def convert_value(self, value: Any, unit: str, where: str) -> Any:
         """A number, a list of numbers or a range, converted."""
         if isinstance(value, list):
-            return [self.value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
+            return [self.convert_value(each, unit, f"{where}.{row}") for row, each in enumerate(value, start=1)]
         if isinstance(value, Mapping):
             return {
-                key: self.value(each, "" if key in SHARE_KEYS else unit, f"{where}.{key}")
+                key: self.convert_value(each, "" if key in SHARE_KEYS else unit, f"{where}.{key}")
                 for key, each in value.items()
             }
         if not (unit and isinstance(value, str) and NUMBER_WITH_UNIT.fullmatch(value)):
@@ -122,16 +131,16 @@ class _UnitReader:
 class _ShownUnitConverter(_UnitReader):
     """Converts numbers to the units of results."""
 
-    def value(self, value: Any, unit: str, where: str) -> Any:
-        return to_shown_unit(value, unit) if isinstance(value, float) else super().value(value, unit, where)
+    def convert_value(self, value: Any, unit: str, where: str) -> Any:
+        return to_shown_unit(value, unit) if isinstance(value, float) else super().convert_value(value, unit, where)
 
 
 class _UnitNamer(_UnitReader):
     """Replaces numbers by the units of results."""
 
-    def value(self, value: Any, unit: str, where: str) -> Any:
+    def convert_value(self, value: Any, unit: str, where: str) -> Any:
         if isinstance(value, Mapping):
-            return super().value(value, unit, where)
+            return super().convert_value(value, unit, where)
         return "" if unit == NO_UNIT else shown_unit(unit.replace("`", ""))
 
 

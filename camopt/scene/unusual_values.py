@@ -6,7 +6,7 @@ from math import sqrt
 from camopt.core.numerics.neighbours import noise_share
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.scene.checks import groove_axial_length
-from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, unstated_reversal
+from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, reversal_value_for_end
 from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.segments import following_segments
 from camopt.scene.table_places import key_record
@@ -36,11 +36,17 @@ def unusual_value_notes(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values_with_ranges(scene)
         if not least <= value <= most
     ]
-    sources = (_noisy_tables, _resting_reversals, _wide_contact, _roller_over_pivot, thin_walls)
+    sources = (
+        _noisy_law_table_notes,
+        _default_rest_at_reversal_notes,
+        _wide_contact_notes,
+        _roller_over_pivot_notes,
+        thin_wall_notes,
+    )
     return [*notes, *(line for notes_of in sources for line in notes_of(scene))]
 
 
-def _wide_contact(scene: Scene) -> Iterator[str]:
+def _wide_contact_notes(scene: Scene) -> Iterator[str]:
     """A note on a contact that is wider than the disc, the depth of its groove or the height of its rib."""
     key = scene.mechanism.body.flank_height or "thickness"
     width, available = scene.materials.face_width, getattr(scene.part, key)
@@ -52,7 +58,7 @@ def _wide_contact(scene: Scene) -> Iterator[str]:
         yield f"materials.face_width = {wide}: wider than part.{key} ({limit}); {more}"
 
 
-def _roller_over_pivot(scene: Scene) -> Iterator[str]:
+def _roller_over_pivot_notes(scene: Scene) -> Iterator[str]:
     """A note on a roller with a radius of at least the length of its arm, which covers the pivot."""
     first, second = scene.follower, scene.drive
     rows = {"follower": (first.roller_radius, first.arm_length)}
@@ -65,12 +71,12 @@ def _roller_over_pivot(scene: Scene) -> Iterator[str]:
             yield f"{table}.roller_radius = {wide}: the roller{of} covers the pivot of its arm ({long})"
 
 
-def thin_walls(scene: Scene) -> list[str]:
+def thin_wall_notes(scene: Scene) -> list[str]:
     """Sentences on walls of the cam that are unusually thin."""
-    return [*no_wall(scene), *thin_hub(scene), *thin_side(scene)]
+    return [*missing_wall_notes(scene), *thin_hub_notes(scene), *thin_groove_side_notes(scene)]
 
 
-def no_wall(scene: Scene, base: float | None = None) -> list[str]:
+def missing_wall_notes(scene: Scene, base: float | None = None) -> list[str]:
     """A sentence on a disc cam whose bore or keyway reaches its base circle, unless a limit sets a least wall.
 
     ``base`` is the base radius [mm] if not the scene's own. In a pair the smaller disc counts.
@@ -84,7 +90,7 @@ def no_wall(scene: Scene, base: float | None = None) -> list[str]:
     return [f"the wall between {what} and base circle is 0 mm: {hint}"]
 
 
-def thin_hub(scene: Scene) -> list[str]:
+def thin_hub_notes(scene: Scene) -> list[str]:
     """A sentence on a keyway whose hub is narrower than ``NARROW_HUB`` bores, unless a limit sets a least wall.
 
     A cam without a hub is as wide as its base circle, or as the bottom of its groove.
@@ -106,7 +112,7 @@ def thin_hub(scene: Scene) -> list[str]:
     return [f"part.keyway_width: a wall of {rest} is left; {rule}; this one has {actual}"]
 
 
-def thin_side(scene: Scene) -> list[str]:
+def thin_groove_side_notes(scene: Scene) -> list[str]:
     """A sentence on a groove that is nearer than ``THIN_SIDE`` of its depth to an end of its cylinder."""
     whole, depth = scene.part.thickness, scene.part.groove_depth
     run = groove_axial_length(scene) if whole and depth else None
@@ -117,7 +123,7 @@ def thin_side(scene: Scene) -> list[str]:
     return [f"part.thickness: a wall of {rest} is left beside the groove at either end; {rule}"]
 
 
-def _noisy_tables(scene: Scene) -> Iterator[str]:
+def _noisy_law_table_notes(scene: Scene) -> Iterator[str]:
     """Notes on tables of laws whose acceleration or jerk is mostly noise or rounding of the points."""
     for name, law in scene.laws.items():
         if law.x is not None and law.s is not None and len(law.x) >= LEAST_NOISE_POINTS:
@@ -128,7 +134,7 @@ def _noisy_tables(scene: Scene) -> Iterator[str]:
                 yield f"laws.{name}: {noise}; camopt fit finds the gentlest motion within a band of such points"
 
 
-def _resting_reversals(scene: Scene) -> Iterator[str]:
+def _default_rest_at_reversal_notes(scene: Scene) -> Iterator[str]:
     """Notes on tables that rest by default between a rise and a return without a dwell.
 
     A motion that rests there has larger accelerations and jerks than one that reverses.
@@ -138,7 +144,7 @@ def _resting_reversals(scene: Scene) -> Iterator[str]:
         if {row.segment, after.segment} == {"rise", "return"} and {row.law, after.law} <= scene.laws.keys():
             where = f"the follower rests between motion.{number} and motion.{number % len(rows) + 1}"
             for name, end in ((row.law, 1), (after.law, 0)):
-                if word := unstated_reversal(vars(scene.laws[str(name)]), end):
+                if word := reversal_value_for_end(vars(scene.laws[str(name)]), end):
                     turns = f'set reversal = "{word}" to let it reverse with the acceleration of the points'
                     yield f"laws.{name}: {where}; {turns}; set rest to keep the rest without this note"
 

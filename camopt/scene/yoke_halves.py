@@ -11,14 +11,14 @@ from typing import Any
 from camopt.core.quantities import DERIVATIVE_UNITS
 from camopt.model.mechanisms.elements import DRIVES
 from camopt.scene.law_forms import NEAR_END
-from camopt.scene.mapping import finite_number, tables_in, value_at_key
+from camopt.scene.mapping import finite_number, tables_in_list, value_at_key
 
 OPPOSITE_KIND = {"rise": "return", "return": "rise"}
 
 
-def read_half_turn(data: dict[str, Any]) -> None:
+def append_second_half_turn(data: dict[str, Any]) -> None:
     """Append the second half of the turn if the segments of a yoke cover half a turn, in ``data`` itself."""
-    drive, rows = DRIVES.get(value_at_key(data, "drive.kind")), tables_in(data.get("motion"))
+    drive, rows = DRIVES.get(value_at_key(data, "drive.kind")), tables_in_list(data.get("motion"))
     angles = [finite_number(row.get("angle")) for row in rows]
     known = [angle for angle in angles if angle is not None]
     if drive is None or not drive.one_disc or len(known) < len(rows):

@@ -10,7 +10,7 @@ import pytest
 from camopt.cli import exits
 from camopt.cli.main import camopt, main
 from camopt.core.mistakes import BadInput, Mistake, Stopped, printable
-from camopt.core.storage.files import path_of
+from camopt.core.storage.files import expand_user_path
 from camopt.solve.tables.cells import heading
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
@@ -250,9 +250,9 @@ def test_a_tilde_after_a_dot_is_a_folder_of_that_name(folder, monkeypatch, tmp_p
 )
 def test_only_a_path_that_begins_with_a_tilde_is_in_the_home_folder(text, path, monkeypatch, tmp_path):
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    found = path_of(text)
+    found = expand_user_path(text)
     assert str(found) == path.replace("HOME", str(tmp_path / "home")).replace("CWD", os.getcwd())
-    assert path_of(found) == found
+    assert expand_user_path(found) == found
 
 
 def test_an_interrupt_of_an_import_is_told_as_one():

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from camopt.core.kernels import compile, dispatchers, kernel_cache
-from camopt.core.kernels.compile import KernelForMany
+from camopt.core.kernels.compile import TieredKernel
 
 pytestmark = pytest.mark.skipif(compile.NEVER_COMPILE, reason="nothing is compiled")
 SMALLEST = "roller-1000rpm"
@@ -27,7 +27,7 @@ def nothing_but_machine_code(monkeypatch):
 
     def forbid():
         monkeypatch.setattr(dispatchers, "object_code", fail)
-        monkeypatch.setattr(KernelForMany, "run_uncompiled", fail)
+        monkeypatch.setattr(TieredKernel, "run_uncompiled", fail)
 
     return forbid
 

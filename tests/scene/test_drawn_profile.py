@@ -46,11 +46,13 @@ def points_of(elements, rotation):
     ]
     found = []
     for part in place_elements(given):
-        share = np.linspace(0.0, 1.0, 200 + int(6000 * abs(part.sweep)))
+        share = np.linspace(0.0, 1.0, 200 + int(6000 * abs(part.normal_sweep_angle)))
         if part.radius is None:
             found.append(part.start.point + (part.end.point - part.start.point) * share)
         else:
-            found.append(part.centre + part.radius * part.start.normal * np.exp(1j * part.sweep * share))
+            found.append(
+                part.centre + part.radius * part.start.normal * np.exp(1j * part.normal_sweep_angle * share)
+            )
     return mirror(np.concatenate(found))
 
 

@@ -24,10 +24,10 @@ from camopt.cli.main import main
 from camopt.core.mistakes import BadInput
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric
-from camopt.model.motion.programme import law_range
+from camopt.model.motion.programme import law_displacement_range
 from camopt.model.motion.spline import EndCondition, SplineLaw, fit_table_spline
-from camopt.scene.law_forms import LEAST_GAP, end_leeway
-from camopt.scene.own_laws import check_laws, own_law_from_values
+from camopt.scene.law_forms import LEAST_GAP, noise_leeway_at_ends
+from camopt.scene.own_laws import check_laws, make_own_law_from_values
 from camopt.scene.problem.problem import resolve
 from camopt.scene.unusual_values import unusual_value_notes
 from camopt.solve.front.table_certificate import certify_table
@@ -154,7 +154,7 @@ made_of_few_numbers = st.one_of(
 
 def mirrored_table(law):
     """The table of a law for its other end: the same if it is the same from there."""
-    return law if is_symmetric(own_law_from_values("", law)) else {**law, "mirror": not law.get("mirror")}
+    return law if is_symmetric(make_own_law_from_values("", law)) else {**law, "mirror": not law.get("mirror")}
 
 
 @settings(max_examples=times(40, deep=1000))
@@ -196,7 +196,7 @@ def test_any_table_is_a_law_through_its_points_or_a_mistake(steps, smooth):
     law = scene.laws["own"]
     made = fit_table_spline("own", law.x, law.s)
     assert made.displacement(law.x) == pytest.approx(np.array(law.s), abs=1e-12)
-    by = max(LEAST_GAP, end_leeway({"x": law.x, "s": law.s}))  # noise shows in many points alone
+    by = max(LEAST_GAP, noise_leeway_at_ends({"x": law.x, "s": law.s}))  # noise shows in many points alone
     assert -by <= dense(made).min() <= dense(made).max() <= 1.0 + by
     assert [float(getattr(made, verb)(end)) for verb in VERBS[1:3] for end in (0.0, 1.0)] == [0.0] * 4
     found = evaluate(scene)
@@ -520,7 +520,7 @@ ANY_ENDS = st.lists(st.floats(-8.0, 8.0), max_size=3)
 @given(ANY_ENDS, ANY_ENDS)
 def test_how_far_a_law_overshoots_is_told(start, end):
     law = {"start": [0, *start], "end": [1, *end]}
-    s = own_law_from_values("own", law).displacement(np.linspace(0.0, 1.0, 4001))
+    s = make_own_law_from_values("own", law).displacement(np.linspace(0.0, 1.0, 4001))
     by = max(-s.min(), s.max() - 1.0)
     faults = list(check_laws({"laws": {"own": law}}))
     assert not list(check_laws({"laws": {"own": {**law, "overshoot": True}}}))
@@ -594,7 +594,7 @@ REST = {"both": (True, True), "start": (True, False), "end": (False, True), "non
 def test_a_table_rests_where_it_says(rest, mirror):
     """Half of a harmonic motion: it rests at its start, and has its velocity or its acceleration at its end."""
     x = np.linspace(0.0, 1.0, 31)
-    law = own_law_from_values(
+    law = make_own_law_from_values(
         "table", {"x": x.tolist(), "s": (1 - np.cos(np.pi * x / 2)).tolist(), "rest": rest, "mirror": mirror}
     )
     for place, resting in zip((0.0, 1.0), REST[rest][:: -1 if mirror else 1], strict=True):
@@ -636,7 +636,7 @@ def test_a_table_turns_back_where_it_says(mirror):
         "reversal": "end",
         "mirror": mirror,
     }
-    law, end = own_law_from_values("table", table), 0.0 if mirror else 1.0
+    law, end = make_own_law_from_values("table", table), 0.0 if mirror else 1.0
     assert float(law.velocity(end)) == 0.0
     assert float(law.acceleration(end)) == pytest.approx((1 if mirror else -1) * np.pi**2 / 4, rel=1e-6)
     assert float(law.velocity(1.0 - end)) == pytest.approx(np.pi / 2, rel=2e-3)
@@ -653,7 +653,7 @@ def test_the_jump_at_a_reversal_is_that_of_the_two_accelerations():
     scene["motion"] = [{k: v for k, v in zip(keys, row, strict=True) if v is not None} for row in turn]
     laws = {"up": up, "down": {**up, "reversal": "end", "mirror": True}}
     scene = Scene.from_dict({**scene, "laws": laws})
-    omega, law = scene.cam.rpm * np.pi / 30, own_law_from_values("up", up)
+    omega, law = scene.cam.rpm * np.pi / 30, make_own_law_from_values("up", up)
     before, after = (9e-3 * float(law.acceleration(1.0)) * (omega / np.radians(angle)) ** 2 for angle in (60, 80))
     jump = after - before
     assert [(each.order, round(np.degrees(each.at), 9)) for each in resolve(scene).programme.jumps] == [(2, 60.0)]
@@ -683,7 +683,9 @@ def test_the_rounding_of_a_table_is_allowed_and_the_base_circle_is_where_it_is_l
     for decimals in (4, 5, 6):
         rounded = np.round(9.5 * steep(181), decimals) / 9.5
         least = float(
-            law_range(own_law_from_values("t", {"x": np.linspace(0, 1, 181).tolist(), "s": rounded.tolist()}))[0]
+            law_displacement_range(
+                make_own_law_from_values("t", {"x": np.linspace(0, 1, 181).tolist(), "s": rounded.tolist()})
+            )[0]
         )
         beyond.append(least * 10**decimals)
         assert resolve(table_scene(rounded)).programme.levels[0] == pytest.approx(0.0, abs=1e-9)
@@ -736,7 +738,7 @@ def test_a_spline_of_another_program_may_overshoot_by_rounding():
     coefficients = spline.c.copy()
     coefficients[1] = -1e-7
     law = {"degree": 3, "knots": spline.t.tolist(), "coefficients": coefficients.tolist()}
-    least, _ = law_range(own_law_from_values("law", law))
+    least, _ = law_displacement_range(make_own_law_from_values("law", law))
     assert -1e-6 < least < 0.0 == x[0]
     assert not [*check_laws({"laws": {"law": law}})]
     law["coefficients"][1] = -1e-4
@@ -751,7 +753,7 @@ def test_rest_is_for_tables():
     few = {"x": [0, 1], "s": [0, 1], "rest": "none"}
     with pytest.raises(BadInput, match=r"laws.mine.x = .*needs at least three points"):
         Scene.from_dict({**scene, "laws": {"mine": few}})
-    assert own_law_from_values("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(
+    assert make_own_law_from_values("t", {**few, "reversal": "end"}).displacement(0.25) == pytest.approx(
         1 - 0.75**2
     )  # no jerk at all
     with pytest.raises(BadInput, match=r"laws.mine.reversal = 'both': rest = 'end' names the same end"):

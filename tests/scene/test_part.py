@@ -245,10 +245,10 @@ def test_densities_are_those_of_the_unit_weights_of_shigley(name, unit_weight):
 
 def test_plates_of_a_pair_are_a_gap_apart_the_first_in_front():
     part = BASES["pair"].whole_part
-    assert (part.plates, part.width, part.stands_on_hub) == (((20.0, 36.0), (0.0, 16.0)), 36.0, True)
+    assert (part.plate_extents, part.width, part.has_protruding_hub) == (((20.0, 36.0), (0.0, 16.0)), 36.0, True)
     wide = BASES["pair"].replace(**{"part.disc_gap": 7.5, "part.hub_length": 39.5}).whole_part
-    assert (wide.plates, wide.stands_on_hub) == (((23.5, 39.5), (0.0, 16.0)), False)
-    assert (BASES["disc"].whole_part.plates, Part().plates) == (((0.0, 16.0),), ())
+    assert (wide.plate_extents, wide.has_protruding_hub) == (((23.5, 39.5), (0.0, 16.0)), False)
+    assert (BASES["disc"].whole_part.plate_extents, Part().plate_extents) == (((0.0, 16.0),), ())
 
 
 @pytest.mark.parametrize("key", ["cam.base_radius", "drive.base_radius"])

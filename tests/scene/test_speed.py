@@ -56,8 +56,8 @@ def test_a_search_varies_the_speed_of_the_cam_alone():
 def test_the_speed_of_a_crankshaft_is_said_beside_that_of_the_cam(tmp_path, capsys):
     """Twice the cam's: what was given, and the jump speed."""
     scene = valve(rpm_of_crank=6000)
-    assert scene.by_crank
-    assert not scene.replace(**{"cam.rpm": 3000}).by_crank
+    assert scene.is_speed_of_crank
+    assert not scene.replace(**{"cam.rpm": 3000}).is_speed_of_crank
     loads = {"mass": 0.1, "spring_rate": 30, "preload": 200, "lash": 0.15}
     scene = scene.replace(**{"follower.dynamics": loads, "limits.jump_speed": 100})
     changes = [f"follower.dynamics.{key}={value}" for key, value in loads.items()]

@@ -11,11 +11,11 @@ import mpmath
 
 from camopt.model.motion import LAWS
 from camopt.model.motion.derived_laws import SkewedLaw
-from camopt.model.motion.law import is_still
+from camopt.model.motion.law import rests_at_both_ends
 from camopt.model.motion.polynomial import PolynomialLaw
 from camopt.model.motion.scca import SCCALaw
 from camopt.model.motion.spline import SplineLaw
-from camopt.scene.own_laws import own_law_from_values
+from camopt.scene.own_laws import make_own_law_from_values
 from support import naive
 
 X = [0.0, 0.06, 0.15, 0.2, 0.31, 0.4, 0.52, 0.6, 0.73, 0.8, 0.88, 0.95, 1.0]
@@ -30,9 +30,9 @@ TABLES = {
     "own-scca": {"scca": [0.1, 0.2, 0.3, 0.4]},
     "own-skewed": {"law": "cycloidal", "crossing": 0.35},
 }
-OWN = {name: own_law_from_values(name, table) for name, table in TABLES.items()}
+OWN = {name: make_own_law_from_values(name, table) for name, table in TABLES.items()}
 EVERY = {**LAWS, **OWN}
-STILL = [name for name, law in EVERY.items() if is_still(law)]
+STILL = [name for name, law in EVERY.items() if rests_at_both_ends(law)]
 
 
 def law_at(law, x):

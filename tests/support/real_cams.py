@@ -102,7 +102,9 @@ class RealCams:
         angle, train = angle - off.get("phase", 0.0), self.problem.setup.train
         if train is None:
             return RealMotion(angle, follower)
-        return RealMotion(angle, self.problem.train_with_errors(off).tool(follower + self._follower_zero))
+        return RealMotion(
+            angle, self.problem.train_with_errors(off).tool_displacement(follower + self._follower_zero)
+        )
 
     def _rest(self, off: CamErrors, places: FloatArray, order: int) -> RealMotion:
         """The cam angle, but for the phase, and the displacement of the follower."""
@@ -146,7 +148,9 @@ class RealCams:
         programme, train = self.problem.programme, self.problem.setup.train
         assert train is not None
         start = np.zeros(1)
-        return float((train.follower_at(tool_position(programme, start)) - programme.motion_at(start)[0])[0])
+        return float(
+            (train.follower_displacement_at(tool_position(programme, start)) - programme.motion_at(start)[0])[0]
+        )
 
 
 def _series(derivatives: FloatArray) -> Taylor:
@@ -213,7 +217,7 @@ class RealPairs(RealCams):
             self.problem.programme.motion_at(angles), self._moved(first, off, orders), FACTORIALS, strict=False
         )
         follower = Taylor([(stands + moved) / factor for stands, moved, factor in asked])
-        tool = self.problem.train_with_errors(off).tool(follower + self._follower_zero).terms[order]
+        tool = self.problem.train_with_errors(off).tool_displacement(follower + self._follower_zero).terms[order]
         return np.asarray(tool * FACTORIALS[order] - self._asked(angles, order))
 
     def contact_angles(self, off: CamErrors, places: FloatArray) -> FloatArray:

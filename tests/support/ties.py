@@ -19,7 +19,7 @@ from camopt.core.storage.tables import read_table
 from camopt.model.effects import available_quantities
 from camopt.scene.problem.problem import resolve
 from camopt.solve.front import front_search
-from camopt.solve.front.box_bounds import is_bounded
+from camopt.solve.front.box_bounds import can_bound_objective
 from support.cams import CONTACTS, STEEL, UNGUIDED, cam_with
 from support.ways import boxes_for_front_only
 
@@ -44,7 +44,12 @@ def space_with_ties(seed: int) -> Scene:
     scene = scene.replace(**{f"follower.dynamics.{key}": value for key, value in TRAIN.items()})
     offers = [name for name in available_quantities(resolve(scene).setup) if QUANTITIES[name].kind is float]
     offers = [name for name in offers if QUANTITIES[name].effect != "surface"]
-    signs = {name: sign for name in offers for sign in (1.0, -1.0) if is_bounded(name, sign, resolve(scene).setup)}
+    signs = {
+        name: sign
+        for name in offers
+        for sign in (1.0, -1.0)
+        if can_bound_objective(name, sign, resolve(scene).setup)
+    }
     wanted = {str(name): signs[str(name)] for name in rng.permutation([*signs])[: rng.integers(1, 4)]}
     size = "mean_radius" if contact.startswith("groove") else "base_radius"
     largest = getattr(scene.cam, size)

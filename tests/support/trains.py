@@ -10,7 +10,7 @@ from mpmath import mpf
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.carried_load import CarriedLoad
-from camopt.model.trains.four_bar import four_bar
+from camopt.model.trains.four_bar import assemble_four_bar
 from camopt.model.trains.train import StageFault, Train, assemble_train
 
 Keys = dict[str, Any]
@@ -83,7 +83,7 @@ def four_bar_loop(keys: Keys, turns: bool, x: Any) -> Any:
     def gap(psi: Any, phi: Any) -> Any:
         return abs(d + c * mpmath.expj(psi) - a * mpmath.expj(phi)) ** 2 - b * b
 
-    known = four_bar(
+    known = assemble_four_bar(
         *(float(keys[n]) for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"]
     )
     first = mpmath.findroot(lambda psi: gap(psi, start), known.rocker_start)
@@ -156,7 +156,7 @@ def random_train(rng: np.random.Generator) -> tuple[Stages, Train, bool]:
             train = assemble_train(stages, angular=angular)
         except StageFault:
             continue
-        low, high = train.tool_reach
+        low, high = train.tool_travel_ends
         if high.at - low.at > (0.05 if train.angular else 2.0):
             return stages, train, angular
 

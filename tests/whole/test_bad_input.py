@@ -20,7 +20,7 @@ from camopt.core.mistakes import LONGEST_LINE, MOST_SHOWN, shorten
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.sources import shipped_toml
 from camopt.scene.toml_text import DEEPEST_NESTING, parse_toml
-from camopt.scene.unusual_values import no_wall, unusual_value_notes
+from camopt.scene.unusual_values import missing_wall_notes, unusual_value_notes
 from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cams import cam_sentences
 
@@ -329,7 +329,7 @@ WALLS = [
 def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes, told, tmp_path):
     """Where it is evaluated, and on its page."""
     scene = find_scene("two-pauses").replace(**{"cam.base_radius": 25.0, **changes})
-    found = no_wall(scene)
+    found = missing_wall_notes(scene)
     assert found == [line for line in unusual_value_notes(scene) if "wall between" in line]
     assert [line.partition(": ")[0] for line in found] == ([told] if told else [])
     assert all("limits.hub_wall" in line for line in found)

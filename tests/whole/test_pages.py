@@ -17,7 +17,7 @@ from support.pages import ALL, PAGES, ROOT, blocks, commands, prints
 
 from camopt import LAWS, BadInput, Scene, evaluate, export, find_scene, optimise, sweep, synthesise
 from camopt.cli.main import main
-from camopt.model.motion.law import motion_task
+from camopt.model.motion.law import vdi_motion_task
 from camopt.scene.problem.problem import resolve
 
 SCENES = {page.stem: [tomllib.loads(b.text) for b in blocks(page) if b.language == "toml"] for page in PAGES}
@@ -132,7 +132,7 @@ def test_its_table_has_every_law_between_what_it_joins():
     cells = {f"{row[0]}-{to}": cell for row in rows for to, cell in zip(letters[1:], row[1:], strict=True)}
     for pair, cell in cells.items():
         named = {name for name in re.findall(r"`([a-z0-9-]+)`", cell) if name in LAWS and "`mirror`" not in cell}
-        assert named == {name for name, law in LAWS.items() if motion_task(law) == pair}
+        assert named == {name for name, law in LAWS.items() if vdi_motion_task(law) == pair}
 
 
 def test_its_profile_is_that_of_a_cam():

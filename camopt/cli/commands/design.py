@@ -12,8 +12,8 @@ from camopt.cli.options import (
     DEFAULT_SCENE,
     PICTURE_SUFFIXES,
     Command,
+    OptionWithFormerName,
     OutputPath,
-    RenamedOption,
     UnitNumber,
     output_options,
     outputs_option,
@@ -118,7 +118,7 @@ def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int |
         document |= result.to_dict()
         if not (quiet or as_json):
             cli.print_sections(result.table())
-    return cli.print_files(document, as_json, quiet, [file])
+    return cli.print_json_or_files(document, as_json, quiet, [file])
 
 
 @click.command(cls=Command)
@@ -216,7 +216,7 @@ EXPORT_OPTIONS = {
 @click.option(
     "--point-count",
     "points",
-    cls=RenamedOption,
+    cls=OptionWithFormerName,
     former="--points",
     type=int,
     help="Number of points of an electronic cam; 361 by default.",

@@ -63,7 +63,9 @@ def new(
         library.write_text(file, text)
     if not (as_json or file):
         sys.stdout.write(text)
-    return cli.print_files({"file": file and str(file), "toml": text}, as_json, quiet, filter(None, (file,)))
+    return cli.print_json_or_files(
+        {"file": file and str(file), "toml": text}, as_json, quiet, filter(None, (file,))
+    )
 
 
 @click.command(cls=Command)

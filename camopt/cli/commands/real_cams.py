@@ -165,9 +165,9 @@ def tolerance(
         camopt.plot(result, picture)
     if out:
         with library.publication(out, "tolerance", library.CAM_FILES) as unit:
-            library.write_cams(result, unit)
+            library.write_worst_cams_and_batch(result, unit)
             if result.batch:
-                camopt.plot(result.batch, unit.path(library.HISTOGRAM_FILE))
+                camopt.plot(result.batch, unit.staged_path(library.HISTOGRAM_FILE))
         written += unit.files
     return cli.print_result(result, as_json, quiet, written)
 

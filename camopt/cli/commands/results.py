@@ -51,7 +51,7 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
             refuse_scene_file(target.file, out)
     with cli.progress(quiet, ""):
         camopt.report(shown, out)
-    return cli.print_files({"file": str(out)}, as_json, quiet, [out])
+    return cli.print_json_or_files({"file": str(out)}, as_json, quiet, [out])
 
 
 @click.command(cls=Command)

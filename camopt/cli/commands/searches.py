@@ -14,9 +14,9 @@ from camopt.cli.options import (
     PICTURE_SUFFIXES,
     Axis,
     Command,
+    OptionWithFormerName,
     OutputPath,
     PartNumber,
-    RenamedOption,
     SearchAxis,
     again_option,
     former_again_option,
@@ -26,7 +26,7 @@ from camopt.cli.options import (
     refuse_scene_folder,
     scene_options,
     scheduler_option,
-    split_names,
+    split_at_commas,
     with_changes,
 )
 
@@ -58,13 +58,13 @@ SWEEP_OPTIONS = {
 @click.option("--law", multiple=True, help="Motion law to try. Repeatable.")
 @click.option(
     "--minimise",
-    callback=split_names,
+    callback=split_at_commas,
     metavar="NAME,NAME",
     help="Quantities that the Pareto front minimises; replaces all objectives of the scene.",
 )
 @click.option(
     "--maximise",
-    callback=split_names,
+    callback=split_at_commas,
     metavar="NAME,NAME",
     help="Quantities that the Pareto front maximises; replaces all objectives of the scene.",
 )
@@ -121,8 +121,8 @@ def sweep(
     if resume:
         scene, keep = cli.unfinished_sweep(scene, keep, out, part)
     refuse_scene_folder(scene, out)
-    notify = cli.print_loss if quiet else cli.print_note
-    by_boxes = not part and not engine and cli.decides_boxes(scene, keep)
+    notify = cli.print_note_if_loss if quiet else cli.print_note
+    by_boxes = not part and not engine and cli.sweep_decides_whole_boxes(scene, keep)
     result: Any
     with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
         if part:
@@ -182,7 +182,7 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
     """
     with cli.progress(quiet, "designs") as advance:
         result = camopt.merge(
-            parts, out, progress=advance, tell=cli.print_loss if quiet else cli.print_note, again=again
+            parts, out, progress=advance, tell=cli.print_note_if_loss if quiet else cli.print_note, again=again
         )
     return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)
 
@@ -252,9 +252,9 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     with library.publication(out, "synthesise", library.SYNTHESIS) as unit:
         with cli.progress(quiet, "starts") as advance:
             result = camopt.synthesise(scene, progress=advance)
-            known = library.known_laws_of(scene)
-            library.write_laws(result, unit.staging)
-            library.write_comparison(result, known, unit.staging)
+            known = library.build_known_law_cams(scene)
+            library.write_scene_and_laws(result, unit.staging)
+            library.write_known_cam_and_summary(result, known, unit.staging)
             (prices,) = camopt.prices(result).values()
         if picture:
             camopt.plot(result, picture, known=known)
@@ -275,7 +275,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 @click.option(
     "--values",
     "points",
-    cls=RenamedOption,
+    cls=OptionWithFormerName,
     former="--points",
     type=click.IntRange(2, 500),
     default=24,
@@ -318,5 +318,5 @@ def frontier(
             scene, names, points=points, workers=workers, progress=advance, engine=engine, tell=tell
         )
         library.write_frontier(result, unit.staging)
-        camopt.plot(result, unit.path(library.FRONTIER_FILES[1]))
+        camopt.plot(result, unit.staged_path(library.FRONTIER_FILES[1]))
     return cli.print_result(result, as_json, quiet, unit.files)

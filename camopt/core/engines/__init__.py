@@ -25,7 +25,7 @@ class Engine(Protocol):
         """Number of items that are worked on at a time; on a cluster, it changes with the workers."""
         ...
 
-    def in_order(
+    def results_in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
         """Yield the results of ``work`` for all items, a few items at a time, in order.

@@ -25,7 +25,7 @@ from distributed.versions import VersionMismatchWarning
 from camopt.core.engines import LOCAL, Item, WorkResult
 from camopt.core.engines.interrupts import hold_interrupts
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.version import version_of_rows
+from camopt.core.storage.version import camopt_and_kernel_version
 
 TASK_SECONDS, TASK_BYTES = 2.0, 1 << 26  # rough largest duration of a task, and size of its result
 TASKS_AHEAD, LEAST_TASKS = 4, 4  # tasks per thread: most that are submitted and unread; fewest in all
@@ -41,7 +41,7 @@ LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.appli
 
 def result_versions() -> str:
     """Versions on which a result depends."""
-    return f"camopt {version_of_rows()}, numpy {np.__version__}, scipy {scipy.__version__}"
+    return f"camopt {camopt_and_kernel_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
 
 
 def run_items(work: bytes, expected: str, items: Sequence[Any]) -> Any:
@@ -72,20 +72,20 @@ class Cluster:
         threads: dict[str, int] = self.client.nthreads()
         return max(1, sum(threads.values()))
 
-    def in_order(
+    def results_in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
         """Yield the results of ``work`` for a few items at a time; see ``Engine``."""
         pickled, versions, futures = pickle.dumps(work), result_versions(), deque[Future[WorkResult]]()
         try:
-            count = self._items_of_task(work, len(items), sample) if sample else 1
+            count = self._items_per_task(work, len(items), sample) if sample else 1
             for first in range(0, len(items), count):
                 task = items[first : first + count]
                 futures.append(self.client.submit(run_items, pickled, versions, task, pure=False))
                 if len(futures) >= TASKS_AHEAD * self.workers:
-                    yield self._result(futures.popleft())
+                    yield self._wait_for_result(futures.popleft())
             while futures:
-                yield self._result(futures.popleft())
+                yield self._wait_for_result(futures.popleft())
         except KilledWorker:
             why = "one task killed every worker that tried it: they may lack memory; see the cluster's logs"
             raise ChildProcessError(ECHILD, why, self.address) from None
@@ -93,14 +93,14 @@ class Cluster:
             self._check_connected()  # else Dask's own message is shown
             raise
 
-    def _items_of_task(self, work: Callable[[Any], Any], items: int, sample: Sequence[Any]) -> int:
+    def _items_per_task(self, work: Callable[[Any], Any], item_count: int, sample: Sequence[Any]) -> int:
         """Number of items in a task, from the seconds and bytes that a sample takes."""
         start, result = monotonic(), work(sample)
         seconds, size = max(1e-6, monotonic() - start), len(pickle.dumps(result))
         by_sample = len(sample) * min(TASK_SECONDS / seconds, TASK_BYTES / size)
-        return max(1, min(int(by_sample), ceil(items / (LEAST_TASKS * self.workers))))
+        return max(1, min(int(by_sample), ceil(item_count / (LEAST_TASKS * self.workers))))
 
-    def _result(self, future: "Future[Any]") -> Any:
+    def _wait_for_result(self, future: "Future[Any]") -> Any:
         """Wait for the result of a task; its error is raised here."""
         while True:
             try:

@@ -31,9 +31,9 @@ class Processes:
     def __init__(self, workers: int) -> None:
         self.workers = workers
         self._alive_receiver, self._alive_sender = Pipe(duplex=False)  # closed when this process ends
-        self._executor = self._start()
+        self._executor = self._make_process_pool()
 
-    def in_order(
+    def results_in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
         """Yield the result of each item; see ``Engine``. One item, or one worker, is run in this process.
@@ -58,7 +58,7 @@ class Processes:
                 ]
             yield result
 
-    def end(self) -> None:
+    def kill_processes(self) -> None:
         """End all processes at once, even during an item."""
         self._executor.shutdown(kill_workers=True)
         self._alive_sender.close()
@@ -74,17 +74,17 @@ class Processes:
     def _result_alone(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> WorkResult:
         """Run one item in new processes, where no other item can kill them."""
         for _ in range(ITEM_TRIES):
-            self._restart()
+            self._replace_process_pool()
             with suppress(BrokenProcessPool):
                 return self._submit(work, item).result()
-        self._restart()
+        self._replace_process_pool()
         raise OSError(f"a process was killed from outside {ITEM_TRIES} times; perhaps the memory is too small")
 
-    def _restart(self) -> None:
+    def _replace_process_pool(self) -> None:
         self._executor.shutdown(kill_workers=True)
-        self._executor = self._start()
+        self._executor = self._make_process_pool()
 
-    def _start(self) -> ProcessPoolExecutor:
+    def _make_process_pool(self) -> ProcessPoolExecutor:
         """Make the pool; its processes start with the first item."""
         threads = str(max(1, (os.cpu_count() or 1) // self.workers))
         environment = {name: threads for name in THREAD_SETTINGS if name not in os.environ}
@@ -119,4 +119,4 @@ def processes(count: int) -> Iterator[Processes]:
     try:
         yield engine
     finally:
-        engine.end()
+        engine.kill_processes()

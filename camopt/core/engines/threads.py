@@ -17,7 +17,7 @@ class Threads:
 
     workers: int
 
-    def in_order(
+    def results_in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
         """Yield the result of each item; see ``Engine``.

@@ -46,7 +46,7 @@ C_TYPES = {NONE: c_void_p, COUNT: c_int64, NUMBER: c_double, BOOLEAN: c_bool, AD
 POINTERS = None, None  # to the reference counts of an array
 
 
-def kind_of(value: Any) -> Any:
+def argument_kind(value: Any) -> Any:
     """Type of an argument: an ``ArgumentKind``, a ``Record``, or the ``Code`` of a kernel called by its address.
 
     Raises
@@ -60,21 +60,21 @@ def kind_of(value: Any) -> Any:
         layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
         return ArgumentKind(ITEM_KINDS[value.dtype], value.ndim, layout)
     if isinstance(value, tuple):
-        return value.record if isinstance(value, PinnedTuple) else Record(owner, tuple(map(kind_of, value)))
+        return value.record if isinstance(value, PinnedTuple) else Record(owner, tuple(map(argument_kind, value)))
     kind = NUMBER_KINDS.get(owner) or getattr(value, "code", None)
     if kind is None:
         raise TypeError(f"a kernel takes numbers, arrays of them, and tuples, not {value!r}")
     return kind
 
 
-def flatten_arguments(values: Any) -> list[Any]:
+def flatten_to_machine_arguments(values: Any) -> list[Any]:
     """Numbers that machine code takes for some arguments."""
     numbers: list[Any] = []
     for value in values:
         if type(value) is np.ndarray:
             numbers += (*POINTERS, value.size, value.itemsize, _array_address(value), *value.shape, *value.strides)
         elif isinstance(value, tuple):
-            numbers += value.numbers if isinstance(value, PinnedTuple) else flatten_arguments(value)
+            numbers += value.numbers if isinstance(value, PinnedTuple) else flatten_to_machine_arguments(value)
         else:
             numbers.append(getattr(value, "address", value))
     return numbers
@@ -87,16 +87,16 @@ class PinnedTuple:
     numbers: list[Any]
 
 
-def pin_arrays(value: Any) -> Any:
+def as_pinned_tuple(value: Any) -> Any:
     """Copy a NamedTuple to a ``PinnedTuple``; its arrays must never be replaced."""
     owner: Any = type(value)
-    pinned = _pinned_class(owner)(*value)
-    pinned.record, pinned.numbers = kind_of(value), flatten_arguments(value)
+    pinned = _pinned_tuple_class(owner)(*value)
+    pinned.record, pinned.numbers = argument_kind(value), flatten_to_machine_arguments(value)
     return pinned
 
 
 @cache
-def _pinned_class(owner: Any) -> Any:
+def _pinned_tuple_class(owner: Any) -> Any:
     return type(owner.__name__, (owner, PinnedTuple), {})
 
 
@@ -108,11 +108,11 @@ def _array_address(array: Any) -> int:
         return int(array.__array_interface__["data"][0])
 
 
-def c_types_of(kinds: Any) -> Iterator[Any]:
+def argument_c_types(kinds: Any) -> Iterator[Any]:
     """C types of the numbers that are passed for arguments of some kinds."""
     for kind in kinds:
         if isinstance(kind, Record):
-            yield from c_types_of(kind.fields)
+            yield from argument_c_types(kind.fields)
         elif isinstance(kind, Code):
             yield c_void_p
         elif kind.dimensions:

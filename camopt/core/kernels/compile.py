@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.core.kernels.arguments import Record, kind_of
+from camopt.core.kernels.arguments import Record, argument_kind
 from camopt.core.kernels.compile_clock import READY_KERNELS
 from camopt.core.kernels.marks import COMPILE_LOCK, KernelPart, Kinds
 
@@ -56,7 +56,7 @@ class Kernel(KernelPart):
         if NEVER_COMPILE:
             self.py_func(*arguments)
         else:
-            self.machine_code(tuple(map(kind_of, arguments)))(arguments)
+            self.machine_code(tuple(map(argument_kind, arguments)))(arguments)
 
     def machine_code(self, kinds: Kinds) -> "MachineCode":
         """Machine code for arguments of some types, from disk or compiled. Threads get the same object."""
@@ -84,7 +84,7 @@ class Kernel(KernelPart):
     def work_until_compiled(self, kinds: Kinds) -> float:
         """Work that uncompiled runs of this process may still do before compiling the kernel pays."""
         numba = 0.0 if "numba" in sys.modules else NUMBA_SHARE
-        cost = COMPILATION * (numba + self.size * (1.0 + CURVE_SHARE * curves_in(kinds[0])))
+        cost = COMPILATION * (numba + self.size * (1.0 + CURVE_SHARE * nested_curve_count(kinds[0])))
         return cost - self.plain_work[kinds]
 
 
@@ -97,9 +97,9 @@ class PlainRun(local):
 
     work, most, weight = 0.0, np.inf, 1.0
 
-    def count(self, values: float) -> None:
+    def add_formula_work(self, value_count: float) -> None:
         """Count the work of one formula for some values; raise ``TooMuchWork`` above the run's most."""
-        self.work += self.weight * (FORMULA_CALL_WORK + values)
+        self.work += self.weight * (FORMULA_CALL_WORK + value_count)
         if self.work > self.most:
             raise TooMuchWork
 
@@ -107,7 +107,7 @@ class PlainRun(local):
 PLAIN_RUN = PlainRun()
 
 
-class KernelForMany(Kernel):
+class TieredKernel(Kernel):
     """A kernel that runs uncompiled until compiling it pays. Both ways give the same bits.
 
     A kernel on disk is loaded at once, unless the uncompiled run takes less time than importing llvmlite. ``work``
@@ -125,15 +125,15 @@ class KernelForMany(Kernel):
         if NEVER_COMPILE:
             self.run_uncompiled(arguments, np.inf)
             return
-        kinds = tuple(map(kind_of, arguments))
+        kinds = tuple(map(argument_kind, arguments))
         while kinds not in self.loaded:
             called = self.called_kernels(kinds, arguments)
-            least = self.work * largest_array_size(arguments) * curves_in(kinds[0])
-            most = self.most_work(called, least)
+            least = self.work * largest_array_size(arguments) * nested_curve_count(kinds[0])
+            most = self.uncompiled_work_limit(called, least)
             if least >= most:
                 break
             with suppress(TooMuchWork):
-                self._run_and_count(called, arguments, least, most)
+                self._run_uncompiled_and_add_work(called, arguments, least, most)
                 return
         self.machine_code(kinds)(arguments)
 
@@ -142,10 +142,13 @@ class KernelForMany(Kernel):
         others = [(curve.kernel, curve.code.arguments) for curve in arguments if hasattr(curve, "kernel")]
         return [*others, (self, kinds)]
 
-    def most_work(self, called: "list[tuple[Kernel, Kinds]]", least: float) -> float:
-        """Most work that an uncompiled run may do, if it needs at least ``least``; 0 if all kernels are on disk."""
+    def uncompiled_work_limit(self, called: "list[tuple[Kernel, Kinds]]", least_work: float) -> float:
+        """Limit of the work of an uncompiled run that needs at least ``least_work``.
+
+        0 if all kernels are on disk.
+        """
         before_loading = LOADING - self.whole_work
-        if before_loading > least and "llvmlite" not in sys.modules:
+        if before_loading > least_work and "llvmlite" not in sys.modules:
             return before_loading
         missing = [
             kernel.work_until_compiled(kinds)
@@ -154,18 +157,24 @@ class KernelForMany(Kernel):
         ]
         return max(missing, default=0.0)
 
-    def _run_and_count(self, called: Any, arguments: tuple[Any, ...], least: float, most: float) -> None:
+    def _run_uncompiled_and_add_work(
+        self, called: Any, arguments: tuple[Any, ...], least_work: float, work_limit: float
+    ) -> None:
         try:
-            self.run_uncompiled(arguments, most)
+            self.run_uncompiled(arguments, work_limit)
         finally:
-            done = max(PLAIN_RUN.work, least)
-            KernelForMany.whole_work += done
+            done = max(PLAIN_RUN.work, least_work)
+            TieredKernel.whole_work += done
             for kernel, kinds in called:
                 kernel.plain_work[kinds] += done
 
-    def run_uncompiled(self, arguments: tuple[Any, ...], most: float) -> None:
-        """Run the function as plain Python; raise ``TooMuchWork`` after ``most`` work."""
-        PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = 0.0, most, curves_in(kind_of(arguments[0]))
+    def run_uncompiled(self, arguments: tuple[Any, ...], work_limit: float) -> None:
+        """Run the function as plain Python; raise ``TooMuchWork`` after ``work_limit`` work."""
+        PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = (
+            0.0,
+            work_limit,
+            nested_curve_count(argument_kind(arguments[0])),
+        )
         try:
             with np.errstate(all="ignore"):  # as machine code
                 self.in_python(*arguments)
@@ -178,16 +187,19 @@ def largest_array_size(arguments: tuple[Any, ...]) -> int:
     return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
 
 
-def curves_in(kind: Any) -> int:
+def nested_curve_count(curve_kind: Any) -> int:
     """Number of curves in a curve: itself and the curves in its fields."""
-    fields = kind.fields if isinstance(kind, Record) else ()
-    return 1 + sum(curves_in(field) for field in fields if isinstance(field, Record))
+    fields = curve_kind.fields if isinstance(curve_kind, Record) else ()
+    return 1 + sum(nested_curve_count(field) for field in fields if isinstance(field, Record))
 
 
 compiled: Callable[..., Any] = Kernel
 """Compile a kernel with numba, cached on disk."""
 
 
-def compiled_for_many(*, work: float) -> Callable[..., Any]:
-    """As ``compiled``, once that pays; ``work`` is the least of an uncompiled run for each number that it fills."""
-    return partial(KernelForMany, work=work)
+def compiled_once_it_pays(*, work: float) -> Callable[..., Any]:
+    """Decorate a kernel that runs as plain Python until compiling it pays.
+
+    ``work`` is the least work of a plain run per number that it writes.
+    """
+    return partial(TieredKernel, work=work)

@@ -12,7 +12,7 @@ class CompileClock:
         self.depth, self.since, self.seconds = 0, 0.0, 0.0
         self.notify: Callable[[], None] | None = None
 
-    def begin(self) -> None:
+    def begin_compilation(self) -> None:
         if self.depth == 0:
             self.since = monotonic()
         self.depth += 1
@@ -20,7 +20,7 @@ class CompileClock:
         if notify:
             notify()
 
-    def end(self) -> None:
+    def end_compilation(self) -> None:
         self.depth -= 1
         if self.depth == 0:
             self.seconds += monotonic() - self.since

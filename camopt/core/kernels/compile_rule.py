@@ -10,6 +10,6 @@ def compile_never() -> None:
     compile.COMPILATION = inf
 
 
-def compile_at_once() -> None:
+def compile_at_first_call() -> None:
     """Compile each kernel at its first call, so that later commands find it on disk."""
     compile.COMPILATION = compile.LOADING = 0.0

@@ -43,17 +43,17 @@ FLAGS: dict[str, Any] = {
 NUMBA_PREFIXES = ("numba_", "NRT_", "Py")  # first letters of functions that exist only where numba is loaded
 
 
-class Listener(event.Listener):
+class CompilationListener(event.Listener):
     """Numba notifies it of each compilation."""
 
-    def on_start(self, happening: Any) -> None:
-        COMPILE_CLOCK.begin()
+    def on_start(self, event: Any) -> None:
+        COMPILE_CLOCK.begin_compilation()
 
-    def on_end(self, happening: Any) -> None:
-        COMPILE_CLOCK.end()
+    def on_end(self, event: Any) -> None:
+        COMPILE_CLOCK.end_compilation()
 
 
-event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+event.register("numba:compile", CompilationListener())  # type: ignore[no-untyped-call]
 
 
 class Dispatcher(CPUDispatcher):

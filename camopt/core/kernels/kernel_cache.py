@@ -32,12 +32,12 @@ PRIVATE_MODE = 0o700
 NO_FOLDER = Path(os.devnull)
 
 
-def with_digest(content: bytes) -> bytes:
+def prepend_digest(content: bytes) -> bytes:
     """File content: the digest, then the content."""
     return sha256(content).digest() + content
 
 
-def checked_content(data: bytes) -> bytes | None:
+def content_if_undamaged(data: bytes) -> bytes | None:
     """Content of a file without its digest; None if the file is damaged."""
     digest, content = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
     return content if sha256(content).digest() == digest else None
@@ -74,7 +74,7 @@ class KernelFile:
     def read(self) -> ObjectCode | None:
         """Read the kernel; None if the file is missing or damaged."""
         try:
-            content = checked_content(self._file.read_bytes())
+            content = content_if_undamaged(self._file.read_bytes())
         except OSError:
             return None
         if content is None or content[:DIGEST_SIZE] != self._key:
@@ -90,7 +90,7 @@ class KernelFile:
         partial = self._file.with_name(f"{self._file.name}.{os.urandom(8).hex()}.partial")
         with suppress(OSError):
             try:
-                partial.write_bytes(with_digest(content))
+                partial.write_bytes(prepend_digest(content))
                 os.replace(partial, self._file)
             finally:
                 partial.unlink(missing_ok=True)
@@ -99,16 +99,16 @@ class KernelFile:
 @cache
 def kernel_folder() -> Path:
     """Folder of the kernels for this version of the package."""
-    return open_version_folder(cache_root(os.environ.get("NUMBA_CACHE_DIR", "")), version_of_kernels())
+    return open_version_folder(kernel_cache_root(os.environ.get("NUMBA_CACHE_DIR", "")), version_of_kernels())
 
 
-def cache_root(configured: str) -> Path:
+def kernel_cache_root(configured_path: str) -> Path:
     """Folder of kernels: as configured, or in the user's cache; ``NO_FOLDER`` for a user without a home."""
     try:
-        root = Path(configured) if configured else user_cache_path("camopt")
+        root = Path(configured_path) if configured_path else user_cache_path("camopt")
     except RuntimeError:
         return NO_FOLDER
-    return root if configured or root.is_absolute() else NO_FOLDER
+    return root if configured_path or root.is_absolute() else NO_FOLDER
 
 
 def open_version_folder(root: Path, version: str) -> Path:
@@ -121,7 +121,7 @@ def open_version_folder(root: Path, version: str) -> Path:
         if not folder.is_dir():
             root.mkdir(parents=True, exist_ok=True)
             folder.mkdir(PRIVATE_MODE, exist_ok=True)
-            _remove_unused(root, len(version))
+            _remove_unused_versions(root, len(version))
         if is_private(folder):
             with suppress(OSError):
                 os.utime(folder)  # marks it as used
@@ -139,8 +139,8 @@ def is_private(folder: Path) -> bool:
     return stat.S_ISDIR(status.st_mode) and status.st_uid == user and private
 
 
-def _remove_unused(root: Path, length: int) -> None:
+def _remove_unused_versions(root: Path, name_length: int) -> None:
     for folder in root.iterdir():
-        version = len(folder.name) == length and set(folder.name) <= set("0123456789abcdef")
+        version = len(folder.name) == name_length and set(folder.name) <= set("0123456789abcdef")
         if version and not folder.is_symlink() and time() - folder.stat().st_mtime > UNUSED_SECONDS:
             shutil.rmtree(folder, ignore_errors=True)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from llvmlite import binding
 
-from camopt.core.kernels.arguments import c_types_of, flatten_arguments
+from camopt.core.kernels.arguments import argument_c_types, flatten_to_machine_arguments
 
 
 class ObjectCode(NamedTuple):
@@ -35,10 +35,10 @@ class MachineCode:
         engine.finalize_object()
         self._engine = engine
         self.address: int = self._engine.get_function_address(code.name)
-        self._function = CFUNCTYPE(c_int, c_void_p, c_void_p, *c_types_of(kinds))(self.address)
+        self._function = CFUNCTYPE(c_int, c_void_p, c_void_p, *argument_c_types(kinds))(self.address)
 
     def __call__(self, arguments: tuple[Any, ...]) -> None:
-        if self._function(RESULT, ERROR, *flatten_arguments(arguments)):
+        if self._function(RESULT, ERROR, *flatten_to_machine_arguments(arguments)):
             raise RuntimeError("a kernel raised an error")
 
 

@@ -81,7 +81,7 @@ def chosen_by_type(function: Callable[..., Any]) -> Callable[[Callable[..., Any]
     return register
 
 
-def overload_in_kernels(function: Callable[..., Any]) -> Any:
+def inline_in_kernels_by_overload(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it. Unlike ``inline_in_kernels``, Python calls it directly."""
     chosen_by_type(function)(wraps(function)(lambda *kinds: function))
     return function

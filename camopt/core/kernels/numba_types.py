@@ -66,7 +66,7 @@ INLINE_OPTIONS: Any = {"forceinline": True, **LINKED_OPTIONS}
 
 
 @typeof_impl.register(KernelPart)
-def _type_part(part, context):
+def _dispatcher_type_of_part(part, context):
     return types.Dispatcher(part.dispatcher)
 
 
@@ -122,7 +122,7 @@ def _register_value_type(owner: type, fields: tuple[str, ...]) -> None:
     type_callable(owner)(lambda context: typer)
 
     @lower_builtin(owner, *[types.float64] * len(fields))
-    def _make(context, builder, signature, values):
+    def build_struct(context, builder, signature, values):
         struct = cgutils.create_struct_proxy(kind)(context, builder)
         for name, value in zip(fields, values, strict=True):
             setattr(struct, name, value)
@@ -165,17 +165,17 @@ register_model(CodeType)(models.OpaqueModel)
 
 
 @type_callable(address_of_values)
-def _type_address_of(context):
+def _typing_of_value_address(context):
     return lambda values: types.voidptr
 
 
 @lower_builtin(address_of_values, types.Any)
-def _lower_address_of(context, builder, signature, arguments):
+def _lower_value_address(context, builder, signature, arguments):
     return builder.bitcast(cgutils.alloca_once_value(builder, arguments[0]), cgutils.voidptr_t)
 
 
 @type_callable(function_address)
-def _type_code_of(context):
+def _typing_of_function_address(context):
     def typer(function, values):
         code = numba_type(function.dispatcher.part.code)
         function.get_call_type(context, (types.CPointer(values), *code.arguments[1:]), {})
@@ -185,7 +185,7 @@ def _type_code_of(context):
 
 
 @lower_builtin(function_address, types.Dispatcher, types.Any)
-def _lower_code_of(context, builder, signature, arguments):
+def _lower_function_address(context, builder, signature, arguments):
     function, values = signature.args
     compiled = function.dispatcher.overloads[types.CPointer(values), *signature.return_type.arguments[1:]]
     context.active_code_library.add_linking_library(compiled.library)
@@ -193,7 +193,7 @@ def _lower_code_of(context, builder, signature, arguments):
 
 
 @type_callable(call)
-def _type_call(context):
+def _typing_of_call_by_address(context):
     def typer(code, arguments):
         fits = len(arguments) == len(code.arguments) and all(
             context.can_convert(argument, parameter) is not None
@@ -205,7 +205,7 @@ def _type_call(context):
 
 
 @lower_builtin(call, CodeType, types.BaseTuple)
-def _lower_call(context, builder, signature, arguments):
+def _lower_call_by_address(context, builder, signature, arguments):
     code, kinds = signature.args
     unpacked = cgutils.unpack_tuple(builder, arguments[1])
     values = [

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import compiled_for_many
+from camopt.core.kernels.compile import compiled_once_it_pays
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 
 FILTER_WORK = 0.1  # work per design, in values of a curve: numpy compares a few numbers
@@ -55,10 +55,12 @@ class BlockCounts(NamedTuple):
     open: int
 
 
-def count_designs(known: PitchVerdicts, block: DesignBlock, sizes: int) -> tuple[BlockCounts, FloatArray]:
+def count_held_and_open_designs(
+    verdicts: PitchVerdicts, block: DesignBlock, size_count: int
+) -> tuple[BlockCounts, FloatArray]:
     """Counts of a block, and for each size the lowest cost of designs that are proved to hold all limits."""
-    counts, least = np.zeros(3, np.int64), np.full(sizes, np.inf)
-    count_block(known, block.curves, block.bodies, block.place, least, counts)
+    counts, least = np.zeros(3, np.int64), np.full(size_count, np.inf)
+    write_block_counts(verdicts, block.curves, block.bodies, block.place, least, counts)
     return BlockCounts(*counts.tolist()), least
 
 
@@ -73,74 +75,76 @@ class FeasibleDesigns(NamedTuple):
     """Designs that may hold all limits."""
 
 
-def gather_designs(
-    known: PitchVerdicts, block: DesignBlock, counts: BlockCounts, most: FloatArray, every: bool
+def gather_feasible_designs(
+    verdicts: PitchVerdicts, block: DesignBlock, counts: BlockCounts, cost_limits: FloatArray, include_costly: bool
 ) -> FeasibleDesigns:
-    """Gather the designs of a block that hold all limits: ``every`` one, or those up to the cost of their size."""
+    """Gather the feasible designs of a block: all (``include_costly``), or those up to the cost of their size."""
     held, open_ = np.empty(counts.held, np.int64), np.empty(counts.open, np.int64)
     found = FeasibleDesigns(held, np.empty(counts.held, np.bool_), open_)
     count = np.zeros(1, np.int64)
-    gather_block(known, block.curves, block.bodies, block.place, most, every, found, count)
+    write_feasible_designs(
+        verdicts, block.curves, block.bodies, block.place, cost_limits, include_costly, found, count
+    )
     return FeasibleDesigns(found.held[: count[0]], found.cheap[: count[0]], found.open)
 
 
-@compiled_for_many(work=FILTER_WORK)
-def count_block(known, curves, bodies, place, least, counts):
+@compiled_once_it_pays(work=FILTER_WORK)
+def write_block_counts(verdicts, curves, bodies, place, least_costs, counts):
     """Write the counts of a block and the lowest cost for each size."""
     existing, held, possible = 0, 0, 0
     for i in range(curves.size):
-        at, body = known.places[curves[i]], bodies[i]
-        existing += known.exists[curves[i]]
-        surely = (known.sure_bodies.least[at] <= body) & (body <= known.sure_bodies.most[at])
+        at, body = verdicts.places[curves[i]], bodies[i]
+        existing += verdicts.exists[curves[i]]
+        surely = (verdicts.sure_bodies.least[at] <= body) & (body <= verdicts.sure_bodies.most[at])
         held += surely
-        possible += (known.possible_bodies.least[at] <= body) & (body <= known.possible_bodies.most[at])
-        if surely and known.cost[at] < least[place]:
-            least[place] = known.cost[at]
-        place = place + 1 if place + 1 < least.size else 0
+        possible += (verdicts.possible_bodies.least[at] <= body) & (body <= verdicts.possible_bodies.most[at])
+        if surely and verdicts.cost[at] < least_costs[place]:
+            least_costs[place] = verdicts.cost[at]
+        place = place + 1 if place + 1 < least_costs.size else 0
     counts[0], counts[1], counts[2] = existing, held, possible - held
 
 
-@count_block.array_version
-def _count_block_in_python(known, curves, bodies, place, least, counts):
-    at = known.places[curves]
+@write_block_counts.array_version
+def _write_block_counts_in_python(verdicts, curves, bodies, place, least_costs, counts):
+    at = verdicts.places[curves]
     held, possible = (
-        np.flatnonzero(_is_in_radius_range(known.sure_bodies, at, bodies)),
-        _is_in_radius_range(known.possible_bodies, at, bodies),
+        np.flatnonzero(_is_in_radius_range(verdicts.sure_bodies, at, bodies)),
+        _is_in_radius_range(verdicts.possible_bodies, at, bodies),
     )
-    np.minimum.at(least, (place + held) % least.size, known.cost[at[held]])
-    counts[:] = np.count_nonzero(known.exists[curves]), held.size, np.count_nonzero(possible) - held.size
+    np.minimum.at(least_costs, (place + held) % least_costs.size, verdicts.cost[at[held]])
+    counts[:] = np.count_nonzero(verdicts.exists[curves]), held.size, np.count_nonzero(possible) - held.size
 
 
-def _is_in_radius_range(ranges, at, bodies):
+def _is_in_radius_range(ranges, curve_places, bodies):
     """Which bodies are within the range of their curve."""
-    return (ranges.least[at] <= bodies) & (bodies <= ranges.most[at])
+    return (ranges.least[curve_places] <= bodies) & (bodies <= ranges.most[curve_places])
 
 
-@compiled_for_many(work=FILTER_WORK)
-def gather_block(known, curves, bodies, place, most, every, found, count):
+@compiled_once_it_pays(work=FILTER_WORK)
+def write_feasible_designs(verdicts, curves, bodies, place, cost_limits, include_costly, found, count):
     """Write the gathered designs of a block, and the number of those that are proved to hold all limits."""
     held_count, open_count = 0, 0
     for i in range(curves.size):
-        at, body = known.places[curves[i]], bodies[i]
-        if (known.sure_bodies.least[at] <= body) & (body <= known.sure_bodies.most[at]):
-            cheap = known.cost[at] <= most[place]
-            if every or cheap:
+        at, body = verdicts.places[curves[i]], bodies[i]
+        if (verdicts.sure_bodies.least[at] <= body) & (body <= verdicts.sure_bodies.most[at]):
+            cheap = verdicts.cost[at] <= cost_limits[place]
+            if include_costly or cheap:
                 found.held[held_count], found.cheap[held_count] = i, cheap
                 held_count += 1
-        elif (known.possible_bodies.least[at] <= body) & (body <= known.possible_bodies.most[at]):
+        elif (verdicts.possible_bodies.least[at] <= body) & (body <= verdicts.possible_bodies.most[at]):
             found.open[open_count] = i
             open_count += 1
-        place = place + 1 if place + 1 < most.size else 0
+        place = place + 1 if place + 1 < cost_limits.size else 0
     count[0] = held_count
 
 
-@gather_block.array_version
-def _gather_block_in_python(known, curves, bodies, place, most, every, found, count):
-    at = known.places[curves]
+@write_feasible_designs.array_version
+def _write_feasible_designs_in_python(verdicts, curves, bodies, place, cost_limits, include_costly, found, count):
+    at = verdicts.places[curves]
     surely, perhaps = (
-        _is_in_radius_range(ranges, at, bodies) for ranges in (known.sure_bodies, known.possible_bodies)
+        _is_in_radius_range(ranges, at, bodies) for ranges in (verdicts.sure_bodies, verdicts.possible_bodies)
     )
     found.open[:], held = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
-    cheap = known.cost[at[held]] <= most[(place + held) % most.size]
-    held, cheap = (held, cheap) if every else (held[cheap], cheap[cheap])
+    cheap = verdicts.cost[at[held]] <= cost_limits[(place + held) % cost_limits.size]
+    held, cheap = (held, cheap) if include_costly else (held[cheap], cheap[cheap])
     found.held[: held.size], found.cheap[: held.size], count[0] = held, cheap, held.size

@@ -81,7 +81,7 @@ class ClimbGoal(NamedTuple):
 
 
 @inline_in_kernels
-def sign_range(goal):
+def sign_index_range(goal):
     """Range of the signs (1, −1) of ``PeakQuery`` that a goal needs."""
     return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
 
@@ -95,9 +95,9 @@ def orient(value, goal):
 
 
 @inline_in_kernels
-def allowed_gain(best, relative_error, error):
+def allowed_gain(best, relative_error, rounding_error):
     """Gain that may remain at an extreme that is exact enough; at least the rounding error, if known."""
-    return larger(0.5 * relative_error * abs(best), select(error < np.inf, error, 0.0))
+    return larger(0.5 * relative_error * abs(best), select(rounding_error < np.inf, rounding_error, 0.0))
 
 
 @inline_in_kernels
@@ -107,7 +107,7 @@ def chord_root(bracket):
 
 
 @inline_in_kernels
-def shrink_bracket(bracket, u, slope):
+def shrink_illinois_bracket(bracket, u, slope):
     """The bracket with u as an end. If the same end was moved before, the slope at the other end is halved."""
     up = slope > 0.0
     rising = select(bracket.side < 0.0, 0.5 * bracket.rising, bracket.rising)
@@ -122,13 +122,13 @@ def shrink_bracket(bracket, u, slope):
 
 
 @inline_in_kernels
-def remaining_gain(grade, bracket, half_width, concavity):
-    """Bound of the maximum less a value whose slope has the magnitude ``grade``."""
-    return grade * smaller((bracket.high - bracket.low) * half_width, 0.5 * grade / concavity)
+def remaining_gain(slope_magnitude, bracket, half_width, concavity):
+    """Bound of the maximum less a value whose slope has the magnitude ``slope_magnitude``."""
+    return slope_magnitude * smaller((bracket.high - bracket.low) * half_width, 0.5 * slope_magnitude / concavity)
 
 
 @inline_in_kernels
-def cubic_peak(left, rising, right, falling, width):
+def cubic_peak_place(left, rising, right, falling, width):
     """Place in [0, 1] of the maximum of the cubic through both ends and slopes, with rising > 0 > falling."""
     mean = (right - left) / width
     linear, square = 6.0 * mean - 4.0 * rising - 2.0 * falling, 3.0 * (rising + falling - 2.0 * mean)
@@ -136,28 +136,28 @@ def cubic_peak(left, rising, right, falling, width):
 
 
 @called_by_kernels
-def begin_climb(climbs, j, design, ends, half_width, concavity):
+def begin_climb(climbs, column, design, ends, half_width, concavity):
     """Fill a column of the table of climbs; uncompiled, several columns."""
     low, high, left, rising, right, falling = ends
-    share = cubic_peak(left, rising, right, falling, (high - low) * half_width)
+    share = cubic_peak_place(left, rising, right, falling, (high - low) * half_width)
     hidden = (share <= 0.0) | (share >= 1.0) | (share != share)  # rounding of the values hides the cubic's peak
     share = select(hidden, rising / (rising - falling), share)
-    climbs.design[j] = design
+    climbs.design[column] = design
     state = climbs.state
-    state[NEXT, j] = low + (high - low) * share
-    state[LOW, j], state[HIGH, j] = low, high
-    state[RISING, j], state[FALLING, j], state[CONCAVITY, j] = rising, falling, concavity
-    state[SIDE, j], state[BEST, j], state[AT, j] = 0.0, -np.inf, 0.0
-    state[BOUND, j], state[SLOPE, j], state[EXACT, j] = np.inf, np.inf, 0.0
+    state[NEXT, column] = low + (high - low) * share
+    state[LOW, column], state[HIGH, column] = low, high
+    state[RISING, column], state[FALLING, column], state[CONCAVITY, column] = rising, falling, concavity
+    state[SIDE, column], state[BEST, column], state[AT, column] = 0.0, -np.inf, 0.0
+    state[BOUND, column], state[SLOPE, column], state[EXACT, column] = np.inf, np.inf, 0.0
 
 
 @called_by_kernels
-def step_climbs(many, half_width, state):
+def step_climbs(climb_count, half_width, state):
     """Do one step of every climb, from new values and slopes, without branches."""
     low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
     best, at, bound, values, slopes = state[BEST], state[AT], state[BOUND], state[VALUE], state[GRADIENT]
     concavity, gain, steep, following = state[CONCAVITY], state[GAIN], state[SLOPE], state[NEXT]
-    for j in range(np.uint64(many)):
+    for j in range(np.uint64(climb_count)):
         u, value, slope = following[j], values[j], slopes[j]
         bracket, grade = Bracket(low[j], high[j], rising[j], falling[j], side[j]), abs(slope)
         gain[j] = remaining_gain(grade, bracket, half_width, concavity[j])
@@ -165,45 +165,46 @@ def step_climbs(many, half_width, state):
         best[j] = max(value, best[j])
         at[j] = u if grade < steep[j] else at[j]  # near the top the slope tells points apart, values do not
         steep[j] = min(grade, steep[j])
-        bracket = shrink_bracket(bracket, u, slope)
+        bracket = shrink_illinois_bracket(bracket, u, slope)
         low[j], high[j], rising[j], falling[j], side[j] = bracket
         following[j] = chord_root(bracket)
 
 
 @step_climbs.array_version
-def _step_climbs_in_python(many, half_width, state):
-    u, value, slope, concavity = (state[row, :many] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
-    bracket, grade = Bracket(*(state[row, :many] for row in (LOW, HIGH, RISING, FALLING, SIDE))), abs(slope)
-    best, at, bound, steep = (state[row, :many] for row in (BEST, AT, BOUND, SLOPE))
-    state[GAIN, :many] = gain = remaining_gain(grade, bracket, half_width, concavity)
+def _step_climbs_in_python(climb_count, half_width, state):
+    u, value, slope, concavity = (state[row, :climb_count] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
+    bracket, grade = Bracket(*(state[row, :climb_count] for row in (LOW, HIGH, RISING, FALLING, SIDE))), abs(slope)
+    best, at, bound, steep = (state[row, :climb_count] for row in (BEST, AT, BOUND, SLOPE))
+    state[GAIN, :climb_count] = gain = remaining_gain(grade, bracket, half_width, concavity)
     bound[:] = smaller(bound, value + gain)
     best[:] = larger(value, best)
     at[:] = select(grade < steep, u, at)
     steep[:] = smaller(grade, steep)
-    bracket = shrink_bracket(bracket, u, slope)
+    bracket = shrink_illinois_bracket(bracket, u, slope)
     for row, values in zip((LOW, HIGH, RISING, FALLING, SIDE), bracket, strict=True):
-        state[row, :many] = values
-    state[NEXT, :many] = chord_root(bracket)
+        state[row, :climb_count] = values
+    state[NEXT, :climb_count] = chord_root(bracket)
 
 
 @called_by_kernels
-def update_climbs(many, place, errors, last, ask, found, climbs):
+def keep_unfinished_climbs(climb_count, centre_and_half_width, errors, is_last_step, query, found, climbs):
     """Store the results of climbs and keep the unfinished ones; return their number.
 
-    ``place`` is (centre, half-width) of the panel; ``errors`` are the designs' rounding errors in it.
+    ``centre_and_half_width`` is (centre, half-width) of the panel; ``errors`` are the designs' rounding errors in
+    it.
     """
     still, state = 0, climbs.state
-    for j in range(many):
+    for j in range(climb_count):
         i = climbs.design[j]
         if state[BEST, j] >= found.best[i] - errors[i]:  # its place is more exact than a node
             found.best[i] = found.best[i] if state[EXACT, j] else max(found.best[i], state[BEST, j])
-            found.at[i] = place[0] + place[1] * state[AT, j]
-        near = state[SLOPE, j] <= ask.location * state[CONCAVITY, j]
+            found.at[i] = centre_and_half_width[0] + centre_and_half_width[1] * state[AT, j]
+        near = state[SLOPE, j] <= query.location * state[CONCAVITY, j]
         exact = state[EXACT, j] > 0.0 or state[GAIN, j] <= allowed_gain(
-            found.best[i], ask.relative_error, errors[i]
+            found.best[i], query.relative_error, errors[i]
         )
         lost = state[BOUND, j] < found.best[i] - errors[i]
-        if (exact and near) or lost or last:
+        if (exact and near) or lost or is_last_step:
             found.top[i] = max(found.top[i], state[BOUND, j])
         else:
             state[EXACT, j] = exact
@@ -214,17 +215,24 @@ def update_climbs(many, place, errors, last, ask, found, climbs):
     return still
 
 
-@update_climbs.array_version
-def _update_climbs_in_python(many, place, errors, last, ask, found, climbs):
-    i, state = climbs.design[:many], climbs.state[:STATES, :many]
+@keep_unfinished_climbs.array_version
+def _keep_unfinished_climbs_in_python(
+    climb_count, centre_and_half_width, errors, is_last_step, query, found, climbs
+):
+    i, state = climbs.design[:climb_count], climbs.state[:STATES, :climb_count]
     if np.any(i[1:] == i[:-1]):  # both halves of a panel climb: the second needs the result of the first
-        return update_climbs.py_func(many, place, errors, last, ask, found, climbs)
+        return keep_unfinished_climbs.py_func(
+            climb_count, centre_and_half_width, errors, is_last_step, query, found, climbs
+        )
     error, better = errors[i], state[BEST] >= found.best[i] - errors[i]
     best = np.where(better & (state[EXACT] == 0.0), larger(found.best[i], state[BEST]), found.best[i])
-    found.best[i], found.at[i] = best, np.where(better, place[0] + place[1] * state[AT], found.at[i])
-    near = state[SLOPE] <= ask.location * state[CONCAVITY]
-    exact = (state[EXACT] > 0.0) | (state[GAIN] <= allowed_gain(best, ask.relative_error, error))
-    ended = (exact & near) | (state[BOUND] < best - error) | last
+    found.best[i], found.at[i] = (
+        best,
+        np.where(better, centre_and_half_width[0] + centre_and_half_width[1] * state[AT], found.at[i]),
+    )
+    near = state[SLOPE] <= query.location * state[CONCAVITY]
+    exact = (state[EXACT] > 0.0) | (state[GAIN] <= allowed_gain(best, query.relative_error, error))
+    ended = (exact & near) | (state[BOUND] < best - error) | is_last_step
     top, still = larger(found.top[i], state[BOUND]), np.flatnonzero(~ended)
     found.top[i[ended]], state[EXACT] = top[ended], exact
     climbs.design[: still.size], state[:, : still.size] = i[still], state[:, still]
@@ -232,7 +240,7 @@ def _update_climbs_in_python(many, place, errors, last, ask, found, climbs):
 
 
 @inline_in_kernels
-def climb_all(curve, first, many, panels, panel, ask, work):
+def climb_all(curve, first, climb_count, panels, panel, query, work):
     """Climb to the maxima of all concave parts at once. Finished climbs leave the table.
 
     A value that is exact enough is fixed, while the climb goes on to find its place. So the value has the same
@@ -241,12 +249,14 @@ def climb_all(curve, first, many, panels, panel, ask, work):
     place, errors, climbs = (panels.centre[panel], panels.half_width[panel]), work.bounds.error[panel], work.climbs
     state = climbs.state
     for step in range(CLIMB_STEPS):
-        if many == 0:
+        if climb_count == 0:
             break
-        there = (curve.source, panel, state[NEXT], ask.sign, first, climbs.design, many, state[VALUE:])
+        there = (curve.source, panel, state[NEXT], query.sign, first, climbs.design, climb_count, state[VALUE:])
         call(curve.panel, there)
-        step_climbs(many, place[1], state)
-        many = update_climbs(many, place, errors, step == CLIMB_STEPS - 1, ask, work.found, climbs)
+        step_climbs(climb_count, place[1], state)
+        climb_count = keep_unfinished_climbs(
+            climb_count, place, errors, step == CLIMB_STEPS - 1, query, work.found, climbs
+        )
 
 
 @inline_in_kernels
@@ -267,5 +277,5 @@ def climb(curve, design, panels, panel, ends, concavity, sign, aim):
         exact = exact or gain <= aim.gain
         if bound < aim.best or (exact and grade <= aim.slope):
             break
-        bracket = shrink_bracket(bracket, u, slope)
+        bracket = shrink_illinois_bracket(bracket, u, slope)
     return largest, at, max(bound, largest)

@@ -14,10 +14,10 @@ def clock_seconds() -> float:
     return monotonic() - COMPILE_CLOCK.seconds
 
 
-def time_share(end: float, left: int) -> float:
-    """Time at which the first of ``left`` equal tasks must stop to leave the others as much time."""
+def next_task_deadline(deadline: float, tasks_left: int) -> float:
+    """Time at which the first of ``tasks_left`` equal tasks must stop to leave the others as much time."""
     start = clock_seconds()
-    return start + max(end - start, 0.0) / left
+    return start + max(deadline - start, 0.0) / tasks_left
 
 
 def time_runs(work: Callable[[], TimedResult], runs: int) -> tuple[TimedResult, float]:

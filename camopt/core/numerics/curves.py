@@ -19,9 +19,9 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels, inline_in_kernels_by_overload
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.dual import constant_like, dual_from_pair, dual_state, single_state
+from camopt.core.numerics.dual import constant_like, dual_from_pair, dual_state, state_without_slopes
 from camopt.core.numerics.state import State
 from camopt.core.numerics.trigonometry import rotate
 
@@ -34,72 +34,72 @@ DERIVATIVE_FORMULAS: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
 LOADED_CURVES: set[type] = set()
 
 
-def value_of(f: Any, i: Any, at: State) -> Any:
+def curve_value(f: Any, i: Any, at: State) -> Any:
     """Value of curve ``f`` for design ``i`` in the state ``at``, in the number type of the state."""
     return CURVE_FORMULAS[type(f)](f, i, at)
 
 
-@chosen_by_type(value_of)
+@chosen_by_type(curve_value)
 def _formula_in_kernels(f, i, at):
     return KERNEL_FORMULAS.get(f)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def value_and_slope(f, i, at):
     """Value and slope of curve ``f`` for design ``i``."""
-    return value_of(f, i, dual_state(at))
+    return curve_value(f, i, dual_state(at))
 
 
-def field_value(f: Any, i: Any, at: State) -> Any:
+def curve_or_number_value(f: Any, i: Any, at: State) -> Any:
     """A field's value in a formula: that of a curve, or the number of a design."""
     if type(f) in CURVE_FORMULAS:
         return CURVE_FORMULAS[type(f)](f, i, at)
     return constant_like(f[i], at.y)
 
 
-@chosen_by_type(field_value)
+@chosen_by_type(curve_or_number_value)
 def _field_value_in_kernels(f, i, at):
     return KERNEL_FORMULAS.get(f, lambda f, i, at: f[i])
 
 
-def curve_type(function: Callable[..., Any] | None = None, *, loaded: bool = False) -> Any:
+def curve_type_from_formula(function: Callable[..., Any] | None = None, *, reads_load: bool = False) -> Any:
     """Make a curve type from a formula: a NamedTuple of its parameters other than the state.
 
-    A parameter with a default is a table that all designs share. A formula is ``loaded`` if it, or a curve in it,
-    reads an external load that changes over the turn.
+    A parameter with a default is a table that all designs share. A formula is ``reads_load`` if it, or a curve in
+    it, reads an external load that changes over the turn.
     """
     if function is None:
-        return lambda function: curve_type(function, loaded=loaded)
+        return lambda function: curve_type_from_formula(function, reads_load=reads_load)
     _, *fields = signature(function).parameters.values()
     make: Any = namedtuple
     owner = make(function.__name__, [field.name for field in fields], module=function.__module__)
     owner.__doc__ = function.__doc__
     parts = [f"f.{x.name}" if x.default is not Parameter.empty else f"part(f.{x.name}, i, at)" for x in fields]
     text = f"lambda f, i, at: formula(at, {', '.join(parts)})"
-    curve_formula(owner, loaded=loaded)(eval(text, {"formula": function, "part": field_value}))
-    KERNEL_FORMULAS[owner] = eval(text, {"formula": inline_in_kernels(function), "part": field_value})
+    curve_formula(owner, reads_load=reads_load)(eval(text, {"formula": function, "part": curve_or_number_value}))
+    KERNEL_FORMULAS[owner] = eval(text, {"formula": inline_in_kernels(function), "part": curve_or_number_value})
     return owner
 
 
-def curve_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+def curve_formula(owner: type, *, reads_load: bool = False) -> Callable[[CurveFormula], CurveFormula]:
     """Register the formula of a curve type: a function of the curve, a design and the state."""
 
     def register(function: CurveFormula) -> CurveFormula:
         CURVE_FORMULAS[owner] = KERNEL_FORMULAS[owner] = function
-        if loaded:
+        if reads_load:
             LOADED_CURVES.add(owner)
         return function
 
     return register
 
 
-def pair_formula(owner: type, *, loaded: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+def value_and_slope_formula(owner: type, *, reads_load: bool = False) -> Callable[[CurveFormula], CurveFormula]:
     """Register a formula that returns both value and slope."""
 
     def register(function: CurveFormula) -> CurveFormula:
         pair = inline_in_kernels(function)
-        curve_formula(owner, loaded=loaded)(
-            lambda f, i, at: dual_from_pair(pair(f, i, single_state(at, at.y)), at.y)
+        curve_formula(owner, reads_load=reads_load)(
+            lambda f, i, at: dual_from_pair(pair(f, i, state_without_slopes(at, at.y)), at.y)
         )
         return function
 
@@ -154,7 +154,7 @@ class Linear(NamedTuple):
     constant: FloatArray
 
 
-@pair_formula(Linear)
-def linear(f, i, at):
+@value_and_slope_formula(Linear)
+def linear_value_and_slope(f, i, at):
     value = f.constant[i] + f.displacement[i] * at.y + f.velocity[i] * at.y1 + f.acceleration[i] * at.y2
     return value, f.displacement[i] * at.y1 + f.velocity[i] * at.y2 + f.acceleration[i] * at.y3

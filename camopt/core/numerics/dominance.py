@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.compile import compiled_for_many
+from camopt.core.kernels.compile import compiled_once_it_pays
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 
 TREE_BRANCHES = 8
@@ -62,7 +62,7 @@ def _group_by_branch(costs: FloatArray) -> FloatArray:
     return _pad_to_branches(costs).reshape(-1, TREE_BRANCHES, costs.shape[1])
 
 
-@compiled_for_many(work=COMPARE_WORK)
+@compiled_once_it_pays(work=COMPARE_WORK)
 def find_dominated(tree, costs, found, stack):
     """Mark the points that a known point of a tree dominates."""
     objectives, last = costs.shape[1], tree.starts.size - 2
@@ -116,17 +116,20 @@ class PointTree:
         none = np.empty((0, objectives))
         self._most, self._recent, self._count = Dominators(none), [none], 0
 
-    def add(self, costs: FloatArray) -> Any:
-        """Add points (n, objectives); return which of them the large tree dominates (n,)."""
+    def add_and_find_dominated(self, costs: FloatArray) -> Any:
+        """Add points (n, objectives); return a mask (n,) of those that a point of the large tree dominates."""
         dominated = self._most.dominate(costs)
         self._recent.append(costs[~dominated])
         return dominated
 
-    def dominators(self, every: Callable[[], FloatArray]) -> "Dominators | TreePair":
-        """The points as dominators; ``every`` returns all undominated points, if the large tree is built again."""
+    def dominators(self, all_undominated: Callable[[], FloatArray]) -> "Dominators | TreePair":
+        """The points as dominators.
+
+        ``all_undominated`` returns all undominated points, if the large tree is built again.
+        """
         recent = np.concatenate(self._recent)
         if len(recent) > max(REBUILD_SHARE * self._count, COMPARED_AT_ONCE):
-            costs, recent = every(), np.empty((0, recent.shape[1]))
+            costs, recent = all_undominated(), np.empty((0, recent.shape[1]))
             self._most, self._count = Dominators(costs), len(costs)
         self._recent = [recent]
         return TreePair(self._most, Dominators(recent)) if len(recent) else self._most

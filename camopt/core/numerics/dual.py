@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload
 from camopt.core.numerics.jet import Jet, to_power
-from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
+from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, register_number_operations
 from camopt.core.numerics.state import Load, State, TrainForces
 
 PLAIN_KINDS = (float, np.ndarray, Jet)
@@ -98,7 +98,7 @@ DUAL_RULES: OperationRules = {
 """Rules of each operation for operands that are dual numbers or others. A sign is a constant."""
 
 
-give_rules(Dual, DUAL_RULES, lambda rule, operands: rule(*operands), (object,))
+register_number_operations(Dual, DUAL_RULES, lambda rule, operands: rule(*operands), (object,))
 
 
 def dual_load(load: Any) -> Any:
@@ -120,43 +120,43 @@ def _dual_load_in_kernels(load):
     return _dual_forces if load is TrainForces else lambda load: Load(Dual(load.value, load.slope), load.slope)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def dual_state(at):
     """The state of the follower in dual numbers."""
     y, y1, y2 = Dual(at.y, at.y1), Dual(at.y1, at.y2), Dual(at.y2, at.y3)
     return State(y, y1, y2, Dual(at.y3, at.y4), dual_load(at.load), 0.0)
 
 
-def single_state(at: State, y: Any) -> State:
+def state_without_slopes(at: State, y: Any) -> State:
     """The state without slopes, if the displacement ``y`` is a dual number; else the state."""
-    return _single_state(at, y) if type(y) is Dual else at
+    return _drop_state_slopes(at, y) if type(y) is Dual else at
 
 
-def _single_state(at, y):
-    return State(at.y.value, at.y1.value, at.y2.value, at.y3.value, single_load(at.load), at.y3.slope)
+def _drop_state_slopes(at, y):
+    return State(at.y.value, at.y1.value, at.y2.value, at.y3.value, load_without_slopes(at.load), at.y3.slope)
 
 
-@chosen_by_type(single_state)
-def _single_state_in_kernels(at, y):
-    return _single_state if y is Dual else lambda at, y: at
+@chosen_by_type(state_without_slopes)
+def _state_without_slopes_in_kernels(at, y):
+    return _drop_state_slopes if y is Dual else lambda at, y: at
 
 
-def single_load(load: Any) -> Any:
+def load_without_slopes(load: Any) -> Any:
     """The load without slopes, from a load in dual numbers."""
     if load is None:
         return None
-    return _single_forces(load) if isinstance(load, TrainForces) else Load(load.value.value, load.value.slope)
+    return _drop_force_slopes(load) if isinstance(load, TrainForces) else Load(load.value.value, load.value.slope)
 
 
-def _single_forces(load):
+def _drop_force_slopes(load):
     return TrainForces(load.value.value, load.value.slope, load.carried.value, load.carried.slope)
 
 
-@chosen_by_type(single_load)
-def _single_load_in_kernels(load):
+@chosen_by_type(load_without_slopes)
+def _load_without_slopes_in_kernels(load):
     if load is NoneType:
         return lambda load: None
-    return _single_forces if load is TrainForces else lambda load: Load(load.value.value, load.value.slope)
+    return _drop_force_slopes if load is TrainForces else lambda load: Load(load.value.value, load.value.slope)
 
 
 def dual_from_pair(pair: Any, y: Any) -> Any:

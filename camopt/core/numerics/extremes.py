@@ -24,24 +24,28 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.kernels.address_calls import AddressedKernel, address_of_values, call
-from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record, pin_arrays
-from camopt.core.kernels.compile import compiled, compiled_for_many
+from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record, as_pinned_tuple
+from camopt.core.kernels.compile import compiled, compiled_once_it_pays
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LEAST, UNIT_ROUNDOFF, FloatArray
-from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient, sign_range
+from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient, sign_index_range
 from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator
 from camopt.core.numerics.curves import LOADED_CURVES
 from camopt.core.numerics.identity_key import IdentityKey
 from camopt.core.numerics.jet import larger
 from camopt.core.numerics.panel_prefetch import caching_evaluator
-from camopt.core.numerics.panel_search import restart_inexact_designs, search_panel, search_panel_again
+from camopt.core.numerics.panel_search import (
+    restart_inexact_designs,
+    search_panel,
+    search_panel_for_inexact_designs,
+)
 from camopt.core.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
 from camopt.core.numerics.workspace import (
     PLAIN_TILE,
     WORKSPACE_RECORD,
     keep_freed_memory,
-    plain_workspace,
-    workspace,
+    thread_workspace,
+    uncompiled_workspace,
 )
 
 SHARP_SHARE = 0.25  # share of the allowed error that rounding may take in a part that is searched again
@@ -76,7 +80,7 @@ class Extremes(NamedTuple):
 
 
 @called_by_kernels
-def best_nodes(values, count, panels, kinds, goal, best, node):
+def write_best_nodes(values, count, panels, kinds, goal, best, node):
     """Largest oriented node value of each design over pieces of some kinds, and the first node that has it."""
     for i in range(count):
         best[i] = -np.inf
@@ -95,13 +99,13 @@ def best_nodes(values, count, panels, kinds, goal, best, node):
                     best[i] = max(value, best[i])
 
 
-@best_nodes.array_version
-def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
+@write_best_nodes.array_version
+def _write_best_nodes_in_python(values, count, panels, kinds, goal, best, node):
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
     nodes = np.flatnonzero(panels.kind[piece] & kinds)
     oriented = orient(values[nodes, :count], goal)
     if np.isnan(oriented).any():  # a NaN stays the best until the next node
-        best_nodes.py_func(values, count, panels, kinds, goal, best, node)
+        write_best_nodes.py_func(values, count, panels, kinds, goal, best, node)
         return
     most = np.full((len(oriented) + 1, count), -np.inf)
     for t in range(len(oriented)):  # a fifth of the time of np.maximum.accumulate
@@ -145,26 +149,26 @@ def _may_exceed_in_python(before, after, excess, count, goal, best):
 
 
 @called_by_kernels
-def choose_candidates(panel, node, count, ask, work):
+def choose_candidate_designs(panel, node, count, query, work):
     """Choose the designs that may exceed their best value in a panel by more than allowed; return their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
     best, top, error, chosen = work.found.best, work.found.top, work.bounds.error[panel], work.chosen
     many = 0
     for i in range(count):
-        bound = max(ask.sign * before[i], ask.sign * after[i]) + excess[i]
-        more = bound > best[i] + allowed_gain(best[i], ask.relative_error, error[i])
+        bound = max(query.sign * before[i], query.sign * after[i]) + excess[i]
+        more = bound > best[i] + allowed_gain(best[i], query.relative_error, error[i])
         chosen[many] = i
         many += more
         top[i] = top[i] if more else max(top[i], bound)
     return many
 
 
-@choose_candidates.array_version
-def _choose_candidates_in_python(panel, node, count, ask, work):
+@choose_candidate_designs.array_version
+def _choose_candidate_designs_in_python(panel, node, count, query, work):
     before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
     best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
-    bound = larger(ask.sign * before, ask.sign * after) + excess[:count]
-    more = bound > best + allowed_gain(best, ask.relative_error, error)
+    bound = larger(query.sign * before, query.sign * after) + excess[:count]
+    more = bound > best + allowed_gain(best, query.relative_error, error)
     top[:] = np.where(more, top, larger(top, bound))
     chosen = np.flatnonzero(more)
     work.chosen[: chosen.size] = chosen
@@ -194,35 +198,35 @@ def _is_panel_open_in_python(curve, first, count, panels, panel, node, goal, wor
 
 
 @called_by_kernels
-def begin_search(panels, kinds, goal, floor, count, work):
+def start_extremes_at_best_nodes(panels, kinds, goal, floor, count, work):
     """Start the extremes of a tile with the best nodes."""
     found = work.found
-    best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    write_best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     for i in range(count):
         found.best[i] = max(found.best[i], floor)
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
-@begin_search.array_version
-def _begin_search_in_python(panels, kinds, goal, floor, count, work):
+@start_extremes_at_best_nodes.array_version
+def _start_extremes_in_python(panels, kinds, goal, floor, count, work):
     found = work.found
-    best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    write_best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     found.best[:count] = larger(found.best[:count], floor)
     found.top[:count], found.rounding[:count] = found.best[:count], 0.0
     found.at[:count] = node_angle(panels, found.node[:count])
 
 
 @inline_in_kernels
-def search_open_panel(curve, first, count, panels, place, aim, work):
+def search_open_panel(curve, first, count, panels, panel_and_node, goal_and_precision, work):
     """Search a panel for the designs whose best value it may exceed, by its jets.
 
-    ``place`` is the panel and its first node, ``aim`` the goal and the precision.
+    ``panel_and_node`` is the panel and its first node, ``goal_and_precision`` the goal and the precision.
     """
-    (panel, node), (goal, precision) = place, aim
-    one, other = sign_range(goal)
+    (panel, node), (goal, precision) = panel_and_node, goal_and_precision
+    one, other = sign_index_range(goal)
     for way in range(one, other):
         ask = PeakQuery(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
-        many = choose_candidates(panel, node, count, ask, work)
+        many = choose_candidate_designs(panel, node, count, ask, work)
         if many:
             search_panel(curve, first, many, panels, panel, node, ask, work)
 
@@ -231,7 +235,7 @@ def search_open_panel(curve, first, count, panels, place, aim, work):
 def search_tile(curve, first, count, panels, question, precision, work):
     """Find the extremes of a tile; a question is the kinds of stroke to search, and the goal."""
     kinds, goal = question
-    begin_search(panels, kinds, goal, precision.floor, count, work)
+    start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, work)
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
@@ -242,9 +246,9 @@ def search_tile(curve, first, count, panels, question, precision, work):
 @search_tile.array_version
 def _search_tile_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
-    begin_search(panels, kinds, goal, precision.floor, count, work)
+    start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, work)
     bound_unknown_rows(curve, first, count, panels, np.unique(panels.group), work)
-    panel, piece = open_panels(panels, kinds, goal, count, work)
+    panel, piece = panels_that_may_exceed_best(panels, kinds, goal, count, work)
     bound_unknown_rows(curve, first, count, panels, panel, work)
     for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
         if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
@@ -262,10 +266,10 @@ def bound_unknown_rows(curve, first, count, panels, rows, work):
 
 
 @inline_in_kernels
-def search_tile_again(curve, first, count, panels, question, precision, work):
+def search_inexact_designs(curve, first, count, panels, question, precision, work):
     """Search again for the designs of a tile whose extremes are not exact enough."""
     kinds, goal = question
-    one, other = sign_range(goal)
+    one, other = sign_index_range(goal)
     many = restart_inexact_designs(count, precision, work)
     for q in range(panels.kind.size if many else 0):
         if panels.kind[q] & kinds:
@@ -275,10 +279,10 @@ def search_tile_again(curve, first, count, panels, question, precision, work):
                         sharp = PeakQuery(
                             1.0 - 2.0 * way, precision.value, precision.location, SHARP_SHARE * precision.value
                         )
-                        search_panel_again(curve, first, many, panels, p, p + q, sharp, work)
+                        search_panel_for_inexact_designs(curve, first, many, panels, p, p + q, sharp, work)
 
 
-def open_panels(panels, kinds, goal, count, work):
+def panels_that_may_exceed_best(panels, kinds, goal, count, work):
     """Panels that may exceed the best node by the jets of their groups, and the numbers of their pieces."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
     panel = np.flatnonzero(panels.kind[piece] & kinds)
@@ -315,7 +319,7 @@ def search_all(curve, panels, questions, precision, answers, work):
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
             search_tile(curve, first, count, panels, question, precision, work)
-            search_tile_again(curve, first, count, panels, question, precision, work)
+            search_inexact_designs(curve, first, count, panels, question, precision, work)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
             write_extremes(work.found, count, question[1], value, where, width)
 
@@ -323,10 +327,10 @@ def search_all(curve, panels, questions, precision, answers, work):
 @search_all.array_version
 def _search_all_in_python(curve, panels, questions, precision, answers, work):
     curve = caching_evaluator(curve)
-    search_all.py_func(curve, panels, questions, precision, answers, plain_workspace(panels))
+    search_all.py_func(curve, panels, questions, precision, answers, uncompiled_workspace(panels))
 
 
-@compiled_for_many(work=SEARCH_WORK)
+@compiled_once_it_pays(work=SEARCH_WORK)
 def search_curve(f, table, panels, questions, precision, answers, work, search_all):
     """Search a curve over a motion table; ``search_all`` is called by its address."""
     source = (f, table)
@@ -348,14 +352,14 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
     if designs > PLAIN_TILE:
         keep_freed_memory()
     answers, question_array = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
-    turn = _kernel_turn(IdentityKey(table), type(f) in LOADED_CURVES)
+    turn = _pinned_table_and_panels(IdentityKey(table), type(f) in LOADED_CURVES)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-        search_curve(f, *turn, question_array, precision, answers, workspace(turn[1]), SEARCH_ADDRESS)
+        search_curve(f, *turn, question_array, precision, answers, thread_workspace(turn[1]), SEARCH_ADDRESS)
     return Extremes(*answers)
 
 
 @lru_cache(maxsize=64)
-def _kernel_turn(same: IdentityKey[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
+def _pinned_table_and_panels(same: IdentityKey[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
     """A motion table and its panels for kernels. Without the load, turns with and without one share a kernel."""
     table = same.value if loaded else same.value._replace(load=None)
-    return pin_arrays(table), pin_arrays(panels_of(table))
+    return as_pinned_tuple(table), as_pinned_tuple(panels_of(table))

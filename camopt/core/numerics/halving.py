@@ -5,7 +5,7 @@ import numpy as np
 from camopt.core.kernels.address_calls import call
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics.climbing import ClimbGoal, PanelPartEnds, allowed_gain, climb
-from camopt.core.numerics.jet import known_bound, larger, select, smaller
+from camopt.core.numerics.jet import infinite_if_nan, larger, select, smaller
 from camopt.core.numerics.workspace import DEPTH
 
 PANEL_PARTS = 4096  # most parts of one panel, before it stays undecided
@@ -28,38 +28,43 @@ def most_ascent(slope, bend, curl, width):
 
 
 @called_by_kernels
-def classify_part(ends, third, half_width, enough):
+def classify_part(ends, third_derivative_bound, half_width, settling_bound):
     """Classify a part by end values, slopes and |f'''|; return verdict, bound of values, lower bound of −f''."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
     bend = (falling - rising) / width  # a mean of f''
-    room = 0.5 * third * width  # largest difference of f'' from the mean
+    room = 0.5 * third_derivative_bound * width  # largest difference of f'' from the mean
     most = max(left, right)
     if bend + room <= 0.0:
         return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), most, -(bend + room)
     bound = most + 0.125 * max(room - bend, 0.0) * width * width
-    if bound > enough:
-        ascent = most_ascent(rising, bend + room, 0.5 * third, width)
-        descent = most_ascent(-falling, bend + room, 0.5 * third, width)
+    if bound > settling_bound:
+        ascent = most_ascent(rising, bend + room, 0.5 * third_derivative_bound, width)
+        descent = most_ascent(-falling, bend + room, 0.5 * third_derivative_bound, width)
         bound = min(bound, max(most, min(left + ascent, right + descent)))
-    return (SETTLED if bound <= enough else UNSETTLED), bound, 0.0
+    return (SETTLED if bound <= settling_bound else UNSETTLED), bound, 0.0
 
 
-def classify_parts(ends, third, half_width, enough):
+def classify_parts(ends, third_derivative_bound, half_width, settling_bound):
     """Classify many parts of the same width, uncompiled."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
-    bend, room, most = (falling - rising) / width, 0.5 * third * width, larger(left, right)
+    bend, room, most = (falling - rising) / width, 0.5 * third_derivative_bound * width, larger(left, right)
     concave = bend + room <= 0.0
     bound = np.where(concave, most, most + 0.125 * larger(room - bend, 0.0) * width * width)
-    open_ = np.flatnonzero(~concave & (bound > enough))
+    open_ = np.flatnonzero(~concave & (bound > settling_bound))
     if open_.size:
-        rise, drop, curve, curl = rising[open_], -falling[open_], (bend + room)[open_], 0.5 * third[open_]
+        rise, drop, curve, curl = (
+            rising[open_],
+            -falling[open_],
+            (bend + room)[open_],
+            0.5 * third_derivative_bound[open_],
+        )
         ascent, descent = (most_ascent(slope, curve, curl, width) for slope in (rise, drop))
         reached = smaller(left[open_] + ascent, right[open_] + descent)
         bound[open_] = smaller(bound[open_], larger(most[open_], reached))
     climbs = np.where((rising > 0.0) & (falling < 0.0), CLIMBS, CONCAVE)
-    verdict = np.where(concave, climbs, np.where(bound <= enough, SETTLED, UNSETTLED))
+    verdict = np.where(concave, climbs, np.where(bound <= settling_bound, SETTLED, UNSETTLED))
     return verdict, bound, np.where(concave, -(bend + room), 0.0)
 
 
@@ -79,8 +84,8 @@ def read_ends(row):
 @called_by_kernels
 def bound_by_slope(bounds, ends, sign, half_width):
     """Bound of the values in a part from the range of its slope; close where the curve is level or monotone."""
-    rise = known_bound((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
-    drop = known_bound((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
+    rise = infinite_if_nan((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
+    drop = infinite_if_nan((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
     width = (ends.high - ends.low) * half_width
     most = max(ends.left, ends.right)
     return min(max(most, ends.left + rise * width), max(most, ends.right + drop * width))
@@ -90,7 +95,9 @@ def bound_by_slope(bounds, ends, sign, half_width):
 def bound_by_jet(bound, bounds, ends, sign, half_width):
     """Closer bound of the values in a part from its own jet."""
     reach = 0.5 * (ends.high - ends.low)
-    bound = min(bound, max(ends.left, ends.right) + 0.5 * known_bound(bounds.second) * (reach * half_width) ** 2)
+    bound = min(
+        bound, max(ends.left, ends.right) + 0.5 * infinite_if_nan(bounds.second) * (reach * half_width) ** 2
+    )
     if bound < np.inf:
         return bound
     most = bounds.high if sign > 0.0 else -bounds.low  # at a corner of the curve only its range is known
@@ -98,19 +105,19 @@ def bound_by_jet(bound, bounds, ends, sign, half_width):
 
 
 @called_by_kernels
-def exceeds_blur(error, bound, best, ask):
+def has_excess_rounding_error(rounding_error, bound, best, query):
     """Whether a part may exceed the best value and has a larger rounding error than allowed."""
-    return ask.blur < np.inf and error > ask.blur * abs(best) and bound + error > best
+    return query.blur < np.inf and rounding_error > query.blur * abs(best) and bound + rounding_error > best
 
 
 @called_by_kernels
-def is_blurred_by_width(curve, design, panel, middle, error):
+def halving_reduces_rounding(curve, design, panel, middle, error):
     """Whether a part's rounding error is far larger than that of a point, so that halving the part reduces it."""
     return error > 2.0 * call(curve.part, (curve.source, panel, middle, POINT_WIDTH, design)).error
 
 
 @called_by_kernels
-def split_part(curve, design, panels, panel, error, ask, best, stack):
+def search_part_by_halving(curve, design, panels, panel, error, query, best, stack):
     """Halve a part until it is settled; return its largest value, the place, a bound of its values, their error.
 
     The part is the first row of the stack. The range of its slope is tried first, then its jets, then its halves
@@ -121,8 +128,10 @@ def split_part(curve, design, panels, panel, error, ask, best, stack):
     """
     half_width = panels.half_width[panel]
     whole = call(curve.part, (curve.source, panel, 0.0, 1.0, design))
-    bound = bound_by_slope(whole, read_ends(stack[0]), ask.sign, half_width)
-    if bound <= best + allowed_gain(best, ask.relative_error, error) and not exceeds_blur(error, bound, best, ask):
+    bound = bound_by_slope(whole, read_ends(stack[0]), query.sign, half_width)
+    if bound <= best + allowed_gain(best, query.relative_error, error) and not has_excess_rounding_error(
+        error, bound, best, query
+    ):
         return -np.inf, 0.0, bound, error if bound + error > best else 0.0
     largest, at, top, rounding = -np.inf, 0.0, best, 0.0
     depth, parts = 1, 0
@@ -133,15 +142,15 @@ def split_part(curve, design, panels, panel, error, ask, best, stack):
         middle = 0.5 * (ends.low + ends.high)
         bounds = call(curve.part, (curve.source, panel, middle, 0.5 * (ends.high - ends.low), design))
         part_error = min(error, bounds.error)
-        gain = allowed_gain(best, ask.relative_error, part_error)
+        gain = allowed_gain(best, query.relative_error, part_error)
         verdict, bound, concavity = classify_part(ends, bounds.third, half_width, best + gain)
         if verdict == UNSETTLED:
-            bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
+            bound = bound_by_jet(bound, bounds, ends, query.sign, half_width)
         more = verdict == UNSETTLED and bound > best + gain
-        if not more and exceeds_blur(part_error, np.inf if verdict == CLIMBS else bound, best, ask):
-            more = is_blurred_by_width(curve, design, panel, middle, part_error)
+        if not more and has_excess_rounding_error(part_error, np.inf if verdict == CLIMBS else bound, best, query):
+            more = halving_reduces_rounding(curve, design, panel, middle, part_error)
         if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
-            value, slope = call(curve.point, (curve.source, panel, middle, ask.sign, design))
+            value, slope = call(curve.point, (curve.source, panel, middle, query.sign, design))
             if value > best:
                 best, largest, at = value, value, middle
             write_ends(stack[depth], PanelPartEnds(ends.low, middle, ends.left, ends.rising, value, slope))
@@ -149,8 +158,8 @@ def split_part(curve, design, panels, panel, error, ask, best, stack):
             depth += 2
             continue
         if verdict == CLIMBS:
-            aim = ClimbGoal(best, gain, ask.location * concavity)
-            value, u, bound = climb(curve, design, panels, panel, ends, concavity, ask.sign, aim)
+            aim = ClimbGoal(best, gain, query.location * concavity)
+            value, u, bound = climb(curve, design, panels, panel, ends, concavity, query.sign, aim)
             if value > best:
                 best, largest, at = value, value, u
         top = max(top, bound)

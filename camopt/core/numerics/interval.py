@@ -74,11 +74,13 @@ def _wave_rule(function: Any, crest: float) -> Callable[["Interval"], "Interval"
     """
 
     def rule(a: "Interval") -> "Interval":
-        def holds(phase: float) -> Any:
+        def contains_phase(phase: float) -> Any:
             return np.floor((a.high - phase) / (2 * np.pi)) >= np.ceil((a.low - phase) / (2 * np.pi))
 
         ends = widen(_interval_hull(function(a.low), function(a.high)), LIBRARY_ERROR)
-        return Interval(np.where(holds(crest - np.pi), -1.0, ends.low), np.where(holds(crest), 1.0, ends.high))
+        return Interval(
+            np.where(contains_phase(crest - np.pi), -1.0, ends.low), np.where(contains_phase(crest), 1.0, ends.high)
+        )
 
     return rule
 

@@ -10,7 +10,7 @@ so every bound holds, and is close if the part is short. Each operation adds 2�
 rounding errors of its operands. The error of an input is taken as 4 such units.
 
 A quantity without bounds, such as a quotient whose denominator may be zero, is inf or NaN from there on;
-``known_bound`` turns NaN into inf.
+``infinite_if_nan`` turns NaN into inf.
 
 Inside kernels a jet is a value type of six registers. Uncompiled it is an object with the same operators, on
 numbers or on arrays with one entry for each design.
@@ -20,9 +20,9 @@ import operator
 
 import numpy as np
 
-from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels, value_type
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload, value_type
 from camopt.core.numerics import INPUT_ROUNDOFF, UNIT_ROUNDOFF
-from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, give_rules
+from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, register_number_operations
 
 FLOAT_ZERO = np.float64(0.0)  # division by it gives infinity in plain Python too
 JET_FIELDS = ("low", "high", "error", "first", "second", "third")
@@ -77,8 +77,8 @@ def smaller(a, b):
     return b if b < a else a
 
 
-@overload_in_kernels
-def extent_of(p, q, r, s):
+@inline_in_kernels_by_overload
+def smallest_and_largest(p, q, r, s):
     """Smallest and largest of four numbers."""
     return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
 
@@ -96,53 +96,53 @@ chosen_by_type(larger)(lambda a, b: lambda a, b: max(a, b))
 chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
 
 
-@overload_in_kernels
-def magnitude(a):
+@inline_in_kernels_by_overload
+def largest_magnitude(a):
     """Largest |a|."""
     return larger(abs(a.low), abs(a.high))
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def least_magnitude(a):
     """Smallest |a|."""
     return larger(larger(a.low, -a.high), 0.0)
 
 
-@overload_in_kernels
-def known_bound(bound):
+@inline_in_kernels_by_overload
+def infinite_if_nan(bound):
     """A bound of a jet, with inf in place of the NaN of 0·∞, which would compare as if the bound held."""
     return select(bound >= 0.0, bound, np.inf)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def constant_jet(x):
     """A number as a jet."""
     return Jet(x, x, INPUT_ROUNDOFF * abs(x), 0.0, 0.0, 0.0)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def negative(a):
     return Jet(-a.high, -a.low, a.error, a.first, a.second, a.third)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def add(a, b):
     low, high = a.low + b.low, a.high + b.high
     error = a.error + b.error + UNIT_ROUNDOFF * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first + b.first, a.second + b.second, a.third + b.third)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def add_number(a, x):
     low, high = a.low + x, a.high + x
     error = a.error + INPUT_ROUNDOFF * abs(x) + UNIT_ROUNDOFF * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first, a.second, a.third)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def multiply(a, b):
-    least, most = extent_of(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
-    m, n = magnitude(a), magnitude(b)
+    least, most = smallest_and_largest(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
+    m, n = largest_magnitude(a), largest_magnitude(b)
     return Jet(
         least,
         most,
@@ -153,17 +153,17 @@ def multiply(a, b):
     )
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def multiply_number(a, x):
     p, q, m = a.low * x, a.high * x, abs(x)
-    error = m * a.error + 2.0 * INPUT_ROUNDOFF * m * magnitude(a)
+    error = m * a.error + 2.0 * INPUT_ROUNDOFF * m * largest_magnitude(a)
     return Jet(smaller(p, q), larger(p, q), error, m * a.first, m * a.second, m * a.third)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def square(a):
     """a², with the range of equal factors."""
-    n, m = least_magnitude(a), magnitude(a)
+    n, m = least_magnitude(a), largest_magnitude(a)
     return Jet(
         n * n,
         m * m,
@@ -174,14 +174,14 @@ def square(a):
     )
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def divide(a, b):
     """a/b; without bounds where b may be zero."""
     nonzero = (b.low > 0.0) | (b.high < 0.0)
     low, high = 1.0 / select(nonzero, b.high, -FLOAT_ZERO), 1.0 / select(nonzero, b.low, FLOAT_ZERO)
-    least, most = extent_of(a.low * low, a.low * high, a.high * low, a.high * high)
+    least, most = smallest_and_largest(a.low * low, a.low * high, a.high * low, a.high * high)
     inverse = 1.0 / select(nonzero, least_magnitude(b), FLOAT_ZERO)
-    m = magnitude(a) * inverse
+    m = largest_magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
     third = (a.third + 3.0 * (second * b.first + first * b.second) + m * b.third) * inverse
@@ -189,7 +189,7 @@ def divide(a, b):
     return Jet(least, most, error, first, second, third)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def jet_root(a):
     """√a; without bounds where a may be zero."""
     low, high = np.sqrt(larger(a.low, 0.0)), np.sqrt(larger(a.high, 0.0))
@@ -200,14 +200,14 @@ def jet_root(a):
     return Jet(low, high, 0.5 * a.error * inverse + UNIT_ROUNDOFF * high, first, second, third)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def absolute(a):
     """|a|; where a may pass through zero, its slope has a bound, but its higher derivatives have none."""
     kink = select((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
-    return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
+    return Jet(least_magnitude(a), largest_magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def maximum_with_number(a, x):
     """The larger of a and a number."""
     kink = select((a.low >= x) | (a.high <= x), 0.0, np.inf)
@@ -216,14 +216,14 @@ def maximum_with_number(a, x):
     return Jet(low, high, a.error, share * a.first, share * a.second + kink, share * a.third + kink)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def sign(a):
     """−1, 0 or 1; without derivatives where a may pass through zero."""
     jump = select((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
     return Jet(np.sign(a.low), np.sign(a.high), 0.0, jump, jump, jump)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
@@ -247,41 +247,44 @@ def power(a, exponent):
     )
 
 
-@overload_in_kernels
-def wave(a, low, high, slope):
+@inline_in_kernels_by_overload
+def wave(a, low_end_value, high_end_value, largest_derivative):
     """A sine or cosine of a, from its values at the ends of a's range and its largest derivative.
 
     Inside the range it exceeds the values at the ends by at most an eighth of the squared width.
     """
     width = a.high - a.low
     swell = 0.125 * width * width
-    least, most = larger(smaller(low, high) - swell, -1.0), smaller(larger(low, high) + swell, 1.0)
+    least, most = (
+        larger(smaller(low_end_value, high_end_value) - swell, -1.0),
+        smaller(larger(low_end_value, high_end_value) + swell, 1.0),
+    )
     m = larger(abs(least), abs(most))
     square_first = a.first * a.first
     return Jet(
         least,
         most,
         a.error + 2.0 * UNIT_ROUNDOFF,
-        slope * a.first,
-        slope * a.second + m * square_first,
-        slope * (a.third + square_first * a.first) + 3.0 * m * a.first * a.second,
+        largest_derivative * a.first,
+        largest_derivative * a.second + m * square_first,
+        largest_derivative * (a.third + square_first * a.first) + 3.0 * m * a.first * a.second,
     )
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def largest_wave_magnitude(low, high, width):
     """Largest magnitude of a sine or cosine over a range of arguments, from its values at the ends."""
     return smaller(larger(abs(low), abs(high)) + 0.125 * width * width, 1.0)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def sine(a):
     return wave(
         a, np.sin(a.low), np.sin(a.high), largest_wave_magnitude(np.cos(a.low), np.cos(a.high), a.high - a.low)
     )
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def cosine(a):
     return wave(
         a, np.cos(a.low), np.cos(a.high), largest_wave_magnitude(np.sin(a.low), np.sin(a.high), a.high - a.low)
@@ -321,4 +324,4 @@ JET_RULES: OperationRules = {
 }
 """Rules of each operation for operands that are jets or numbers."""
 
-give_rules(Jet, JET_RULES, LazyJet, (float, np.ndarray, np.generic, int))
+register_number_operations(Jet, JET_RULES, LazyJet, (float, np.ndarray, np.generic, int))

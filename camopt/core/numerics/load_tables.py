@@ -78,19 +78,19 @@ def tabulated_load(
 ROW_FIELDS = ("low", "high", "most", "error")
 
 
-def _as_columns(force: ForceTable) -> ForceTable:
+def _force_as_columns(force: ForceTable) -> ForceTable:
     return force._replace(**{name: getattr(force, name).T[:, :, None] for name in ("nodes", *ROW_FIELDS)})
 
 
-def load_of_all_rows(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadTable:
+def load_as_columns(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadTable:
     """The load for formulas on all rows or nodes at once (index ``...``): numbers become columns (rows, 1)."""
     if isinstance(load, TrainLoadTable):
-        return TrainLoadTable(*map(_as_columns, load))
+        return TrainLoadTable(*map(_force_as_columns, load))
     columns = {name: getattr(load, name)[:, None] for name in ("nodes", "slope", "low", "high")}
     return load._replace(**columns, error=load.error.T[:, :, None])
 
 
-def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> LoadTable | TrainLoadTable:
+def select_load_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> LoadTable | TrainLoadTable:
     """The load on some panels or groups."""
     if isinstance(load, TrainLoadTable):
         return TrainLoadTable(
@@ -99,20 +99,25 @@ def load_of_some_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> Loa
     return load._replace(**{name: getattr(load, name)[rows] for name in ("slope", "low", "high", "error")})
 
 
-def chosen_by_load(of_train):
-    """Mark a function (load, row, place) of a LoadTable; ``of_train`` takes a train's load, and None stays None."""
+def chosen_by_load(train_function):
+    """Mark a function (load, row, place) of a LoadTable.
+
+    ``train_function`` takes a train's load, and None stays None.
+    """
 
     def register(function):
         def load_function(load, row, place):
             if load is None:
                 return None
-            return of_train(load, row, place) if isinstance(load, TrainLoadTable) else function(load, row, place)
+            return (
+                train_function(load, row, place) if isinstance(load, TrainLoadTable) else function(load, row, place)
+            )
 
         @chosen_by_type(load_function)
         def _choose(load, row, place):
             if load is NoneType:
                 return lambda load, row, place: None
-            return of_train if load is TrainLoadTable else function
+            return train_function if load is TrainLoadTable else function
 
         return load_function
 

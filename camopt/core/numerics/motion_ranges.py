@@ -17,7 +17,9 @@ STEEPEST = (TABLE_DEGREE - 3.0) ** 2
 """Largest slope of a polynomial of the jerk's degree on [−1, 1], divided by its largest value there (Markov)."""
 
 
-def angle_over(table: Any, panel: IntArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, SlopedInterval]:
+def middles_and_angles_over(
+    table: Any, panel: IntArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, SlopedInterval]:
     """Middles of parts of panels (from −1 to 1), and the cam angle over each part from the middle of its panel."""
     u, half = (low + high) / 2.0, table.half_width[panel]
     (angle,) = box_variables([Interval(low * half, high * half)], [u * half])
@@ -44,13 +46,13 @@ def derivatives_over(table: Any, panel: IntArray, u: FloatArray, angle: SlopedIn
             np.maximum(mean_value.low, table.low[panel, order] - error[order]),
             np.minimum(mean_value.high, table.high[panel, order] + error[order]),
         )
-        slopes = slopes_by_angle(angle, following)
+        slopes = slopes_by_angle_only(angle, following)
         terms.append(value if order == count else replace(angle, value=value, at=at_middle, slopes=slopes))
         following = value
     return terms[::-1]
 
 
-def slopes_by_angle(angle: SlopedInterval, slope: Interval) -> Interval:
+def slopes_by_angle_only(angle: SlopedInterval, slope: Interval) -> Interval:
     """Slopes of a quantity that depends only on the cam angle."""
     low, high = np.zeros((2, *angle.slopes.low.shape))
     low[0], high[0] = slope.low, slope.high

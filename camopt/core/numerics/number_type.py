@@ -22,50 +22,52 @@ OPERATORS: dict[Any, Any] = {
 }
 
 
-def give_rules(owner: Any, every: OperationRules, apply: Callable[..., Any], beside: tuple[type, ...]) -> None:
-    """Give a number type its operations, with its own numbers and with the types ``beside`` it.
+def register_number_operations(
+    owner: Any, rules_by_operation: OperationRules, apply: Callable[..., Any], plain_operands: tuple[type, ...]
+) -> None:
+    """Give a number type its operations, with its own numbers and with the types ``plain_operands`` it.
 
     ``apply`` runs a rule on a tuple of operands in plain Python. With any other type, that type's operator is
     tried.
     """
-    by_ufunc = {OPERATORS.get(operation, operation): rules for operation, rules in every.items()}
+    by_ufunc = {OPERATORS.get(operation, operation): rules for operation, rules in rules_by_operation.items()}
 
-    def by_numpy(number: Any, ufunc: Any, method: str, *operands: Any, **options: Any) -> Any:
+    def apply_ufunc_rule(number: Any, ufunc: Any, method: str, *operands: Any, **options: Any) -> Any:
         rule = by_ufunc.get(ufunc, {}).get(tuple([isinstance(operand, owner) for operand in operands]))
         return NotImplemented if method != "__call__" or options or rule is None else apply(rule, operands)
 
-    def unary(rules: Any) -> Any:
+    def unary_operator(rules: Any) -> Any:
         return lambda number: apply(rules[OWN,], (number,))
 
-    def binary(rules: Any, alone: tuple[bool, bool]) -> Any:
+    def binary_operator(rules: Any, alone: tuple[bool, bool]) -> Any:
         first = alone[0]
 
         def operate(number: Any, other: Any) -> Any:
             if isinstance(other, owner):
                 rule = rules.get(OWN_PAIR)
             else:
-                rule = rules.get(alone) if isinstance(other, beside) else None
+                rule = rules.get(alone) if isinstance(other, plain_operands) else None
             if rule is None:
                 return NotImplemented
             return apply(rule, (number, other) if first else (other, number))
 
         return operate
 
-    owner.__array_ufunc__ = by_numpy
-    for operation, rules in every.items():
-        _register_in_kernels(operation, rules, owner, beside)
+    owner.__array_ufunc__ = apply_ufunc_rule
+    for operation, rules in rules_by_operation.items():
+        _register_in_kernels(operation, rules, owner, plain_operands)
         if operation is operator.neg:
-            owner.__neg__ = unary(rules)
+            owner.__neg__ = unary_operator(rules)
         elif operation in OPERATORS:
-            setattr(owner, f"__{operation.__name__}__", binary(rules, (OWN, OTHER)))
-            setattr(owner, f"__r{operation.__name__}__", binary(rules, (OTHER, OWN)))
+            setattr(owner, f"__{operation.__name__}__", binary_operator(rules, (OWN, OTHER)))
+            setattr(owner, f"__r{operation.__name__}__", binary_operator(rules, (OTHER, OWN)))
 
 
-def _register_in_kernels(operation: Any, rules: Any, owner: type, beside: tuple[type, ...]) -> None:
+def _register_in_kernels(operation: Any, rules: Any, owner: type, plain_operands: tuple[type, ...]) -> None:
     """Let kernels apply an operation to a number type."""
 
     def choose(*kinds: type) -> Any:
-        fitting = all(issubclass(kind, (owner, *beside)) for kind in kinds)
+        fitting = all(issubclass(kind, (owner, *plain_operands)) for kind in kinds)
         return rules.get(tuple(kind is owner for kind in kinds)) if fitting else None
 
     chosen_by_type(operation)((lambda a: choose(a)) if (OWN,) in rules else (lambda a, b: choose(a, b)))

@@ -36,7 +36,7 @@ LEFT_END = np.array([-1.0])
 WHOLE_NUMBER = 4e-15  # relative distance below which r is a whole number but for rounding
 
 
-def damped_frequency(damping: Any) -> Any:
+def damped_frequency_ratio(damping: Any) -> Any:
     """w = √(1 − ζ²), the damped frequency divided by the undamped one."""
     return np.sqrt((1.0 - damping) * (1.0 + damping))
 
@@ -52,9 +52,9 @@ class Wave(NamedTuple):
     damping: FloatArray
 
     @property
-    def frequency(self) -> FloatArray:
+    def damped_frequency_ratio(self) -> FloatArray:
         """w (rows, 1)."""
-        return np.asarray(damped_frequency(self.damping))
+        return np.asarray(damped_frequency_ratio(self.damping))
 
     @property
     def amplitude(self) -> FloatArray:
@@ -63,7 +63,7 @@ class Wave(NamedTuple):
 
     def slope(self) -> "Wave":
         """The derivative by the cam angle."""
-        ratio, w = self.phase / self.half_width, self.frequency
+        ratio, w = self.phase / self.half_width, self.damped_frequency_ratio
         return self._replace(
             polynomial=polynomial.polyder(self.polynomial) / self.half_width,
             cosine=ratio * (w * self.sine - self.damping * self.cosine),
@@ -85,7 +85,7 @@ class Wave(NamedTuple):
         series = np.broadcast_to(series if series.ndim == 3 else series[:, None], (len(series), *self.phase.shape))
         return self._replace(polynomial=_add_polynomials(self.polynomial, series))
 
-    def rows(self, index: Any) -> "Wave":
+    def select_rows(self, index: Any) -> "Wave":
         """Some of the rows."""
         return Wave(self.polynomial[:, index], *(part[index] for part in self[1:]))
 
@@ -100,7 +100,7 @@ class Wave(NamedTuple):
 
     def _evaluate(self, u: FloatArray) -> FloatArray:
         angle = self.phase * (u + 1.0)
-        phase = self.frequency * angle
+        phase = self.damped_frequency_ratio * angle
         free = np.exp(-self.damping * angle) * (self.cosine * np.cos(phase) + self.sine * np.sin(phase))
         result: FloatArray = _horner(self.polynomial, u) + free
         return result
@@ -139,7 +139,7 @@ def periodic_response(
     h = np.broadcast_to(half_width, (len(ratio), half_width.size))
     phase, soft, moved = ratio * h, ratio < 1.0, motion[:, None]
     with np.errstate(over="ignore"):  # in soft rows, which are replaced below
-        shift, drive, kicks = _stiff_terms(motion, phase, corners / ratio)
+        shift, drive, kicks = _stiff_train_forcing(motion, phase, corners / ratio)
     shift = np.where(soft, 2.0 * damping * moved, shift)
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
     solution = _particular_solution(shift, drive, phase, damping)
@@ -156,7 +156,7 @@ def response_from_rest(
 ) -> Wave:
     """z from rest, for each r in ``ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
     phase, damping = ratio * half_width, np.full_like(ratio, damping)
-    shift, drive, kicks = _stiff_terms(motion, phase, corners / ratio)
+    shift, drive, kicks = _stiff_train_forcing(motion, phase, corners / ratio)
     solution = _particular_solution(shift, drive, phase, damping)
     start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
     return _assemble_wave(solution, half_width, phase, kicks, damping, start)
@@ -165,7 +165,7 @@ def response_from_rest(
 StatePair = tuple[FloatArray, FloatArray]
 
 
-def _stiff_terms(
+def _stiff_train_forcing(
     motion: FloatArray, phase: FloatArray, jumps: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     drive = np.zeros((len(motion), *phase.shape))
@@ -195,7 +195,7 @@ def _free_vibration(
     solution: StatePair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: StatePair
 ) -> tuple[FloatArray, FloatArray, StatePair]:
     """Free vibration (s, p) at the start of each panel, and the state after the last panel."""
-    (s, p), w = start, damped_frequency(damping)
+    (s, p), w = start, damped_frequency_ratio(damping)
     ends = np.array([-1.0, 1.0])[:, None, None]
     (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
     decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
@@ -215,7 +215,7 @@ def _closing_correction(gap_at_end: StatePair, angle: FloatArray, damping: Float
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
     """
-    w = damped_frequency(damping)
+    w = damped_frequency_ratio(damping)
     decay = np.exp(-damping * angle)
     sine = decay * np.sin(w * angle) / w
     gap = 2.0 * decay * np.sin(w * angle / 2.0) ** 2 - np.expm1(-damping * angle)
@@ -236,7 +236,7 @@ def _assemble_wave(
     start: StatePair,
 ) -> Wave:
     s, p, _ = _free_vibration(solution, phase, kicks, damping, start)
-    sine = (p - damping * s) / damped_frequency(damping)
+    sine = (p - damping * s) / damped_frequency_ratio(damping)
     series = solution[0]
     used = np.flatnonzero(series.any(axis=(1, 2)))
     return Wave(series[: used[-1] + 1 if used.size else 1], s, sine, half_width, phase, damping)

@@ -30,50 +30,50 @@ class PanelCache:
         self.bounds: dict[PanelPart, PartBounds] = {}
         self.points: dict[tuple[int, float], tuple[float, float]] = {}
 
-    def evaluate_whole_panel(self, places: list[PanelPart]) -> None:
+    def store_whole_panel_bounds(self, parts: list[PanelPart]) -> None:
         """Evaluate the whole panel for the parts' designs that have no bounds of it yet."""
-        designs = sorted({i for i, _, _ in places if (i, *WHOLE_PANEL) not in self.bounds})
+        designs = sorted({i for i, _, _ in parts if (i, *WHOLE_PANEL) not in self.bounds})
         if designs:
             together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
-            PLAIN_RUN.count(JET_WORK * len(designs))
+            PLAIN_RUN.add_formula_work(JET_WORK * len(designs))
             whole = self.curve.part(self.curve.source, self.panel, *WHOLE_PANEL, together)
             self._store_bounds([(design, *WHOLE_PANEL) for design in designs], whole)
-        self.first = places  # evaluated when one of them is needed: often the whole panel settles them
+        self.first = parts  # evaluated when one of them is needed: often the whole panel settles them
 
     def part(self, source: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
         """Bounds over a part of the panel, as ``curve_kernels.bound_part``."""
         place = (design, middle, reach)
         if reach == POINT_WIDTH:  # such a part is not halved
-            PLAIN_RUN.count(JET_WORK)
+            PLAIN_RUN.add_formula_work(JET_WORK)
             return self.curve.part(source, panel, middle, reach, design)  # type: ignore[no-any-return]
         if place not in self.bounds:
-            self._evaluate_halves(self.first if place in self.first else [place])
+            self._evaluate_parts_and_halves(self.first if place in self.first else [place])
         return self.bounds[place]
 
     def point(self, source: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
         """Oriented value and slope, as ``curve_kernels.evaluate_point``."""
         if (design, u) not in self.points:
-            PLAIN_RUN.count(1)
+            PLAIN_RUN.add_formula_work(1)
             return self.curve.point(source, panel, u, sign, design)  # type: ignore[no-any-return]
         value, slope = self.points[design, u]
         return sign * value, sign * slope
 
-    def _evaluate_halves(self, places: list[PanelPart]) -> None:
+    def _evaluate_parts_and_halves(self, parts: list[PanelPart]) -> None:
         """Evaluate some parts, their halves of several levels, and the points at their middles."""
-        level = every = places
-        for _ in range(max(HALF_LEVELS + 1 - len(places).bit_length(), LEAST_LEVELS) - 1):
+        level = every = parts
+        for _ in range(max(HALF_LEVELS + 1 - len(parts).bit_length(), LEAST_LEVELS) - 1):
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
             every = every + level
-        PLAIN_RUN.count((1 + JET_WORK) * len(every))
+        PLAIN_RUN.add_formula_work((1 + JET_WORK) * len(every))
         designs, middles, reaches = map(np.array, zip(*every, strict=True))
         values, slopes = evaluate_points(self.curve.source, self.panel, middles, 1.0, designs)
         for (design, middle, _), value, slope in zip(every, values, slopes, strict=True):
             self.points[design, middle] = (value, slope)
         self._store_bounds(every, bound_parts(self.curve.source, self.panel, middles, reaches, designs))
 
-    def _store_bounds(self, places: list[PanelPart], bounds: PartBounds) -> None:
-        columns = (np.broadcast_to(column, len(places)) for column in bounds)
-        self.bounds.update(zip(places, map(PartBounds, *columns), strict=True))
+    def _store_bounds(self, parts: list[PanelPart], bounds: PartBounds) -> None:
+        columns = (np.broadcast_to(column, len(parts)) for column in bounds)
+        self.bounds.update(zip(parts, map(PartBounds, *columns), strict=True))
 
 
 class CachingEvaluator(Evaluator):
@@ -81,13 +81,13 @@ class CachingEvaluator(Evaluator):
 
     panels: dict[int, PanelCache]
 
-    def prefetch_panel(self, panel: int, places: list[PanelPart]) -> PanelCache:
+    def prefetch_panel(self, panel: int, parts: list[PanelPart]) -> PanelCache:
         """The cache of a panel, for some parts that will be halved."""
         if sum(len(cache.bounds) for cache in self.panels.values()) > MOST_KEPT_PARTS:
             self.panels.clear()
         if panel not in self.panels:
             self.panels[panel] = PanelCache(self, panel)
-        self.panels[panel].evaluate_whole_panel(places)
+        self.panels[panel].store_whole_panel_bounds(parts)
         return self.panels[panel]
 
 

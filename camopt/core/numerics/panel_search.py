@@ -16,23 +16,23 @@ from camopt.core.numerics.halving import (
     classify_part,
     classify_parts,
     read_ends,
-    split_part,
+    search_part_by_halving,
     write_ends,
 )
 from camopt.core.numerics.jet import larger
 
 
 @called_by_kernels
-def classify_panels(many, panel, half_width, ask, work):
+def classify_panel_for_designs(design_count, panel, half_width, query, work):
     """Settle a panel for each design, begin a climb, or leave it open; count the climbs and the open designs."""
     found, (left, right) = work.found, (work.sides[0], work.sides[1])
     third, errors = work.bounds.third[panel], work.bounds.error[panel]
     climbs = opened = np.int64(0)
-    for j in range(many):
+    for j in range(design_count):
         i = work.chosen[j]
         found.rounding[i] = max(found.rounding[i], errors[i] if errors[i] < np.inf else 0.0)
         ends = PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
-        enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors[i])
+        enough = found.best[i] + allowed_gain(found.best[i], query.relative_error, errors[i])
         verdict, bound, concavity = classify_part(ends, third[i], half_width, enough)
         if verdict == CLIMBS:
             begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
@@ -47,12 +47,12 @@ def classify_panels(many, panel, half_width, ask, work):
     return climbs, opened
 
 
-@classify_panels.array_version
-def _classify_panels_in_python(many, panel, half_width, ask, work):
-    found, i, sides = work.found, work.chosen[:many], work.sides[:2, :, :many]
+@classify_panel_for_designs.array_version
+def _classify_panel_in_python(design_count, panel, half_width, query, work):
+    found, i, sides = work.found, work.chosen[:design_count], work.sides[:2, :, :design_count]
     third, errors = work.bounds.third[panel, i], work.bounds.error[panel, i]
     found.rounding[i] = larger(found.rounding[i], np.where(errors < np.inf, errors, 0.0))
-    enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors)
+    enough = found.best[i] + allowed_gain(found.best[i], query.relative_error, errors)
     verdict, bound, concavity = classify_parts(
         PanelPartEnds(-1.0, 1.0, *sides[0], *sides[1]), third, half_width, enough
     )
@@ -66,7 +66,7 @@ def _classify_panels_in_python(many, panel, half_width, ask, work):
 
 
 @called_by_kernels
-def classify_halves(opened, climbs, panel, place, ask, work):
+def classify_halves(open_count, climb_count, panel, place, query, work):
     """Classify the halves of open panels; return the numbers of climbs so far and of parts to be split.
 
     ``place`` is (centre, half-width) of the panel.
@@ -74,9 +74,9 @@ def classify_halves(opened, climbs, panel, place, ask, work):
     found, (left, right, middle) = work.found, (work.sides[0], work.sides[1], work.sides[2])
     third, errors = work.bounds.third[panel], work.bounds.error[panel]
     parts = np.int64(0)
-    for j in range(opened):
+    for j in range(open_count):
         i, value, slope = work.opened[j], middle[0, j], middle[1, j]
-        enough = found.best[i] + allowed_gain(found.best[i], ask.relative_error, errors[i])
+        enough = found.best[i] + allowed_gain(found.best[i], query.relative_error, errors[i])
         if value > found.best[i]:
             found.best[i], found.at[i] = value, place[0]
         for half in range(2):
@@ -85,42 +85,44 @@ def classify_halves(opened, climbs, panel, place, ask, work):
                 ends = PanelPartEnds(0.0, 1.0, value, slope, right[0, j], right[1, j])
             verdict, bound, concavity = classify_part(ends, third[i], place[1], enough)
             if verdict == CLIMBS:
-                begin_climb(work.climbs, climbs, i, ends, place[1], concavity)
-                climbs += 1
+                begin_climb(work.climbs, climb_count, i, ends, place[1], concavity)
+                climb_count += 1
             elif verdict == UNSETTLED:
                 work.parts.design[parts] = i
                 write_ends(work.parts.ends[parts], ends)
                 parts += 1
             else:
                 found.top[i] = max(found.top[i], bound)
-    return climbs, parts
+    return climb_count, parts
 
 
 @called_by_kernels
-def split_open_parts(curve, first, many, panels, panel, ask, work):
+def split_open_parts(curve, first, part_count, panels, panel, query, work):
     """Split the parts that are still open, one by one."""
     found, errors, parts = work.found, work.bounds.error[panel], work.parts
-    for k in range(many):
+    for k in range(part_count):
         i = parts.design[k]
         write_ends(parts.stack[0], read_ends(parts.ends[k]))
-        value, u, bound, blur = split_part(
-            curve, first + i, panels, panel, errors[i], ask, found.best[i], parts.stack
+        value, u, bound, blur = search_part_by_halving(
+            curve, first + i, panels, panel, errors[i], query, found.best[i], parts.stack
         )
         if value > found.best[i] + (
-            blur if ask.blur < np.inf else 0.0
+            blur if query.blur < np.inf else 0.0
         ):  # a second search keeps a value that is equal up to rounding
             found.best[i], found.at[i] = value, panels.centre[panel] + panels.half_width[panel] * u
         found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
 
 
 @split_open_parts.array_version
-def _split_open_parts_in_python(curve, first, many, panels, panel, ask, work):
-    parts = zip((first + work.parts.design[:many]).tolist(), work.parts.ends[:many].tolist(), strict=True)
+def _split_open_parts_in_python(curve, first, part_count, panels, panel, query, work):
+    parts = zip(
+        (first + work.parts.design[:part_count]).tolist(), work.parts.ends[:part_count].tolist(), strict=True
+    )
     places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
     if places:
         cached = curve.prefetch_panel(panel, places)
         curve = curve._replace(part=cached.part, point=cached.point)
-        split_open_parts.py_func(curve, first, many, panels, panel, ask, work)
+        split_open_parts.py_func(curve, first, part_count, panels, panel, query, work)
 
 
 @called_by_kernels
@@ -145,45 +147,50 @@ def _restart_inexact_designs_in_python(count, precision, work):
 
 
 @called_by_kernels
-def choose_open_designs(many, panel, node, ask, work):
+def choose_open_inexact_designs(inexact_count, panel, node, query, work):
     """Choose the blurred designs for which jets leave a panel open; return their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
     chosen = np.int64(0)
-    for j in range(many):
+    for j in range(inexact_count):
         i = work.again[j]
         work.chosen[chosen] = i
-        chosen += max(ask.sign * before[i], ask.sign * after[i]) + excess[i] > work.found.best[i]
+        chosen += max(query.sign * before[i], query.sign * after[i]) + excess[i] > work.found.best[i]
     return chosen
 
 
 @inline_in_kernels
-def search_panel_again(curve, first, many, panels, panel, node, ask, work):
+def search_panel_for_inexact_designs(curve, first, inexact_count, panels, panel, node, query, work):
     """Search a panel again for blurred designs, in parts with their own rounding errors.
 
     A jet bounds the rounding error of the whole panel. If a denominator comes near zero somewhere in it, this bound
     is far too large at the extreme.
     """
     left, right, parts = work.sides[0], work.sides[1], work.parts
-    many = choose_open_designs(many, panel, node, ask, work)
-    if many:
+    inexact_count = choose_open_inexact_designs(inexact_count, panel, node, query, work)
+    if inexact_count:
         for side in range(2):
-            call(curve.node, (curve.source, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
-        for j in range(many):
+            call(
+                curve.node,
+                (curve.source, node + side, query.sign, first, work.chosen, inexact_count, work.sides[side]),
+            )
+        for j in range(inexact_count):
             parts.design[j] = work.chosen[j]
             write_ends(parts.ends[j], PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j]))
-        split_open_parts(curve, first, many, panels, panel, ask, work)
+        split_open_parts(curve, first, inexact_count, panels, panel, query, work)
 
 
 @inline_in_kernels
-def search_panel(curve, first, many, panels, panel, node, ask, work):
+def search_panel(curve, first, design_count, panels, panel, node, query, work):
     """Search one panel, which begins at ``node``, for all designs in ``work.chosen``."""
     place = (panels.centre[panel], panels.half_width[panel])
     for side in range(2):
-        call(curve.node, (curve.source, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
-    climbs, opened = classify_panels(many, panel, place[1], ask, work)
+        call(
+            curve.node, (curve.source, node + side, query.sign, first, work.chosen, design_count, work.sides[side])
+        )
+    climbs, opened = classify_panel_for_designs(design_count, panel, place[1], query, work)
     if opened:
-        there = (curve.source, panel, work.middle, ask.sign, first, work.opened, opened, work.sides[2])
+        there = (curve.source, panel, work.middle, query.sign, first, work.opened, opened, work.sides[2])
         call(curve.panel, there)
-        climbs, parts = classify_halves(opened, climbs, panel, place, ask, work)
-        split_open_parts(curve, first, parts, panels, panel, ask, work)
-    climb_all(curve, first, climbs, panels, panel, ask, work)
+        climbs, parts = classify_halves(opened, climbs, panel, place, query, work)
+        split_open_parts(curve, first, parts, panels, panel, query, work)
+    climb_all(curve, first, climbs, panels, panel, query, work)

@@ -7,13 +7,13 @@ cam angle, and the largest magnitudes ``most`` of y and six derivatives.
 
 import numpy as np
 
-from camopt.core.kernels.marks import overload_in_kernels
+from camopt.core.kernels.marks import inline_in_kernels_by_overload
 from camopt.core.numerics.jet import Jet, smaller
 
 TABLE_DEGREE = 12  # high enough that truncating trigonometric laws errs less than rounding, even in the jerk
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def derivatives(table, panel, u):
     """(y, y', y'', y''') by the cam angle at u of a panel, by Horner's scheme."""
     y = table.coefficients[panel, TABLE_DEGREE]
@@ -27,7 +27,7 @@ def derivatives(table, panel, u):
     return y, d1 / h, 2.0 * d2 / (h * h), 6.0 * d3 / (h * h * h)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def fourth_derivative(table, panel, u):
     """y'''' by the cam angle at u of a panel."""
     value = 0.0
@@ -36,7 +36,7 @@ def fourth_derivative(table, panel, u):
     return value / np.square(np.square(table.half_width[panel]))
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def jets_over_row(table, row):
     """Jets of y and three derivatives over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
@@ -48,14 +48,14 @@ def jets_over_row(table, row):
     )
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def fourth_over_row(table, row):
     """Jet of y'''' over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def fourth_over_part(table, panel, u, r):
     """Jet of y'''' over the part [u − r, u + r] of a panel."""
     most, y4 = table.most[panel], fourth_derivative(table, panel, u)
@@ -63,7 +63,7 @@ def fourth_over_part(table, panel, u, r):
     return Jet(y4 - room, y4 + room, table.error[panel][4], most[5], most[6], np.inf)
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def jets_over_part(table, panel, u, r):
     """Jets of y and three derivatives over the part [u − r, u + r] of a panel, by the mean value theorem."""
     y, y1, y2, y3 = derivatives(table, panel, u)

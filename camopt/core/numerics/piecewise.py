@@ -21,12 +21,12 @@ from camopt.core.numerics import BISECTIONS, UNIT_ROUNDOFF, FloatArray, IndexArr
 from camopt.core.numerics.load_tables import (
     LoadTable,
     TrainLoadTable,
+    load_as_columns,
     load_at_node,
-    load_of_all_rows,
-    load_of_some_rows,
     load_on_panel,
     load_over_part,
     load_over_row,
+    select_load_rows,
 )
 from camopt.core.numerics.panels import (
     derivatives,
@@ -85,21 +85,21 @@ def panels_of(table: MotionTable) -> Panels:
     return Panels(table.first_panel, table.kind, table.centre, table.half_width, table.group, len(table.low))
 
 
-def columns_of_all_rows(table: MotionTable) -> MotionTable:
+def table_as_columns(table: MotionTable) -> MotionTable:
     """The table for formulas on all rows or nodes at once (index ``...``): numbers become columns (rows, 1)."""
     columns = {name: getattr(table, name).T[:, :, None] for name in ("nodes", "low", "high", "most", "error")}
-    return table._replace(**columns, load=None if table.load is None else load_of_all_rows(table.load))
+    return table._replace(**columns, load=None if table.load is None else load_as_columns(table.load))
 
 
-def columns_of_rows(table: MotionTable, rows: IndexArray) -> MotionTable:
+def table_rows_as_columns(table: MotionTable, rows: IndexArray) -> MotionTable:
     """The table for formulas on some panels or groups at once."""
     chosen = {name: getattr(table, name)[rows] for name in ("low", "high", "most", "error")}
-    load = None if table.load is None else load_of_some_rows(table.load, rows)
-    return columns_of_all_rows(table._replace(**chosen, load=load))
+    load = None if table.load is None else select_load_rows(table.load, rows)
+    return table_as_columns(table._replace(**chosen, load=load))
 
 
 @inline_in_kernels
-def motion_on_panel(table, panel, u):
+def state_on_panel(table, panel, u):
     """State of the follower at u of a panel."""
     y, y1, y2, y3 = derivatives(table, panel, u)
     load = load_on_panel(table.load, panel, u * table.half_width[panel])
@@ -107,21 +107,21 @@ def motion_on_panel(table, panel, u):
 
 
 @inline_in_kernels
-def motion_at_node(table, node):
+def state_at_node(table, node):
     """State of the follower at a node."""
     y = table.nodes[node]
     return State(y[0], y[1], y[2], y[3], load_at_node(table.load, node, 0.0), y[4])
 
 
 @inline_in_kernels
-def row_jets(table, row):
+def state_jets_over_row(table, row):
     """State over a panel or group, in jets."""
     y, y1, y2, y3 = jets_over_row(table, row)
     return State(y, y1, y2, y3, load_over_row(table.load, row, 0.0), fourth_over_row(table, row))
 
 
 @inline_in_kernels
-def part_jets(table, panel, u, r):
+def state_jets_over_part(table, panel, u, r):
     """State over the part [u − r, u + r] of a panel, in jets, by the mean value theorem."""
     y, y1, y2, y3 = jets_over_part(table, panel, u, r)
     h = table.half_width[panel]
@@ -142,7 +142,7 @@ def panel_end_values(table: Any, first_panel: IntArray) -> FloatArray:
 
 
 @cache
-def bernstein(degree: int) -> FloatArray:
+def powers_to_bernstein_matrix(degree: int) -> FloatArray:
     """Matrix from powers of u ∈ [−1, 1] to Bernstein coefficients, which enclose the polynomial's range."""
 
     def blossom(ones: int, power: int) -> int:
@@ -156,7 +156,7 @@ def bernstein(degree: int) -> FloatArray:
 
 def sign_changes(series: FloatArray) -> Iterator[tuple[int, float]]:
     """Places (panel, u) within panels where polynomials (powers, panels) change sign."""
-    bounds = matrix_product(bernstein(len(series) - 1), series)
+    bounds = matrix_product(powers_to_bernstein_matrix(len(series) - 1), series)
     rounding = LEAST_VALUE * np.abs(bounds).max()
     for panel in np.flatnonzero((bounds.min(axis=0) < -rounding) & (bounds.max(axis=0) > rounding)):
         yield from ((int(panel), u) for u in places_of_sign_change(series[:, panel]))
@@ -170,7 +170,7 @@ def places_of_sign_change(series: FloatArray) -> list[float]:
     bisected.
     """
     places, powers = [], series.tolist()
-    waiting = [(matrix_product(bernstein(len(series) - 1), series), -1.0, 1.0)]
+    waiting = [(matrix_product(powers_to_bernstein_matrix(len(series) - 1), series), -1.0, 1.0)]
     while waiting:
         bounds, low, high = waiting.pop()
         signs = np.sign(bounds[np.abs(bounds) > 0.0])
@@ -207,7 +207,7 @@ def halve_bernstein(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def groups_of(first_panel: IntArray) -> IntArray:
+def panel_groups(first_panel: IntArray) -> IntArray:
     """Group of each panel, numbered from the number of panels on. No group crosses the end of a piece."""
     groups: list[int] = []
     for first, last in pairwise(first_panel):
@@ -229,7 +229,7 @@ def table_ranges(
     series: NDArray[np.floating[Any]] = coefficients.T
     for order in range(7):
         series = polynomial.polyder(series, min(order, 1))
-        values = matrix_product(bernstein(len(series) - 1), series) / half_width**order
+        values = matrix_product(powers_to_bernstein_matrix(len(series) - 1), series) / half_width**order
         room = BERNSTEIN_ERROR * np.abs(values).max(axis=0)
         low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room
     most = np.maximum(-low, high)
@@ -259,7 +259,7 @@ def load_series(table: MotionTable) -> FloatArray:
     return np.array([load.centre, load.slope[: len(table.centre)] * table.half_width])
 
 
-def carried_series(table: MotionTable) -> FloatArray:
+def train_inertia_series(table: MotionTable) -> FloatArray:
     """Inertia force of a train divided by ω², on the panels in powers of u (powers, P); 0 without masses."""
     if isinstance(table.load, TrainLoadTable):
         return np.asarray(table.load.carried.coefficients.T)

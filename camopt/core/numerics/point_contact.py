@@ -24,7 +24,7 @@ from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.interval import Interval, widen
 from camopt.core.numerics.jet import Jet, select
-from camopt.core.numerics.quadrature import chebyshev_series, powers_of_chebyshev
+from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_to_powers_matrix
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, apply_chain_rule
 from camopt.core.numerics.stable_functions import matrix_product
 
@@ -57,19 +57,19 @@ def ellipticity_of(t: Any) -> FloatArray:
 
 
 @lru_cache(maxsize=1)
-def pressure_table() -> FloatArray:
+def pressure_factor_coefficients() -> FloatArray:
     """Coefficients of t·h (pieces, powers), in powers of ln t less the piece's centre, lowest first."""
-    nodes, to_chebyshev = chebyshev_series(PIECE_DEGREE)
+    nodes, to_chebyshev = chebyshev_nodes_and_matrix(PIECE_DEGREE)
     centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
     mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
     b, d = carlson_integrals(mu)
     fitted = matrix_product(to_chebyshev, 3.0 / (8.0 * np.pi * mu * b * d))
-    powers = matrix_product(powers_of_chebyshev(PIECE_DEGREE), fitted).T
+    powers = matrix_product(chebyshev_to_powers_matrix(PIECE_DEGREE), fitted).T
     return np.ascontiguousarray(powers / (0.5 * PIECE_WIDTH) ** np.arange(PIECE_DEGREE + 1))
 
 
 @inline_in_kernels
-def table_derivatives(t, table):
+def pressure_factor_derivatives(t, table):
     """h and three derivatives by t; t is clipped to the table."""
     t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
     logarithm = np.log(t)
@@ -97,11 +97,11 @@ def table_derivatives(t, table):
 
 
 @inline_in_kernels
-def jet_factor(t, table):
+def pressure_factor_of_jet(t, table):
     """h of a jet, with bounds from the ends of its range; infinite outside the table."""
     within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
-    most, h1, h2, h3 = table_derivatives(t.low, table)
-    least = table_derivatives(t.high, table)[0]
+    most, h1, h2, h3 = pressure_factor_derivatives(t.low, table)
+    least = pressure_factor_derivatives(t.high, table)[0]
     h1, h2, h3 = -h1, h2, -h3
     scale = select(within, BOUND_SLACK, np.inf)
     return Jet(
@@ -120,18 +120,21 @@ def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
 
     A number outside the table has the h of the table's nearest end.
     """
-    h, h1, *_ = table_derivatives(np.asarray(t, dtype=float), table)
+    h, h1, *_ = pressure_factor_derivatives(np.asarray(t, dtype=float), table)
     return h, h1
 
 
 @pressure_factor.register
 def _jet_pressure(t: Jet, table: FloatArray) -> tuple[Any, Any]:
-    return jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf)
+    return pressure_factor_of_jet(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf)
 
 
 @pressure_factor.register
 def _interval_pressure(t: Interval, table: FloatArray) -> tuple[Any, Any]:
-    (high, steep, *_), (low, gentle, *_) = table_derivatives(t.low, table), table_derivatives(t.high, table)
+    (high, steep, *_), (low, gentle, *_) = (
+        pressure_factor_derivatives(t.low, table),
+        pressure_factor_derivatives(t.high, table),
+    )
     low = np.where(t.high > FLATTEST, 0.0, low)
     below = t.low < 1.0 / FLATTEST
     value, slope = Interval(low, np.where(below, np.inf, high)), Interval(np.where(below, -np.inf, steep), gentle)
@@ -162,5 +165,8 @@ def _pressure_in_kernels(t, table):
     if t is Dual:
         return _dual_pressure
     if t is Jet:
-        return lambda t, table: (jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf))
-    return lambda t, table: table_derivatives(t, table)[:2]
+        return lambda t, table: (
+            pressure_factor_of_jet(t, table),
+            Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf),
+        )
+    return lambda t, table: pressure_factor_derivatives(t, table)[:2]

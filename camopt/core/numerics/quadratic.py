@@ -15,25 +15,29 @@ INFEASIBLE_RESIDUAL = 1e-8  # residual below which no x holds all limits
 
 
 def constrained_least_squares(
-    factor: FloatArray, offset: FloatArray, rows: FloatArray, least: FloatArray, size: float = 0.0
+    factor: FloatArray, offset: FloatArray, rows: FloatArray, lower_limits: FloatArray, size: float = 0.0
 ) -> FloatArray | None:
     """The x with the smallest |R·x + d| and rows·x ≥ least, for R of full rank; None if no x holds the limits.
 
-    ``size`` is the size of the numbers from which ``least`` was computed, which gives its rounding.
+    ``size`` is the size of the numbers from which ``lower_limits`` was computed, which gives its rounding.
     """
     if not factor.shape[1]:
-        return np.empty(0) if np.all(least <= _allowed_violation(rows, least, np.empty(0), size)) else None
+        return (
+            np.empty(0)
+            if np.all(lower_limits <= _allowed_violation(rows, lower_limits, np.empty(0), size))
+            else None
+        )
     turned, root = np.linalg.qr(factor)  # with z = U·(x − bottom) the norm is |z|, up to a constant
     bottom = np.asarray(np.linalg.solve(root, -(turned.T @ offset)), dtype=float)
-    if _holds_limits(rows, least, bottom, size):
+    if _holds_limits(rows, lower_limits, bottom, size):
         return bottom
     from scipy.optimize import nnls
 
     by_z = np.linalg.solve(root.T, rows.T).T
-    missing = least - rows @ bottom
+    missing = lower_limits - rows @ bottom
     lengths = np.linalg.norm(by_z, axis=1)
     changeable = lengths > LEAST_ROW * lengths.max()
-    if np.any(missing[~changeable] > _allowed_violation(rows, least, bottom, size)[~changeable]):
+    if np.any(missing[~changeable] > _allowed_violation(rows, lower_limits, bottom, size)[~changeable]):
         return None
     by_z, missing = by_z[changeable] / lengths[changeable, None], missing[changeable] / lengths[changeable]
     unit = float(missing.max())
@@ -46,7 +50,7 @@ def constrained_least_squares(
     active = forces > 0.0
     z = np.linalg.lstsq(by_z[active], missing[active], rcond=None)[0]  # the nearest point of the active planes
     x = np.asarray(bottom + np.linalg.solve(root, z), dtype=float)
-    return x if _holds_limits(rows, least, x, size) else None
+    return x if _holds_limits(rows, lower_limits, x, size) else None
 
 
 def solve_equations(
@@ -88,11 +92,11 @@ def least_violation(rows: FloatArray, least: FloatArray, same: FloatArray, value
     return float(solution.fun) if solution.status == 0 else 0.0
 
 
-def _holds_limits(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> bool:
-    return bool(np.all(least - rows @ x <= _allowed_violation(rows, least, x, size)))
+def _holds_limits(rows: FloatArray, lower_limits: FloatArray, x: FloatArray, size: float) -> bool:
+    return bool(np.all(lower_limits - rows @ x <= _allowed_violation(rows, lower_limits, x, size)))
 
 
-def _allowed_violation(rows: FloatArray, least: FloatArray, x: FloatArray, size: float) -> FloatArray:
+def _allowed_violation(rows: FloatArray, lower_limits: FloatArray, x: FloatArray, size: float) -> FloatArray:
     """Allowed violation of each limit."""
-    values = np.abs(rows) @ np.abs(x) + np.abs(least)
+    values = np.abs(rows) @ np.abs(x) + np.abs(lower_limits)
     return np.asarray(LIMIT_TOLERANCE * (values + LEAST_LIMIT * values.max(initial=size)))

@@ -37,7 +37,7 @@ class GaussRule(NamedTuple):
 @cache
 def gauss_rule(order: int) -> GaussRule:
     """Gauss's rule with n points, exact for polynomials of degree 2n − 1."""
-    nodes, weights = np.array([_root_of_legendre(order, k) for k in reversed(range(order))]).T.copy()
+    nodes, weights = np.array([_legendre_root_and_weight(order, k) for k in reversed(range(order))]).T.copy()
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
     distance = nodes[:, None] - nodes + np.eye(order)
     derivative = share / share[:, None] / distance
@@ -46,7 +46,7 @@ def gauss_rule(order: int) -> GaussRule:
     return GaussRule(nodes, weights, derivative)
 
 
-def _root_of_legendre(order: int, number: int) -> tuple[float, float]:
+def _legendre_root_and_weight(order: int, number: int) -> tuple[float, float]:
     """A root of Legendre's polynomial, the largest first, and its weight, by Newton's method with many digits."""
     with localcontext(prec=ROOT_DIGITS):
         x = Decimal(cos(pi * (number + 0.75) / (order + 0.5)))
@@ -59,7 +59,7 @@ def _root_of_legendre(order: int, number: int) -> tuple[float, float]:
         return float(x), float(2 / ((1 - x * x) * slope * slope))
 
 
-def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
+def chebyshev_nodes_and_matrix(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to coefficients of Chebyshev polynomials."""
     count = degree + 1
     _, cosines = sine_cosine(np.pi / (2 * count) * np.arange(4 * count))
@@ -69,17 +69,17 @@ def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
     return cosines[halves], series
 
 
-def powers_of_chebyshev(degree: int) -> FloatArray:
+def chebyshev_to_powers_matrix(degree: int) -> FloatArray:
     """Matrix from coefficients of Chebyshev polynomials to those of powers."""
     count = degree + 1
     return np.array([np.pad(chebyshev.cheb2poly(row), (0, count))[:count] for row in np.eye(count)]).T
 
 
 @cache
-def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
+def chebyshev_nodes_to_powers(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to power-basis coefficients."""
-    u, to_chebyshev = chebyshev_series(degree)
-    return u, matrix_product(powers_of_chebyshev(degree), to_chebyshev)
+    u, to_chebyshev = chebyshev_nodes_and_matrix(degree)
+    return u, matrix_product(chebyshev_to_powers_matrix(degree), to_chebyshev)
 
 
 class Integrals(NamedTuple):

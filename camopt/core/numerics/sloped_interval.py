@@ -67,7 +67,7 @@ class SlopedInterval(np.lib.mixins.NDArrayOperatorsMixin):
             value, at = (INTERVAL_RULES[ufunc](*each) for each in (ranges, points))
             return apply_chain_rule(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
 
-    def with_enclosure(self, value: Interval, at: Interval, slopes: Interval) -> "SlopedInterval":
+    def quantity_over_same_boxes(self, value: Interval, at: Interval, slopes: Interval) -> "SlopedInterval":
         """Another quantity over the same boxes."""
         return SlopedInterval(value, at, slopes, self.span)
 
@@ -105,7 +105,7 @@ class LinkageInterval(SlopedInterval):
             self.radicands.append(self.sloped_interval)
         return super().__array_ufunc__(ufunc, method, *inputs, **kwargs)
 
-    def with_enclosure(self, value: Interval, at: Interval, slopes: Interval) -> SlopedInterval:
+    def quantity_over_same_boxes(self, value: Interval, at: Interval, slopes: Interval) -> SlopedInterval:
         """Another number of the linkage."""
         return LinkageInterval(value, at, slopes, self.span, self.radicands)
 
@@ -141,9 +141,11 @@ def apply_chain_rule(value: Interval, at: Interval, parts: Sequence[tuple[Any, A
         return narrow_by_mean_value(value, at, slopes, like)
 
 
-def narrow_by_mean_value(value: Interval, at: Interval, slopes: Interval, like: SlopedInterval) -> SlopedInterval:
+def narrow_by_mean_value(
+    value: Interval, at: Interval, slopes: Interval, template: SlopedInterval
+) -> SlopedInterval:
     """A quantity from its range, its value at the point and its slopes, which narrow the range."""
-    span, at, value = like.span, widen(at), widen(value)
+    span, at, value = template.span, widen(at), widen(value)
     with np.errstate(**UNBOUNDED_ERRSTATE):  # for products of infinite slopes and spans around 0
         least = np.minimum(slopes.low * span.high, slopes.high * span.low)
         most = np.maximum(slopes.low * span.low, slopes.high * span.high)
@@ -152,7 +154,7 @@ def narrow_by_mean_value(value: Interval, at: Interval, slopes: Interval, like: 
             value.low, at.low + np.add.reduce(least) - rounding
         )  # fmax ignores NaN, so unknown slopes narrow nothing
         high = np.fmin(value.high, at.high + np.add.reduce(most) + rounding)
-    return like.with_enclosure(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes)
+    return template.quantity_over_same_boxes(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes)
 
 
 def _scale_slopes(partial: Any, slopes: Interval) -> Interval:
@@ -180,7 +182,7 @@ def _maximum_partial(a: Interval, b: Interval) -> Interval:
     return Interval(np.where(a.low > b.high, 1.0, 0.0), np.where(a.high < b.low, 0.0, 1.0))
 
 
-def _sign_partial(a: Interval) -> Interval:
+def _sign_derivative(a: Interval) -> Interval:
     """Range of the derivative of sgn(a)."""
     constant = (a.low > 0.0) | (a.high < 0.0) | (a.low == a.high)
     return Interval(np.zeros_like(a.low), np.where(constant, 0.0, np.inf))
@@ -207,7 +209,7 @@ PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
     np.maximum: lambda v, a, b: (_maximum_partial(a, b), _maximum_partial(b, a)),
     np.minimum: lambda v, a, b: (_maximum_partial(b, a), _maximum_partial(a, b)),
     np.absolute: lambda v, a: (np.sign(a),),
-    np.sign: lambda v, a: (_sign_partial(a),),
+    np.sign: lambda v, a: (_sign_derivative(a),),
 }
 """Partial derivatives of each operation, from the Intervals of its value and its operands."""
 
@@ -245,26 +247,26 @@ def as_quotient(x: Any) -> Quotient:
     return x if isinstance(x, Quotient) else Quotient(x, 1.0)
 
 
-def as_sloped_interval(x: Any, like: SlopedInterval) -> SlopedInterval:
-    """A constant as a sloped interval with zero slopes, over the boxes of ``like``."""
+def as_sloped_interval(x: Any, template: SlopedInterval) -> SlopedInterval:
+    """A constant as a sloped interval with zero slopes, over the boxes of ``template``."""
     if isinstance(x, SlopedInterval):
         return x
-    value = _as_rounded_interval(x) + as_interval(np.zeros(like.value.low.shape))
-    return like.with_enclosure(value, value, 0.0 * as_interval(np.ones(like.slopes.low.shape)))
+    value = _as_rounded_interval(x) + as_interval(np.zeros(template.value.low.shape))
+    return template.quantity_over_same_boxes(value, value, 0.0 * as_interval(np.ones(template.slopes.low.shape)))
 
 
-def hull_of(one: SlopedInterval, other: SlopedInterval, first: Any, second: Any) -> SlopedInterval:
-    """One of two forms of a quantity: ``one`` where ``first``, ``other`` where ``second``, else their hull."""
+def choose_form_or_hull(one: SlopedInterval, other: SlopedInterval, use_one: Any, use_other: Any) -> SlopedInterval:
+    """Enclosure of a quantity by box: ``one`` where ``use_one``, ``other`` where ``use_other``, else the hull."""
 
-    def pick(a: Interval, b: Interval) -> Interval:
+    def choose_ends(a: Interval, b: Interval) -> Interval:
         low, high = np.minimum(a.low, b.low), np.maximum(a.high, b.high)
         return Interval(
-            np.where(first, a.low, np.where(second, b.low, low)),
-            np.where(first, a.high, np.where(second, b.high, high)),
+            np.where(use_one, a.low, np.where(use_other, b.low, low)),
+            np.where(use_one, a.high, np.where(use_other, b.high, high)),
         )
 
-    value, at, slopes = (pick(getattr(one, n), getattr(other, n)) for n in ("value", "at", "slopes"))
-    return one.with_enclosure(value, at, slopes)
+    value, at, slopes = (choose_ends(getattr(one, n), getattr(other, n)) for n in ("value", "at", "slopes"))
+    return one.quantity_over_same_boxes(value, at, slopes)
 
 
 def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
@@ -275,10 +277,12 @@ def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
 
 
 def _select_sloped(chosen: Any, a: SlopedInterval, b: SlopedInterval) -> SlopedInterval:
-    def pick(x: Interval, y: Interval) -> Interval:
+    def choose_ends(x: Interval, y: Interval) -> Interval:
         return Interval(np.where(chosen, x.low, y.low), np.where(chosen, x.high, y.high))
 
-    return SlopedInterval(pick(a.value, b.value), pick(a.at, b.at), pick(a.slopes, b.slopes), a.span)
+    return SlopedInterval(
+        choose_ends(a.value, b.value), choose_ends(a.at, b.at), choose_ends(a.slopes, b.slopes), a.span
+    )
 
 
 FRACTIONS: dict[np.ufunc, Callable[..., tuple[Any, Any]]] = {

@@ -26,10 +26,10 @@ class PartRanges(NamedTuple):
     whole: list[Interval]
 
 
-def part_ranges(table: MotionTable, panel: IntArray, u: FloatArray, room: FloatArray) -> PartRanges:
-    """Ranges over parts of panels with the middle u and half-width ``room`` [rad], by the mean value theorem."""
+def part_ranges(table: MotionTable, panel: IntArray, u: FloatArray, half_width_rad: FloatArray) -> PartRanges:
+    """Ranges over parts of panels with middle u and ``half_width_rad``, by the mean value theorem."""
     motion = (*derivatives(table, panel, u), fourth_derivative(table, panel, u))
-    most, error, way = table.most[panel], table.error[panel], Interval(-room, room)
+    most, error, way = table.most[panel], table.error[panel], Interval(-half_width_rad, half_width_rad)
     middle, whole, slope = list[Interval](), list[Interval](), Interval(-most[:, 5], most[:, 5])
     for order in reversed(range(MOTION_ORDERS)):
         at_middle = Interval(motion[order] - error[:, order], motion[order] + error[:, order])
@@ -78,15 +78,15 @@ def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: F
     for way in (1, -1):
         on, start, end = panel, low, high
         for _ in range(MOST_STRETCH_PANELS):
-            beyond, inside = _crossed_sides(half[on], start, end, way)
+            beyond, inside = _leaves_panel_and_starts_in_it(half[on], start, end, way)
             if not beyond.any():
                 break
             pieces |= first[on if way < 0 else np.mod(on + 1, count)] & beyond & inside
             neighbour = np.mod(on + way, count)
             distance = way * (half[on] + half[neighbour])
             on, start, end = neighbour, start - distance, end - distance
-            include_part(beyond & _crossed_sides(half[on], start, end, way)[1], on, start, end)
-        unknown |= _crossed_sides(half[on], start, end, way)[0]
+            include_part(beyond & _leaves_panel_and_starts_in_it(half[on], start, end, way)[1], on, start, end)
+        unknown |= _leaves_panel_and_starts_in_it(half[on], start, end, way)[0]
     if (unknown := unknown | ~(ends[0, 0] <= ends[1, 0])).any():
         rows = slice(count)
         ends[0][:, unknown] = (table.low[rows] - table.error[rows]).min(axis=0)[:, None]
@@ -95,6 +95,12 @@ def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: F
     return StretchRanges([Interval(*low_high) for low_high in ends.transpose(1, 0, 2)], pieces)
 
 
-def _crossed_sides(half: FloatArray, low: FloatArray, high: FloatArray, way: int) -> tuple[BoolArray, ...]:
-    """Whether stretches end beyond a panel in one direction, and whether they begin before its end."""
-    return (high > half, low <= half) if way > 0 else (low < -half, high >= -half)
+def _leaves_panel_and_starts_in_it(
+    panel_half_width: FloatArray, low: FloatArray, high: FloatArray, direction: int
+) -> tuple[BoolArray, ...]:
+    """Whether each stretch goes past the panel in one direction, and starts before the panel's end."""
+    return (
+        (high > panel_half_width, low <= panel_half_width)
+        if direction > 0
+        else (low < -panel_half_width, high >= -panel_half_width)
+    )

@@ -86,9 +86,9 @@ class Taylor:
         return Taylor(root)
 
 
-def _constant_series(x: Any, like: Any) -> Taylor:
-    """A constant as a series of the length of ``like``; a series as it is."""
-    return x if isinstance(x, Taylor) else like * 0.0 + x
+def _constant_series(x: Any, template: Any) -> Taylor:
+    """A constant as a series of the length of ``template``; a series as it is."""
+    return x if isinstance(x, Taylor) else template * 0.0 + x
 
 
 def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
@@ -138,12 +138,12 @@ def direction(angle: Series) -> Direction:
 
 
 @direction.register(np.ndarray)
-def _(angle: Any) -> Direction:
+def _direction_of_number(angle: Any) -> Direction:
     return Direction(np.cos(angle), np.sin(angle))
 
 
 @singledispatch
-def angle_of(x: Series, y: Series) -> Series:
+def vector_angle(x: Series, y: Series) -> Series:
     """Angle of a vector, from its derivative (x·y' − y·x')/(x² + y²)."""
     shortened = (Taylor(series.terms[:-1]) for series in (x, y))
     rate = (x * y.slope - y * x.slope) / reduce(add, (series * series for series in shortened))
@@ -160,8 +160,8 @@ TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.sqrt: Taylor.root,
     np.sin: lambda a: direction(a).sine,
     np.cos: lambda a: direction(a).cosine,
-    np.arcsin: lambda a: angle_of((1.0 - a * a).root(), a),
-    np.arctan2: lambda y, x: angle_of(_constant_series(x, y), _constant_series(y, x)),
+    np.arcsin: lambda a: vector_angle((1.0 - a * a).root(), a),
+    np.arctan2: lambda y, x: vector_angle(_constant_series(x, y), _constant_series(y, x)),
     np.sign: lambda a: np.sign(a.terms[0]),
 }
 """Rules of numpy's functions for arguments with a series among them."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.jet import Jet, cosine, sine
 
@@ -38,7 +38,7 @@ ARCTAN_DENOMINATOR = (
 COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # coefficients of r⁴·(r²)ᵏ
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def sine_cosine_series(y):
     """Sine and cosine of a number or an array."""
     k = np.rint(y * (2.0 / np.pi))

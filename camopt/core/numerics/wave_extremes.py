@@ -34,7 +34,7 @@ class WaveExtreme(NamedTuple):
 def wave_maximum(wave: Wave) -> WaveExtreme:
     """Largest value of each row of a wave, with one-sided limits at the ends of panels."""
     value = np.max(wave.values_at(np.array([-1.0, 1.0])), axis=(0, 2))
-    value = np.maximum(value, np.max(_stationary_where_constant(wave), axis=1))
+    value = np.maximum(value, np.max(_peak_where_polynomial_constant(wave), axis=1))
     scale = np.max(np.abs(wave.polynomial).sum(axis=0) + wave.amplitude, axis=1)
     bound = value.copy()
     row, panel = np.nonzero((wave.polynomial[1:] != 0.0).any(axis=0))
@@ -42,7 +42,7 @@ def wave_maximum(wave: Wave) -> WaveExtreme:
     centre, radius = np.zeros(len(flat)), 1.0
     pieces = _WavePieces.from_wave(wave)
     for _ in range(WAVE_HALVINGS):
-        at_centre, upper = pieces.bounds(flat, centre, radius)
+        at_centre, upper = pieces.values_and_upper_bounds(flat, centre, radius)
         owner = flat // wave.phase.shape[1]
         np.maximum.at(value, owner, at_centre)
         open_ = upper > value[owner] + RELATIVE_ERROR * scale[owner]
@@ -54,7 +54,7 @@ def wave_maximum(wave: Wave) -> WaveExtreme:
         flat, centre = np.concatenate([flat, flat]), np.concatenate([centre - radius, centre + radius])
     rows = len(value)
     if flat.size and rows > 1:
-        halves = [wave_maximum(wave.rows(part)) for part in (slice(rows // 2), slice(rows // 2, None))]
+        halves = [wave_maximum(wave.select_rows(part)) for part in (slice(rows // 2), slice(rows // 2, None))]
         return WaveExtreme(*(np.concatenate(ends) for ends in zip(*halves, strict=True)))
     if flat.size:
         np.maximum.at(bound, flat // wave.phase.shape[1], upper[open_])
@@ -73,9 +73,9 @@ def wave_peak_magnitude(wave: Wave) -> WaveExtreme:
     return WaveExtreme(np.maximum(high.value, low.value), np.maximum(high.bound, low.bound))
 
 
-def _stationary_where_constant(wave: Wave) -> FloatArray:
-    """Larger value at the first two stationary points on panels with a constant polynomial; −∞ elsewhere."""
-    z, w = wave.damping, wave.frequency
+def _peak_where_polynomial_constant(wave: Wave) -> FloatArray:
+    """Peak vibration on panels with a constant polynomial, from two stationary points; −∞ elsewhere."""
+    z, w = wave.damping, wave.damped_frequency_ratio
     across, along = w * wave.sine - z * wave.cosine, w * wave.cosine + z * wave.sine
     first = np.mod(np.arctan2(across, along), np.pi)
     values = []
@@ -105,10 +105,14 @@ class _WavePieces(NamedTuple):
         k = np.arange(len(series))[:, None]
         curved = np.sum(k * (k - 1) * np.abs(series), axis=0)
         flat = (wave.cosine.ravel(), wave.sine.ravel(), wave.phase.ravel())
-        rates = (np.broadcast_to(rate, wave.phase.shape).ravel() for rate in (wave.damping, wave.frequency))
+        rates = (
+            np.broadcast_to(rate, wave.phase.shape).ravel() for rate in (wave.damping, wave.damped_frequency_ratio)
+        )
         return cls(series, *flat, curved, *rates)
 
-    def bounds(self, piece: FloatArray, centre: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+    def values_and_upper_bounds(
+        self, piece: FloatArray, centre: FloatArray, radius: float
+    ) -> tuple[FloatArray, FloatArray]:
         """Values at the centres of intervals, and upper bounds over the intervals."""
         value, slope = self.series[-1, piece], np.zeros(len(piece))
         for row in self.series[-2::-1]:

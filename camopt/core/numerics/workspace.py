@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.arguments import BOOLEAN, NUMBER, ArgumentKind, Record, pin_arrays
+from camopt.core.kernels.arguments import BOOLEAN, NUMBER, ArgumentKind, Record, as_pinned_tuple
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.piecewise import COUNTS, NUMBERS
 
@@ -115,17 +115,17 @@ class ThreadWorkspaces(local):
 THREAD_WORKSPACES = ThreadWorkspaces()
 
 
-def workspace(panels: Any) -> Workspace:
+def thread_workspace(panels: Any) -> Workspace:
     """The thread's workspace for ``Panels``."""
     size, workspaces = _table_size(panels), THREAD_WORKSPACES.by_size
     if size not in workspaces:
         if len(workspaces) >= MOST_KEPT_WORKSPACES:
             workspaces.clear()
-        workspaces[size] = pin_arrays(_make_workspace(*size, TILE))
+        workspaces[size] = as_pinned_tuple(_make_workspace(*size, TILE))
     return workspaces[size]
 
 
-def plain_workspace(panels: Any) -> Workspace:
+def uncompiled_workspace(panels: Any) -> Workspace:
     """A larger workspace for uncompiled searches."""
     return _make_workspace(*_table_size(panels), PLAIN_TILE)
 

@@ -13,12 +13,12 @@ from camopt.core.quantities.motion_names import (
     STROKE_WORDS,
     displacement_unit,
     dwell_error_quantity,
-    error_quantities,
     error_quantity,
-    mean_quantities,
+    motion_error_quantities,
     motion_mean,
     motion_quantities,
     motion_quantity,
+    motion_rms_quantities,
     motion_unit,
 )
 from camopt.core.quantities.quantity import AT_LEAST, AT_MOST, Quantity
@@ -241,8 +241,8 @@ _LISTED_QUANTITIES = [
     *(quantity for number in NUMBERS for quantity in number.quantities),
     *_pair_quantities(),
     *motion_quantities(),
-    *mean_quantities(),
-    *error_quantities(),
+    *motion_rms_quantities(),
+    *motion_error_quantities(),
     Quantity(
         "lift_area_mm_deg",
         "",
@@ -775,10 +775,10 @@ QUANTITIES: dict[str, Quantity] = QuantityTable({quantity.name: quantity for qua
 def in_column_order(names: Collection[str]) -> list[str]:
     """Names in column order: a train's numbers after other sizes, a scene's own quantities before the verdict."""
     listed = [name for name in QUANTITIES if name in names]
-    return sorted([*listed, *sorted(name for name in names if name not in listed)], key=_column_place)
+    return sorted([*listed, *sorted(name for name in names if name not in listed)], key=_column_sort_key)
 
 
-def _column_place(name: str) -> int:
+def _column_sort_key(name: str) -> int:
     """Sort key of a column: sizes first, then other quantities, a scene's own, and the verdict."""
     return {"sizes": 0, "limits": 3, "proof": 3}.get(QUANTITIES[name].effect, 1) if name in QUANTITIES else 2
 

@@ -115,7 +115,7 @@ def parse_expression(text: str, check_name: Callable[[str], None]) -> Expression
     if (count := sum(not isinstance(node, SIGN_NODES) for node in ast.walk(body))) > MOST_NODES:
         raise ValueError(f"has {count:,} nodes; at most {MOST_NODES} are allowed")
     tree = _parse_node(body, check_name)
-    _check_constants(tree)
+    _checked_constant_value(tree)
     return tree
 
 
@@ -142,7 +142,7 @@ def _parse_node(node: ast.AST, check_name: Callable[[str], None]) -> ExpressionN
             raise ValueError(f"{shorten(name)} is not a known function; {suggest_names(name, FUNCTIONS)}")
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             parts = tuple(_parse_node(argument, check_name) for argument in arguments)
-            return ExpressionNode(name, parts=_checked_arguments(name, parts))
+            return ExpressionNode(name, parts=_with_checked_argument_count(name, parts))
     raise ValueError(f"{shorten(ast.unparse(node))} is not allowed; {WHAT_IS_ALLOWED}")
 
 
@@ -156,7 +156,7 @@ def _finite_number(value: float) -> float:
     return number
 
 
-def _checked_arguments(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[ExpressionNode, ...]:
+def _with_checked_argument_count(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[ExpressionNode, ...]:
     least, many = FUNCTIONS[name], name in ("min", "max")
     if len(parts) < least or (len(parts) > least and not many):
         count = f"{least}{' or more' if many else ''} argument{'s' if least > 1 else ''}"
@@ -164,9 +164,9 @@ def _checked_arguments(name: str, parts: tuple[ExpressionNode, ...]) -> tuple[Ex
     return parts
 
 
-def _check_constants(tree: ExpressionNode) -> float | None:
+def _checked_constant_value(tree: ExpressionNode) -> float | None:
     """Value of a part without names, which must be finite; None for a part with names."""
-    values = [_check_constants(part) for part in tree.parts]
+    values = [_checked_constant_value(part) for part in tree.parts]
     if tree.rule == "/" and values[1] == 0.0:
         raise ValueError("divides by zero")
     if isinstance(tree.value, str) or None in values:

@@ -191,9 +191,9 @@ class FunctionCall:
         except BadInput:
             raise
         except Exception as error:
-            raise self._mistake(f"fails: {_first_line(error)}") from error
+            raise self._bad_function_error(f"fails: {_first_line(error)}") from error
         if value.shape not in ((), arguments[0].shape):
-            raise self._mistake(
+            raise self._bad_function_error(
                 f"must return an array of {arguments[0].size} numbers, not one of shape {value.shape}"
             )
         return value
@@ -210,13 +210,13 @@ class FunctionCall:
         if self.reference in _REGISTERED_FUNCTIONS:
             return _REGISTERED_FUNCTIONS[self.reference]
         if not self.is_importable:
-            raise self._mistake(NOT_IMPORTABLE)
+            raise self._bad_function_error(NOT_IMPORTABLE)
         if ":" in self.reference:
-            raise self._mistake("is not registered: give it to camopt.quantity in this process first")
+            raise self._bad_function_error("is not registered: give it to camopt.quantity in this process first")
         try:
             return load_installed(self.reference).function
         except ValueError as wrong:
-            raise self._mistake(str(wrong)) from None
+            raise self._bad_function_error(str(wrong)) from None
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the function too if another process can import it."""
@@ -245,9 +245,9 @@ class FunctionCall:
     def check_importable(self) -> None:
         """Raise BadInput unless another process can import the function or load its entry point."""
         if not self.is_importable:
-            raise self._mistake(NOT_IMPORTABLE)
+            raise self._bad_function_error(NOT_IMPORTABLE)
 
-    def _mistake(self, why: str) -> BadInput:
+    def _bad_function_error(self, why: str) -> BadInput:
         return BadInput([Mistake("scene", f"quantities.{self.name}.function", self.reference, why, bare=True)])
 
 

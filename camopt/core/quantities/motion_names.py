@@ -79,7 +79,7 @@ def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
     return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
 
 
-def error_quantities() -> list[Quantity]:
+def motion_error_quantities() -> list[Quantity]:
     """Errors of position, velocity and acceleration, and of the position in a dwell."""
     largest, either = "Largest error of the {} over the turn", (False, True)
     rows = [
@@ -108,7 +108,7 @@ def error_quantities() -> list[Quantity]:
     ]
 
 
-def mean_quantities() -> list[Quantity]:
+def motion_rms_quantities() -> list[Quantity]:
     return [
         Quantity(
             motion_mean(derivative, angular=angular, timed=timed),

@@ -17,12 +17,12 @@ class OwnQuantity(Quantity):
     tree: ExpressionNode | FunctionCall = field(default_factory=lambda: ExpressionNode(""), repr=False)
 
     @property
-    def reads(self) -> tuple[str, ...]:
+    def quantities_read(self) -> tuple[str, ...]:
         """Names of the quantities from which it is computed."""
         return self.tree.names
 
     @property
-    def call(self) -> FunctionCall | None:
+    def function_call(self) -> FunctionCall | None:
         """The call of its Python function; None for an expression."""
         return self.tree if isinstance(self.tree, FunctionCall) else None
 

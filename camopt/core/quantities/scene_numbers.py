@@ -352,7 +352,7 @@ SPRING_AT = "follower.dynamics.spring_at"
 """Key of the distance from the pivot to a straight spring on an oscillating follower."""
 
 
-def numbers_in(table: str) -> tuple[NumberKey, ...]:
+def number_keys_of_table(table: str) -> tuple[NumberKey, ...]:
     """Numbers of a table of the scene."""
     return tuple(number for number in NUMBERS if number.table == table)
 

@@ -81,21 +81,21 @@ def shown_system() -> str:
 
 def shown_unit(unit: str) -> str:
     """The unit in which a number computed in ``unit`` is shown."""
-    return unit if _shown_system == MM else _counterpart(unit)[0]
+    return unit if _shown_system == MM else _customary_unit_and_size(unit)[0]
 
 
 def to_shown_unit(value: Any, unit: str) -> Any:
     """Convert a number or array from ``unit`` to the unit in which it is shown."""
-    return value if _shown_system == MM else value / _counterpart(unit)[1]
+    return value if _shown_system == MM else value / _customary_unit_and_size(unit)[1]
 
 
 def from_shown_unit(value: Any, unit: str) -> Any:
     """Convert a number or array from the unit in which it is shown back to ``unit``."""
-    return value if _shown_system == MM else value * _counterpart(unit)[1]
+    return value if _shown_system == MM else value * _customary_unit_and_size(unit)[1]
 
 
 @cache
-def _counterpart(unit: str) -> tuple[str, float]:
+def _customary_unit_and_size(unit: str) -> tuple[str, float]:
     """The customary unit in place of ``unit``, and its size in ``unit``."""
     above, slash, below = unit.partition("/")
     size = _counterpart_size(above) / _counterpart_size(below)

@@ -33,7 +33,7 @@ ORPHAN_SECONDS = 24 * 3600.0  # age of temporary files whose run must have died
 URL_START = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
-def path_of(path: str | os.PathLike[str]) -> Path:
+def expand_user_path(path: str | os.PathLike[str]) -> Path:
     """Read a path as users write it: a leading ``~`` is the home folder, and ``./~`` is a folder of that name.
 
     Raises
@@ -62,7 +62,7 @@ def checked_path(path: str | os.PathLike[str], key: str) -> Path:
     """Read a path as users write it; raise BadInput if it is none."""
     check_path(path, key)
     try:
-        return path_of(path)
+        return expand_user_path(path)
     except ValueError as trouble:
         raise BadInput([Mistake("camopt", key, os.fspath(path), str(trouble))]) from None
 
@@ -77,7 +77,7 @@ def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...
 
 
 @contextmanager
-def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
+def open_regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
     """Open a regular file for reading.
 
     Raises
@@ -96,8 +96,8 @@ def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Bytes of a user's text file. It raises the errors of ``regular_file``, and BadInput above 16 MiB."""
-    with regular_file(path) as file:
+    """Bytes of a user's text file. It raises the errors of ``open_regular_file``, and BadInput above 16 MiB."""
+    with open_regular_file(path) as file:
         data = file.read(LARGEST_TEXT + 1)
     if len(data) > LARGEST_TEXT:
         allowed = f"a file of at most {LARGEST_TEXT >> 20} MiB"
@@ -105,7 +105,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     return data
 
 
-def text_of(data: bytes) -> str:
+def decode_user_text(data: bytes) -> str:
     """Decode a user's text file; a ValueError says what a file that is no UTF-8 text is, as in "is …"."""
     for start, kind in BINARY_STARTS.items():
         if data.startswith(start):
@@ -167,7 +167,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             sync_to_disk(target.parent)
         except OSError as trouble:
-            warn_untidy(trouble, path)
+            warn_of_failed_tidying(trouble, path)
 
 
 class TidyingWarning(RuntimeWarning):
@@ -178,9 +178,9 @@ class LossWarning(str):
     """A sentence about data that will be removed."""
 
 
-def warn_untidy(trouble: OSError, path: Path) -> None:
+def warn_of_failed_tidying(error: OSError, path: Path) -> None:
     """Warn of an error after a file or folder was published."""
-    what = trouble.strerror or str(trouble)
+    what = error.strerror or str(error)
     warn(f"{path}: published; tidying failed: {what}", TidyingWarning, stacklevel=2)
 
 
@@ -193,13 +193,13 @@ def attribute_errors_to(path: Path, *temporary: Path) -> Iterator[None]:
         if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
             raise  # about another file that the block writes
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
-        raise error_of_file(trouble, reason, path) from None
+        raise copy_os_error_for_path(trouble, reason, path) from None
 
 
-def error_of_file(trouble: OSError, reason: str, path: Path) -> OSError:
+def copy_os_error_for_path(original: OSError, reason: str, path: Path) -> OSError:
     """Copy an error and its notes, with another file and reason."""
-    error = OSError(trouble.errno or 0, reason, os.fspath(path))
-    for note in getattr(trouble, "__notes__", ()):
+    error = OSError(original.errno or 0, reason, os.fspath(path))
+    for note in getattr(original, "__notes__", ()):
         error.add_note(note)
     return error
 

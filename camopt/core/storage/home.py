@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 
-def settle_home() -> None:
+def ensure_home_folder() -> None:
     """Set an empty home folder if the system knows none; ezdxf looks for settings and fonts there."""
     try:
         Path.home()

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.files import read_bytes, regular_file
+from camopt.core.storage.files import open_regular_file, read_bytes
 from camopt.core.storage.version import VERSION
 
 MANIFEST = "manifest.json"
@@ -54,7 +54,7 @@ class Manifest:
 
     def with_result(self, command: str, result: CommandResult) -> "Manifest":
         """The manifest with a new result of a command. Files with the same names leave other commands' results."""
-        others = {name: _drop_files(other, result.files) for name, other in self.results.items()}
+        others = {name: _without_replaced_files(other, result.files) for name, other in self.results.items()}
         return Manifest({**others, command: result})
 
     @property
@@ -72,7 +72,7 @@ class Manifest:
         return json.dumps({**about, "digest": digest}, indent=1) + "\n"
 
 
-def _drop_files(result: CommandResult, names: Container[str]) -> CommandResult:
+def _without_replaced_files(result: CommandResult, names: Container[str]) -> CommandResult:
     """A result without the files that another result replaces; if any is replaced, without its question too."""
     remaining = {name: entry for name, entry in result.files.items() if name not in names}
     return result if len(remaining) == len(result.files) else CommandResult(remaining)
@@ -88,7 +88,7 @@ class DamagedManifest(BadInput):
     """A manifest of camopt was changed, is empty or no JSON, or is from an older version."""
 
 
-def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
+def read_manifest(folder: str | os.PathLike[str]) -> Manifest | None:
     """Read the manifest of a folder; None if there is none, or it belongs to another program.
 
     Raises
@@ -134,15 +134,18 @@ def _parse_result(files: Any, question: Any = None, answer: Any = None) -> Comma
     return CommandResult(entries, question, answer)
 
 
-def readable_manifest(folder: Path) -> Manifest:
-    """The manifest of a folder, or an empty one if it is missing or damaged. OSError if it cannot be read."""
+def read_manifest_or_empty(folder: Path) -> Manifest:
+    """Read the manifest of a folder.
+
+    An empty one if it is missing or damaged. Raise OSError if the file cannot be read.
+    """
     try:
-        return manifest_of(folder) or Manifest()
+        return read_manifest(folder) or Manifest()
     except DamagedManifest:
         return Manifest()
 
 
-def entry_of(file: BufferedReader) -> FileEntry:
+def file_entry(file: BufferedReader) -> FileEntry:
     """Entry of an open file. The file is read whole, and then set to its start."""
     file.seek(0)
     digest = file_digest(file, "sha256").hexdigest()
@@ -151,11 +154,11 @@ def entry_of(file: BufferedReader) -> FileEntry:
     return FileEntry(digest, size)
 
 
-def has_entry(path: Path, entry: FileEntry) -> bool:
+def file_matches_entry(path: Path, entry: FileEntry) -> bool:
     """Whether a file exists and matches its entry. OSError if it cannot be read."""
     try:
-        with regular_file(path) as file:
-            return os.fstat(file.fileno()).st_size == entry.bytes and entry_of(file) == entry
+        with open_regular_file(path) as file:
+            return os.fstat(file.fileno()).st_size == entry.bytes and file_entry(file) == entry
     except (BadInput, FileNotFoundError, NotADirectoryError):
         return False
 
@@ -167,7 +170,9 @@ def result_paths(folder: Path, pattern: str, manifest: Manifest | None) -> list[
 
 
 @contextmanager
-def whole_result_file(path: str | os.PathLike[str], manifest: Manifest | None = None) -> Iterator[BufferedReader]:
+def open_checked_result_file(
+    path: str | os.PathLike[str], manifest: Manifest | None = None
+) -> Iterator[BufferedReader]:
     """Open a file for reading, checked against the manifest beside it, if there is one.
 
     Parameters
@@ -181,12 +186,12 @@ def whole_result_file(path: str | os.PathLike[str], manifest: Manifest | None = 
     ------
     BadInput
         If the manifest does not name the file, has another digest for it, or is damaged. Also the errors of
-        ``regular_file``.
+        ``open_regular_file``.
     OSError
         If there is no such file, or it cannot be read.
     """
-    with regular_file(path) as file:
-        manifest = manifest or manifest_of(Path(path).parent)
+    with open_regular_file(path) as file:
+        manifest = manifest or read_manifest(Path(path).parent)
         if manifest and (why := _manifest_fault(Path(path).name, file, manifest)):
             raise BadInput([Mistake("camopt", "file", os.fsdecode(path), why, bare=True)])
         yield file
@@ -199,6 +204,6 @@ def _manifest_fault(name: str, file: BufferedReader, manifest: Manifest) -> str:
         return (
             f"{MANIFEST} beside it does not name it, so it is of another run; move it to another folder to read it"
         )
-    if entry_of(file) == entry:
+    if file_entry(file) == entry:
         return ""
     return f"it differs from the file that {MANIFEST} names: it is damaged, was changed, or is from another run"

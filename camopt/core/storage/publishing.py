@@ -25,9 +25,9 @@ from camopt.core.storage.files import (
     attribute_errors_to,
     check_path,
     check_replaceable,
-    error_of_file,
+    copy_os_error_for_path,
     sync_to_disk,
-    warn_untidy,
+    warn_of_failed_tidying,
 )
 from camopt.core.storage.manifest import (
     MANIFEST,
@@ -35,10 +35,10 @@ from camopt.core.storage.manifest import (
     CommandResult,
     DamagedManifest,
     Manifest,
-    entry_of,
-    has_entry,
-    manifest_of,
-    readable_manifest,
+    file_entry,
+    file_matches_entry,
+    read_manifest,
+    read_manifest_or_empty,
 )
 
 LOCK_FILE = "lock"
@@ -70,7 +70,7 @@ class Publication:
     answer: Any = None
     files: tuple[Path, ...] = field(default=())
 
-    def path(self, name: str) -> Path:
+    def staged_path(self, name: str) -> Path:
         """Path at which a file is to be written."""
         if not _matches(name, self.may_write):
             raise KeyError(f"{name} is not one of {', '.join(self.may_write)}")
@@ -85,11 +85,11 @@ def _matches(name: str, patterns: tuple[str, ...]) -> bool:
 def publication(
     folder: str | os.PathLike[str],
     command: str,
-    may_write: tuple[str, ...],
+    writable_patterns: tuple[str, ...],
     *,
     revises: bool = False,
     question: Any = None,
-    keeps: tuple[str, ...] = (),
+    kept_patterns: tuple[str, ...] = (),
 ) -> Iterator[Publication]:
     """Publish a result of several files in a folder: it replaces the earlier one if the block ends well.
 
@@ -125,19 +125,19 @@ def publication(
     """
     folder = _checked_folder(folder)
     with _locked_work_folder(folder) as work:
-        output = Publication(folder, work / (REVISION if revises else command), may_write)
+        output = Publication(folder, work / (REVISION if revises else command), writable_patterns)
         try:
             _finish_publications(folder, work)
             output.staging.mkdir(exist_ok=True)
-            _remove_unfinished(output.staging, keeps)
-            _check_ownership(folder, command, {name for name in may_write if "*" not in name}, revises)
+            _remove_unfinished(output.staging, kept_patterns)
+            _check_ownership(folder, command, {name for name in writable_patterns if "*" not in name}, revises)
             yield output
             _publish(output, command, revises, question)
         except BaseException as end:
             if not (output.staging / MANIFEST).exists():
-                _remove_unfinished(output.staging, keeps)
+                _remove_unfinished(output.staging, kept_patterns)
             if isinstance(end, OSError):
-                _raise_of_result(end, output)
+                _raise_for_result_file(end, output)
             raise
         finally:
             with suppress(OSError):  # if finished work is in it
@@ -160,7 +160,7 @@ def _locked_work_folder(folder: Path) -> Iterator[Path]:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except FileExistsError as trouble:
-            raise error_of_file(
+            raise copy_os_error_for_path(
                 trouble, "this is neither a folder nor a link to one", Path(trouble.filename)
             ) from None
         for new in new_folders:
@@ -180,14 +180,14 @@ def _locked_work_folder(folder: Path) -> Iterator[Path]:
         finally:
             lock.release()
     finally:
-        if new_folders and _is_unused(folder, work):
+        if new_folders and _holds_only_lock(folder, work):
             with suppress(OSError):
                 (work / LOCK_FILE).unlink(missing_ok=True)
                 for new in (work, *new_folders):
                     new.rmdir()
 
 
-def _is_unused(folder: Path, work: Path) -> bool:
+def _holds_only_lock(folder: Path, work: Path) -> bool:
     """Whether a folder holds nothing but the lock."""
     try:
         return {*os.listdir(folder)} <= {WORK_FOLDER} and {*os.listdir(work)} <= {LOCK_FILE}
@@ -195,11 +195,11 @@ def _is_unused(folder: Path, work: Path) -> bool:
         return False
 
 
-def _remove_unfinished(staging: Path, keeps: tuple[str, ...]) -> None:
+def _remove_unfinished(staging: Path, kept_patterns: tuple[str, ...]) -> None:
     """Remove the files of a run that failed, except its finished work."""
     with suppress(OSError):
         for path in staging.iterdir():
-            if not _matches(path.name, keeps):
+            if not _matches(path.name, kept_patterns):
                 remove_path(path)
 
 
@@ -213,7 +213,7 @@ def remove_path(path: Path) -> None:
 
 def _check_ownership(folder: Path, command: str, names: Iterable[str], revises: bool) -> None:
     """Raise BadInput if a file that would be replaced or removed belongs to the user, or was edited."""
-    manifest = readable_manifest(folder)
+    manifest = read_manifest_or_empty(folder)
     earlier = manifest.results.get(command, CommandResult({}))
     mistakes = [
         Mistake("camopt", "out", str(folder / name), f"{what}, and it would be replaced; {REMEDY}", bare=True)
@@ -231,7 +231,7 @@ REMEDY = "choose another folder, or move the file"
 
 def _is_of_another_program(folder: Path) -> bool:
     try:
-        return manifest_of(folder) is None
+        return read_manifest(folder) is None
     except DamagedManifest:
         return False
 
@@ -243,7 +243,7 @@ def _ownership_fault(path: Path, manifest: Manifest) -> str:
         return ""
     if entry is None:
         return "no manifest names this as a file of camopt"
-    unchanged = path.suffix == PARQUET_SUFFIX or has_entry(path, entry)
+    unchanged = path.suffix == PARQUET_SUFFIX or file_matches_entry(path, entry)
     return "" if unchanged else "this was edited since camopt wrote it"
 
 
@@ -258,8 +258,8 @@ def _publish(output: Publication, command: str, revises: bool, question: Any) ->
             check_replaceable(folder / file.name)
         sync_to_disk(file)
         with file.open("rb") as content:
-            entries[file.name] = entry_of(content)
-    old = readable_manifest(folder)
+            entries[file.name] = file_entry(content)
+    old = read_manifest_or_empty(folder)
     earlier = old.results.get(command)
     if not entries and earlier is None:
         remove_path(output.staging)  # neither a new nor an earlier result
@@ -294,7 +294,7 @@ def _finish_publication(folder: Path, staging: Path) -> None:
     TidyingWarning
         If something fails after the manifest has its name.
     """
-    new, old = manifest_of(staging), readable_manifest(folder)
+    new, old = read_manifest(staging), read_manifest_or_empty(folder)
     assert new
     fresh = [name for name in new.files if (staging / name).exists()]
     try:
@@ -308,12 +308,12 @@ def _finish_publication(folder: Path, staging: Path) -> None:
         os.replace(staging / MANIFEST, folder / MANIFEST)
     except OSError as trouble:
         why = f"only partly published; the next run finishes it: {trouble.strerror or trouble}"
-        raise error_of_file(trouble, why, folder) from None
+        raise copy_os_error_for_path(trouble, why, folder) from None
     try:
         sync_to_disk(folder)
         remove_path(staging)
     except OSError as trouble:
-        warn_untidy(trouble, folder)
+        warn_of_failed_tidying(trouble, folder)
 
 
 def _finish_publications(folder: Path, work: Path) -> None:
@@ -321,16 +321,16 @@ def _finish_publications(folder: Path, work: Path) -> None:
     for staging in sorted(work.iterdir()):
         if (staging / MANIFEST).exists():
             with suppress(DamagedManifest):
-                if manifest_of(staging):
+                if read_manifest(staging):
                     _finish_publication(folder, staging)
 
 
-def _raise_of_result(trouble: OSError, output: Publication) -> None:
+def _raise_for_result_file(trouble: OSError, output: Publication) -> None:
     """Raise an error about a temporary file again, with the name of the result's file."""
     if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(output.staging.parent):
         name = Path(trouble.filename).name
         target = output.folder / name if _matches(name, output.may_write) else output.folder
-        raise error_of_file(trouble, trouble.strerror or str(trouble), target) from None
+        raise copy_os_error_for_path(trouble, trouble.strerror or str(trouble), target) from None
 
 
 def finish_publishing(folder: Path) -> None:
@@ -360,15 +360,15 @@ def published_answer(folder: str | os.PathLike[str], command: str, question: Any
     """
     folder = _checked_folder(folder)
     finish_publishing(folder)
-    result = readable_manifest(folder).results.get(command)
+    result = read_manifest_or_empty(folder).results.get(command)
     if result is None or question != result.question:
         return None
-    complete = all(has_entry(folder / name, entry) for name, entry in result.files.items())
+    complete = all(file_matches_entry(folder / name, entry) for name, entry in result.files.items())
     return result.answer if complete else None
 
 
 @contextmanager
-def revision(path: str | os.PathLike[str]) -> Iterator[Path]:
+def path_to_revise_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield the path at which to rewrite a file: staged if a result has the file, else the path itself.
 
     Raises
@@ -377,10 +377,10 @@ def revision(path: str | os.PathLike[str]) -> Iterator[Path]:
         If the file cannot be written, or another run has locked the folder.
     """
     path = Path(path)
-    results = readable_manifest(path.parent).results
+    results = read_manifest_or_empty(path.parent).results
     command = next((command for command, result in results.items() if path.name in result.files), None)
     if command is None:
         yield path
     else:
         with publication(path.parent, command, (path.name,), revises=True) as output:
-            yield output.path(path.name)
+            yield output.staged_path(path.name)

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.files import whole_file
-from camopt.core.storage.manifest import Manifest, whole_result_file
+from camopt.core.storage.manifest import Manifest, open_checked_result_file
 
 ARROW_TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*ARROW_TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
@@ -43,7 +43,7 @@ def read_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -
     OSError
         If there is no such file, or it cannot be read.
     """
-    with whole_result_file(path, manifest) as file:
+    with open_checked_result_file(path, manifest) as file:
         return TableFile(path, file).read()
 
 
@@ -57,13 +57,16 @@ class TableFile:
             self.layout: pa.Schema = self._parquet.schema_arrow
             self.count: int = self._parquet.metadata.num_rows
             if VERSION_KEY not in (self.layout.metadata or {}):
-                raise no_table_error(path, self._writer)
+                raise not_a_table_error(path, self._foreign_writer_text)
             if why := _schema_fault(self.layout):  # checked before the data are read
-                raise no_table_error(path, why)
+                raise not_a_table_error(path, why)
 
     @property
-    def _writer(self) -> str:
-        """The program that wrote the table; for camopt's rows that pandas wrote, what to do."""
+    def _foreign_writer_text(self) -> str:
+        """Message about a table that camopt did not write: the program that did.
+
+        For rows saved by pandas, how to read them.
+        """
         if b'"scene"' in (self.layout.metadata or {}).get(PANDAS_KEY, b""):
             return "pandas wrote this: read it with pandas.read_parquet, and give the frame in place of the path"
         return f"another program ({self._parquet.metadata.created_by}) wrote this"
@@ -93,10 +96,10 @@ def _arrow_errors_as_bad_input(path: str | os.PathLike[str]) -> Iterator[None]:
             if str(trouble)
             else "this is another file"
         )
-        raise no_table_error(path, why) from None
+        raise not_a_table_error(path, why) from None
 
 
-def no_table_error(path: str | os.PathLike[str], why: str) -> BadInput:
+def not_a_table_error(path: str | os.PathLike[str], why: str) -> BadInput:
     """Error about a file that is no table of camopt."""
     allowed = f"a Parquet table that camopt wrote; {why}"
     return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
@@ -110,23 +113,25 @@ def _schema_fault(layout: pa.Schema) -> str:
     if len({*layout.names}) < len(layout.names):
         return "two of its columns have the same name"
     try:
-        facts = table_facts(layout)
+        facts = table_metadata(layout)
     except (ValueError, RecursionError):
         return "its metadata are not text, or its front is not JSON"
     front = {"points": int, "hypervolume": float | int}
-    if not _has_types(facts["front"], front) or not _has_types(facts["sweep"], {"designs": int}):
+    if not _is_missing_or_has_types(facts["front"], front) or not _is_missing_or_has_types(
+        facts["sweep"], {"designs": int}
+    ):
         return "the facts about its front or its sweep have another form than camopt's"
     return ""
 
 
-def _has_types(facts: Any, kinds: Mapping[str, Any]) -> bool:
-    """Whether a part of the metadata is missing, or a mapping with values of the given types."""
+def _is_missing_or_has_types(facts: Any, kinds: Mapping[str, Any]) -> bool:
+    """Whether a part of the metadata is absent, or a mapping whose values have the given types."""
     return facts is None or (
         isinstance(facts, dict) and all(isinstance(facts.get(name), kind) for name, kind in kinds.items())
     )
 
 
-def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
+def table_metadata(layout: pa.Schema) -> dict[Hashable | None, Any]:
     """Units, symbols, descriptions, scene, front, sweep and version in the metadata of a table."""
     columns = {field.name: _decode_metadata(field.metadata) for field in layout}
     whole = _decode_metadata(layout.metadata)
@@ -143,7 +148,7 @@ def table_facts(layout: pa.Schema) -> dict[Hashable | None, Any]:
 
 def with_pandas_attributes(layout: pa.Schema) -> pa.Schema:
     """The schema of a table with its facts also where pandas looks for ``attrs``."""
-    facts = json.dumps(table_facts(layout), ensure_ascii=False)
+    facts = json.dumps(table_metadata(layout), ensure_ascii=False)
     return layout.with_metadata({**(layout.metadata or {}), PANDAS_KEY: facts.encode()})
 
 

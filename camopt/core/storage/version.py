@@ -6,7 +6,7 @@ SITE = ""
 """Address of the documentation, for links in the schema of scenes; empty while there is no site."""
 
 
-def version_of_rows() -> str:
+def camopt_and_kernel_version() -> str:
     """Version of camopt and of its kernels. Equal versions give equal results for the same scene."""
     # imported only here: hashlib loads OpenSSL, which takes long
     from camopt.core.kernels.version import version_of_kernels

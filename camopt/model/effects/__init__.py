@@ -98,19 +98,21 @@ _ONE_CONTACT_EFFECTS = {
 """Every effect by name, as written for a follower with one contact."""
 
 
-def _add_columns(case: EvaluationBlock, wanted: frozenset[str], known: dict[str, Any]) -> None:
-    """Add the wanted columns of one contact, and all that they need, to ``known``."""
+def _add_columns(case: EvaluationBlock, wanted: frozenset[str], known_columns: dict[str, Any]) -> None:
+    """Add the wanted columns of one contact, and all that they need, to ``known_columns``."""
     for name, needed in plan_effects(wanted, case.setup).items():
         effect = _ONE_CONTACT_EFFECTS[name]
-        for run in (effect.run_on_pitch, effect.run) if needed - known.keys() else ():
-            enclosed = {key: value for key, value in known.items() if isinstance(value, EnclosedValue)}
-            columns = known | {key: value.value for key, value in enclosed.items()}
+        for run in (
+            (effect.evaluate_pitch_curve_columns, effect.evaluate_columns) if needed - known_columns.keys() else ()
+        ):
+            enclosed = {key: value for key, value in known_columns.items() if isinstance(value, EnclosedValue)}
+            columns = known_columns | {key: value.value for key, value in enclosed.items()}
             outward = {key: value.outward for key, value in enclosed.items()}
             results = run(replace(case, columns=columns, outward=outward), frozenset(needed))
-            known |= {key: value for key, value in results.items() if key in needed}
+            known_columns |= {key: value for key, value in results.items() if key in needed}
 
 
-def _for_any_drive(effect: Effect) -> Effect:
+def _effect_for_all_contacts(effect: Effect) -> Effect:
     """An effect for followers with any number of contacts."""
     if effect.is_per_contact:
         return worst_contact_effect(effect, _add_columns)
@@ -118,7 +120,9 @@ def _for_any_drive(effect: Effect) -> Effect:
 
 
 _PAIR_EFFECT = per_contact_effect(_ONE_CONTACT_EFFECTS, _add_columns)
-EFFECTS: dict[str, Effect] = {e.name: _for_any_drive(e) for e in (*_ONE_CONTACT_EFFECTS.values(), _PAIR_EFFECT)}
+EFFECTS: dict[str, Effect] = {
+    e.name: _effect_for_all_contacts(e) for e in (*_ONE_CONTACT_EFFECTS.values(), _PAIR_EFFECT)
+}
 """Every effect by name, in the order in which effects run: the cheapest first."""
 
 
@@ -131,13 +135,13 @@ def setup_effects(setup: Setup) -> Mapping[str, Effect]:
     """Every effect of a setup by name: those of all scenes, then those of quantities that the scene defines."""
     if not setup.own_quantities:
         return EFFECTS
-    return EFFECTS | {effect.name: effect for effect in _own_quantity_effects(IdentityKey(setup)).values()}
+    return EFFECTS | {effect.name: effect for effect in _scene_defined_effects(IdentityKey(setup)).values()}
 
 
 def find_effect(name: str, setup: Setup) -> Effect | None:
     """The effect that computes a quantity; None for a verdict."""
     return (
-        _own_quantity_effects(IdentityKey(setup))[name]
+        _scene_defined_effects(IdentityKey(setup))[name]
         if name in setup.own_quantities
         else EFFECTS.get(QUANTITIES[name].effect)
     )
@@ -150,11 +154,11 @@ def require_effect(name: str, setup: Setup) -> Effect:
 
 
 @lru_cache(maxsize=16)
-def _own_quantity_effects(setup_key: IdentityKey[Setup]) -> Mapping[str, Effect]:
+def _scene_defined_effects(setup_key: IdentityKey[Setup]) -> Mapping[str, Effect]:
     """The effects of quantities that the scene defines; one that reads a late quantity is late too."""
     effects: dict[str, Effect] = {}
     for name, quantity in setup_key.value.own_quantities.items():
-        sources = [effects.get(read) or EFFECTS[QUANTITIES[read].effect] for read in quantity.reads]
+        sources = [effects.get(read) or EFFECTS[QUANTITIES[read].effect] for read in quantity.quantities_read]
         effects[name] = expression_effect(quantity, last=any(effect.last for effect in sources))
     return effects
 
@@ -164,7 +168,7 @@ def with_read_quantities(names: Iterable[str], setup: Setup) -> frozenset[str]:
     quantities = set(names)
     for own in reversed([*setup.own_quantities.values()]):
         if own.name in quantities:
-            quantities.update(own.reads)
+            quantities.update(own.quantities_read)
     return frozenset(quantities)
 
 
@@ -175,10 +179,10 @@ def available_quantities(setup: Setup) -> tuple[str, ...]:
 
 @lru_cache(maxsize=16)
 def _find_available_quantities(setup_key: IdentityKey[Setup]) -> tuple[str, ...]:
-    names = {name for effect in EFFECTS.values() for name in effect.offers(setup_key.value)}
+    names = {name for effect in EFFECTS.values() for name in effect.offered_quantities(setup_key.value)}
     names -= missing_keys_by_quantity(setup_key.value).keys()
     for each in setup_key.value.own_quantities.values():
-        names |= {each.name} if names.issuperset(each.reads) else set()
+        names |= {each.name} if names.issuperset(each.quantities_read) else set()
     return tuple(in_column_order(names))
 
 
@@ -189,9 +193,13 @@ def missing_keys_by_quantity(setup: Setup) -> Mapping[str, tuple[str, ...]]:
 
 @lru_cache(maxsize=16)
 def _find_missing_keys(setup_key: IdentityKey[Setup]) -> Mapping[str, tuple[str, ...]]:
-    missing = {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup_key.value).items()}
+    missing = {
+        name: keys
+        for effect in EFFECTS.values()
+        for name, keys in effect.missing_keys_by_quantity(setup_key.value).items()
+    }
     for quantity in setup_key.value.own_quantities.values():
-        if keys := [key for read in quantity.reads for key in missing.get(read, ())]:
+        if keys := [key for read in quantity.quantities_read for key in missing.get(read, ())]:
             missing[quantity.name] = tuple(dict.fromkeys(keys))
     return missing
 
@@ -210,6 +218,6 @@ def _plan_sorted_effects(wanted: frozenset[str], setup_key: IdentityKey[Setup]) 
         if effect is None:
             continue
         if effect.name not in plan:
-            pending |= set(effect.reads(setup))
+            pending |= set(effect.input_quantities(setup))
         plan.setdefault(effect.name, set()).add(name)
     return {name: frozenset(plan[name]) for name in setup_effects(setup) if name in plan}

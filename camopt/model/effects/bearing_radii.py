@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, FloatArray
-from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.model.effects.effect import EvaluationBlock
-from camopt.model.effects.loads import flank_path_curvature, normal_curve
+from camopt.model.effects.loads import flank_path_curvature, normal_force_curve
 from camopt.model.effects.peak import CLEAR_SHARE, Peak, RadiusRange, jumps_at_corners
 from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.mechanisms.design import Designs
@@ -36,33 +36,38 @@ InverseAllowedLoad = Callable[[Designs], Any]
 """The inverse of the largest allowed load, by design."""
 
 
-@curve_type(loaded=True)
-def required_roller_radius(at, normal, curvature, share, bulge):
-    """n + κ·u [mm]; ``share`` has the sign of the force on the flank, ``bulge`` is u times the sign of κ there."""
+@curve_type_from_formula(reads_load=True)
+def required_roller_radius(state, normal, curvature, share, bulge):
+    """Curve n + κ·u, at most R_r where a roller bears its load [mm].
+
+    ``share`` has the sign of the force on the flank, ``bulge`` is u times the sign of κ there.
+    """
     return share * normal + bulge * curvature
 
 
-@curve_type(loaded=True)
-def required_face_radius(at, normal, radius, share):
-    """n − ρ of a flat face [mm]."""
+@curve_type_from_formula(reads_load=True)
+def required_face_radius(state, normal, radius, share):
+    """Curve n − ρ, the least further radius with which a flat face bears its load [mm]."""
     return share * normal - radius
 
 
-def load_bearing_radii(
-    case: EvaluationBlock, share: InverseAllowedLoad, bodies: RadiusRange
+def sure_and_possible_bearing_radii(
+    case: EvaluationBlock, inverse_allowed_load: InverseAllowedLoad, body_radii: RadiusRange
 ) -> tuple[RadiusRange, RadiusRange]:
-    """The radii of ``bodies`` with which pitch curves surely bear a load, and those with which they may.
+    """The radii of ``body_radii`` with which pitch curves surely bear a load, and those with which they may.
 
     The designs have a point as their follower, which moves along their pitch curves; guides have no friction.
     """
-    normal = normal_curve(case.setup, case.designs, case.programme)
-    shares = share(case.designs) + _design_zeros(case)
+    normal = normal_force_curve(case.setup, case.designs, case.programme)
+    shares = inverse_allowed_load(case.designs) + _design_zeros(case)
     if case.setup.mechanism.flat_faced:
-        far, near = _enclose_largest(case, [_required_face_curve(case, normal, shares)], max(map(abs, bodies)))
+        far, near = _enclose_largest(
+            case, [_required_face_radius_curve(case, normal, shares)], max(map(abs, body_radii))
+        )
         return RadiusRange(least=far), RadiusRange(least=near)
     flanks = case.setup.mechanism.flanks
     paths = [flank_path_curvature(case.setup, case.designs, case.programme, flank) for flank in flanks]
-    radii, sides = _probe_radii(bodies), []
+    radii, sides = _probe_radii(body_radii), []
     for radius in radii:
         spread = radius**2 + _design_zeros(case)
         curves = [
@@ -71,57 +76,61 @@ def load_bearing_radii(
         ]
         sides.append(_enclose_largest(case, curves, radius))
     most, least = zip(*sides, strict=True)
-    return _proved_radii(radii, most), _possible_radii(radii, most, least)
+    return _surely_bearing_radii(radii, most), _possibly_bearing_radii(radii, most, least)
 
 
-def _probe_radii(bodies: RadiusRange) -> list[float]:
+def _probe_radii(body_radii: RadiusRange) -> list[float]:
     """The rollers at which M is computed: the least, the largest, and their geometric mean."""
-    low, high = map(float, bodies)
+    low, high = map(float, body_radii)
     return [low, sqrt(low * high), high] if low < high else [low]
 
 
-def _proved_radii(radii: Sequence[float], far: Sequence[FloatArray]) -> RadiusRange:
+def _surely_bearing_radii(radii: Sequence[float], upper_bounds: Sequence[FloatArray]) -> RadiusRange:
     """The rollers with which M ≤ √u for certain, from upper bounds of M: M is below the chords between them."""
-    ranges = _sufficient_radii(radii, far)
-    for low, high, first, last in zip(radii, radii[1:], far, far[1:], strict=False):
-        below_root = _radii_below_root(low, first, _chord_slope(low, first, high, last))
+    ranges = _single_bearing_radii(radii, upper_bounds)
+    for low, high, first, last in zip(radii, radii[1:], upper_bounds, upper_bounds[1:], strict=False):
+        below_root = _radii_where_line_below_root(
+            low, first, _chord_slope_by_squared_radius(low, first, high, last)
+        )
         ranges.append(below_root.intersection(RadiusRange(low, high)))
     return _radius_hull(ranges)
 
 
-def _possible_radii(radii: Sequence[float], far: Sequence[FloatArray], near: Sequence[FloatArray]) -> RadiusRange:
+def _possibly_bearing_radii(
+    radii: Sequence[float], upper_bounds: Sequence[FloatArray], lower_bounds: Sequence[FloatArray]
+) -> RadiusRange:
     """The rollers with which M ≤ √u is possible, from upper and lower bounds of M.
 
     Between two rollers M is above the chords of its neighbours, extended: these give the lower bounds.
     """
-    ranges = _sufficient_radii(radii, near)
+    ranges = _single_bearing_radii(radii, lower_bounds)
     for i, (low, high) in enumerate(pairwise(radii)):
         between = RadiusRange(low, high)
         if i > 0:
-            slope = _chord_slope(radii[i - 1], far[i - 1], low, near[i])
-            between = between.intersection(_radii_below_root(low, near[i], slope))
+            slope = _chord_slope_by_squared_radius(radii[i - 1], upper_bounds[i - 1], low, lower_bounds[i])
+            between = between.intersection(_radii_where_line_below_root(low, lower_bounds[i], slope))
         if i + 2 < len(radii):
-            slope = _chord_slope(high, near[i + 1], radii[i + 2], far[i + 2])
-            between = between.intersection(_radii_below_root(high, near[i + 1], slope))
+            slope = _chord_slope_by_squared_radius(high, lower_bounds[i + 1], radii[i + 2], upper_bounds[i + 2])
+            between = between.intersection(_radii_where_line_below_root(high, lower_bounds[i + 1], slope))
         ranges.append(between)
     return _radius_hull(ranges)
 
 
-def _sufficient_radii(radii: Sequence[float], values: Sequence[FloatArray]) -> list[RadiusRange]:
-    """For each roller the range of itself alone if its value of M is at most √u, else an empty range."""
+def _single_bearing_radii(radii: Sequence[float], required_values: Sequence[FloatArray]) -> list[RadiusRange]:
+    """For each roller a range: itself alone if it bears its load (M ≤ √u), else empty."""
     return [
         RadiusRange(radius, np.where(value <= radius, radius, -np.inf))
-        for radius, value in zip(radii, values, strict=True)
+        for radius, value in zip(radii, required_values, strict=True)
     ]
 
 
-def _chord_slope(low: float, first: FloatArray, high: float, last: FloatArray) -> FloatArray:
+def _chord_slope_by_squared_radius(low: float, first: FloatArray, high: float, last: FloatArray) -> FloatArray:
     """Slope by u of the straight line through two values of M."""
     with np.errstate(invalid="ignore"):  # loads may be infinite
         return np.asarray((last - first) / (high**2 - low**2))
 
 
-def _radii_below_root(radius: float, value: FloatArray, slope: FloatArray) -> RadiusRange:
+def _radii_where_line_below_root(radius: float, value: FloatArray, slope: FloatArray) -> RadiusRange:
     """The rollers for which a straight line is at most √u; none if it is infinite.
 
     The line has a value at one roller, and a slope by u.
@@ -153,7 +162,7 @@ def _enclose_largest(case: EvaluationBlock, curves: Sequence[Any], scale: float)
     return largest.value + margin, largest.value - margin
 
 
-def _required_face_curve(case: EvaluationBlock, normal: Any, shares: FloatArray) -> Any:
+def _required_face_radius_curve(case: EvaluationBlock, normal: Any, shares: FloatArray) -> Any:
     assert case.setup.mechanism.profile_radius is not None
     return required_face_radius(normal, case.setup.mechanism.profile_radius(case.designs, case.programme), shares)
 

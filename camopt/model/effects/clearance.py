@@ -33,10 +33,10 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import BISECTIONS, LARGEST_MAGNITUDE, FloatArray, IntArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.model.effects import force
-from camopt.model.effects.contacts import follower_contacts
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.contacts import all_follower_contacts
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.flight import (
     FlankCrossings,
     Flights,
@@ -51,7 +51,7 @@ from camopt.model.effects.panel_series import integrate_series
 from camopt.model.effects.peak import Peak, PerRollerRadius, jumps_at_corners
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.effects.preload import INTERFERENCE
-from camopt.model.effects.surface import spin_rate_curve
+from camopt.model.effects.surface import spin_acceleration_curve
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
@@ -69,7 +69,7 @@ FLIGHT_QUANTITIES, ROLLER_QUANTITIES = (
 )
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism, preloaded = setup.mechanism, bool(setup.given[INTERFERENCE])
     if "clearance" not in mechanism.drive.keys or setup.train is not None or preloaded:
         return ()
@@ -77,7 +77,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (CROSSING_COUNT, *FLIGHT_QUANTITIES, *((*ROLLER_QUANTITIES, ROLLER_ACCELERATION) if rolls else ()))
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     loads, drive = force.missing_force_keys(setup), setup.given.drive
     gap = () if drive.clearance is not None else ("drive.clearance",)
     roller = (("drive.roller_inertia", drive.roller_inertia), ("drive.friction", drive.friction))
@@ -92,23 +92,23 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
         SKIDDING_TIME: (*loads, *turned),
         ROLLER_ACCELERATION: () if setup.omega is not None else ("cam.rpm",),
     }
-    return {name: needs[name] for name in offers(setup) if needs[name]}
+    return {name: needs[name] for name in offered_quantities(setup) if needs[name]}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     """Angular acceleration of a roller that does not slip, on either wall."""
-    if ROLLER_ACCELERATION not in offers(setup) or setup.omega is None:
+    if ROLLER_ACCELERATION not in offered_quantities(setup) or setup.omega is None:
         return {}
     curves = tuple(
-        (partial(spin_rate_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
+        (partial(spin_acceleration_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
     )
-    scale = scale_by_setting(
+    scale = scale_per_design_if_varied(
         setup, PerRollerRadius(setup.omega**2), PerRollerRadius(1.0), lambda each: each.omega**2
     )
     return {ROLLER_ACCELERATION: Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)}
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     known = peaks(case.setup)
     columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
     others = wanted - known.keys()
@@ -131,7 +131,7 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     setup, design, count = case.setup_per_design, flights.design, len(case.designs)
     omega = np.broadcast_to(setup.omega, count)[design]
 
-    def largest(values: FloatArray) -> FloatArray:
+    def largest_per_design(values: FloatArray) -> FloatArray:
         maxima = np.zeros(count)
         np.maximum.at(maxima, design, values)
         return maxima
@@ -139,27 +139,34 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     columns: dict[str, Any] = {}
     ends, speed, crosses = None, -flights.side * flights.slope, np.ones(design.size, dtype=bool)
     if setup.given.drive.clearance is not None:
-        ends, speed = land_flights(case, flights, followers)
+        ends, speed = find_landings_and_speeds(case, flights, followers)
         crosses = ends.crosses
         columns |= {
-            CROSSING_SPEED: largest(speed),
-            CROSSING_TIME: largest((speed > 0.0) * ends.length / omega * 1e3),
+            CROSSING_SPEED: largest_per_design(speed),
+            CROSSING_TIME: largest_per_design((speed > 0.0) * ends.length / omega * 1e3),
         }
         if LEADING_SPEED in wanted:
-            columns[LEADING_SPEED] = largest(_leading_speeds(case, followers, flights, half_gap(case)))
+            columns[LEADING_SPEED] = largest_per_design(
+                _small_gap_landing_speeds(case, followers, flights, half_gap(case))
+            )
     columns[CROSSING_COUNT] = np.bincount(design, weights=crosses, minlength=count)
     if CROSSING_ANGLE in wanted:
         columns[CROSSING_ANGLE] = _fastest_crossing_angle(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.two_sided:
         slip = crosses * (2.0 * omega * _trace_point_speeds(case, flights, ends))
         radius = case.designs.roller_radius[design]
-        columns |= {SLIP_SPEED: largest(slip / 1e3), SPIN_CHANGE: largest(slip / radius * 30.0 / pi)}
+        columns |= {
+            SLIP_SPEED: largest_per_design(slip / 1e3),
+            SPIN_CHANGE: largest_per_design(slip / radius * 30.0 / pi),
+        }
         if SKIDDING_TIME in wanted:
-            columns[SKIDDING_TIME] = largest(skidding_times(case, followers, flights, ends, slip) * 1e3)
+            columns[SKIDDING_TIME] = largest_per_design(skidding_times(case, followers, flights, ends, slip) * 1e3)
     return columns
 
 
-def land_flights(case: EvaluationBlock, flights: Flights, followers: Followers) -> tuple[Landings, FloatArray]:
+def find_landings_and_speeds(
+    case: EvaluationBlock, flights: Flights, followers: Followers
+) -> tuple[Landings, FloatArray]:
     """The landings of flights and their speeds along the motion [m/s].
 
     A flight that would begin while the follower still flies does not take place; its speed is 0.
@@ -169,13 +176,15 @@ def land_flights(case: EvaluationBlock, flights: Flights, followers: Followers) 
     begun = ~np.isin(np.arange(count), _following_crossing_index(flights)[ends.length > _angle_to_next(flights)])
     omega = followers.omega[flights.setting]
     ends = ends._replace(crosses=ends.crosses & begun)
-    return ends, begun * ends.speed * omega * _motion_lever(case)[flights.design] / 1e3
+    return ends, begun * ends.speed * omega * _arm_length_or_one(case)[flights.design] / 1e3
 
 
 def design_flights(case: EvaluationBlock) -> tuple[Flights, Followers]:
     """All flights of a block's designs over a turn, and the followers of each setting."""
     setup, count = case.setup_per_design, len(case.designs)
-    factors = np.array(np.broadcast_arrays(*force.force_factors(setup.dynamics, setup.omega), np.zeros(count))[:-1])
+    factors = np.array(
+        np.broadcast_arrays(*force.force_factors_with_train(setup.dynamics, setup.omega), np.zeros(count))[:-1]
+    )
     mass = np.broadcast_to(setup.dynamics.mass, count)
     settings, which = np.unique(np.vstack([factors, mass]), axis=1, return_inverse=True)
     rows = settings[:-1]
@@ -198,17 +207,19 @@ def half_gap(case: EvaluationBlock) -> HalfGap:
     clearance = np.broadcast_to(case.setup_per_design.given.drive.clearance, len(case.designs))
     pressures = tuple(
         contact.mechanism.pressure(contact.local_designs(case.designs), case.programme)
-        for contact in follower_contacts(case.setup)
+        for contact in all_follower_contacts(case.setup)
     )
-    return HalfGap(pressures, 0.5 * clearance / _motion_lever(case), case.programme)
+    return HalfGap(pressures, 0.5 * clearance / _arm_length_or_one(case), case.programme)
 
 
-def _motion_lever(case: EvaluationBlock) -> FloatArray:
+def _arm_length_or_one(case: EvaluationBlock) -> FloatArray:
     """Length of the arm [mm] if the follower oscillates, else 1."""
     return case.designs.arm_length if case.setup.angular else np.ones(len(case.designs))
 
 
-def _leading_speeds(case: EvaluationBlock, followers: Followers, flights: Flights, gap: HalfGap) -> FloatArray:
+def _small_gap_landing_speeds(
+    case: EvaluationBlock, followers: Followers, flights: Flights, gap: HalfGap
+) -> FloatArray:
     """Landing speeds by the formulas for small gaps [m/s]."""
     table = case.programme.table
     place = (flights.angle - table.centre[flights.panel]) / table.half_width[flights.panel]
@@ -219,7 +230,7 @@ def _leading_speeds(case: EvaluationBlock, followers: Followers, flights: Flight
     jerk = np.maximum(-flights.side * flights.slope, 0.0) * omega / mass
     stepped = np.sqrt(2.0 * np.abs(flights.jump) / mass * way)
     speed = np.where(flights.jump != 0.0, stepped, 0.5 * np.cbrt(36.0 * jerk * np.square(way)))
-    return np.asarray(speed * _motion_lever(case)[flights.design] / 1e3)
+    return np.asarray(speed * _arm_length_or_one(case)[flights.design] / 1e3)
 
 
 def _fastest_crossing_angle(speed: FloatArray, flights: Flights, count: int) -> FloatArray:
@@ -238,7 +249,7 @@ def _trace_point_speeds(case: EvaluationBlock, flights: Flights, ends: Landings 
     panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
     place = np.clip((angle - table.centre[panel]) / table.half_width[panel], -1.0, 1.0)
     return np.asarray(
-        value_of(make(case.designs, case.programme), flights.design, panel_state(case.programme, panel, place))
+        curve_value(make(case.designs, case.programme), flights.design, panel_state(case.programme, panel, place))
     )
 
 
@@ -252,22 +263,25 @@ def skidding_times(
     radius, omega = designs.roller_radius[design], followers.omega[flights.setting]
     panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
     place = (angle - table.centre[panel]) / table.half_width[panel]
-    tangent = value_of(
+    tangent = curve_value(
         case.setup.mechanism.pressure(designs, case.programme), design, panel_state(case.programme, panel, place)
     )
     turned = inertia * slip / np.square(radius) / friction  # ∫N dt
-    needed = turned * omega / np.sqrt(1.0 + np.square(tangent)) * _motion_lever(case)[design]  # ∫|F| dθ
+    needed = turned * omega / np.sqrt(1.0 + np.square(tangent)) * _arm_length_or_one(case)[design]  # ∫|F| dθ
     return _skidding_angle(case.programme, followers, flights, (angle, needed)) / omega
 
 
 def _skidding_angle(
-    programme: Programme, followers: Followers, flights: Flights, start_and_impulse: tuple[FloatArray, FloatArray]
+    programme: Programme,
+    followers: Followers,
+    flights: Flights,
+    start_and_needed_impulse: tuple[FloatArray, FloatArray],
 ) -> FloatArray:
     """Cam angle from a start over which the force on the other flank gives an impulse [rad].
 
     The impulse is ∫|F| dθ [N·rad or N·mm·rad].
     """
-    table, (start, needed) = programme.table, start_and_impulse
+    table, (start, needed) = programme.table, start_and_needed_impulse
     impulse = integrate_series(table.half_width, followers.force)
     whole = np.asarray(polynomial.polyval(1.0, impulse))[:, -1]
 
@@ -306,4 +320,4 @@ def _angle_to_next(flights: Flights) -> FloatArray:
     return np.asarray(np.mod(flights.angle[_following_crossing_index(flights)] - flights.angle, 2.0 * pi))
 
 
-EFFECT = Effect("clearance", offers, run, lacks, peaks=peaks)
+EFFECT = Effect("clearance", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks)

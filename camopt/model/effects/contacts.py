@@ -25,7 +25,7 @@ ColumnFinder = Callable[[EvaluationBlock, frozenset[str], dict[str, Any]], None]
 """Adds columns of a block with one contact, by name, and all that they need, to known ones."""
 
 
-def follower_contacts(setup: Setup) -> tuple[FurtherContact, ...]:
+def all_follower_contacts(setup: Setup) -> tuple[FurtherContact, ...]:
     """All contacts of a follower, each as the contact of an ordinary cam."""
     first = setup.mechanism._replace(further_contacts=())
     return (FurtherContact(first, _unchanged_designs), *setup.mechanism.further_contacts)
@@ -44,17 +44,17 @@ def block_at_contact(case: EvaluationBlock, contact: FurtherContact) -> Evaluati
 def contact_columns(
     case: EvaluationBlock, find_columns: ColumnFinder, wanted: frozenset[str]
 ) -> list[dict[str, Any]]:
-    """Columns of a block at each contact; they are remembered for later effects."""
-    if _remembered_columns(case) is None:
+    """Wanted columns of a block at each contact; the block remembers them for later effects."""
+    if _remembered_contact_columns(case) is None:
         of = (case.setup, case.programme, case.designs)
-        case.memory.update(of=of, known=[{} for _ in follower_contacts(case.setup)])
-    for contact, known in zip(follower_contacts(case.setup), case.memory["known"], strict=True):
+        case.memory.update(of=of, known=[{} for _ in all_follower_contacts(case.setup)])
+    for contact, known in zip(all_follower_contacts(case.setup), case.memory["known"], strict=True):
         if missing := wanted - known.keys():
             find_columns(block_at_contact(case, contact), missing, known)
     return [{name: known[name] for name in wanted & known.keys()} for known in case.memory["known"]]
 
 
-def _remembered_columns(case: EvaluationBlock) -> list[dict[str, Any]] | None:
+def _remembered_contact_columns(case: EvaluationBlock) -> list[dict[str, Any]] | None:
     """The columns computed so far at each contact of a block; None before the first."""
     of = (case.setup, case.programme, case.designs)
     return case.memory["known"] if all(map(is_, case.memory.get("of", (None,) * 3), of)) else None
@@ -69,17 +69,19 @@ def select_designs(case: EvaluationBlock, index: IntArray) -> EvaluationBlock:
         return value[index] if np.ndim(value) else value
 
     part = replace(case, designs=case.designs.take(index), memory={})
-    if known := _remembered_columns(case):
+    if known := _remembered_contact_columns(case):
         columns = [{name: select_rows(value) for name, value in each.items()} for each in known]
         part.memory.update(of=(part.setup, part.programme, part.designs), known=columns)
     return part
 
 
-def with_designs(case: EvaluationBlock, designs: Designs, changed: Container[str]) -> EvaluationBlock:
+def with_designs(case: EvaluationBlock, designs: Designs, changed_quantities: Container[str]) -> EvaluationBlock:
     """The block with other designs, with the remembered columns of quantities that do not change."""
     other = replace(case, designs=designs, memory={})
-    if known := _remembered_columns(case):
-        kept = [{name: value for name, value in columns.items() if name not in changed} for columns in known]
+    if known := _remembered_contact_columns(case):
+        kept = [
+            {name: value for name, value in columns.items() if name not in changed_quantities} for columns in known
+        ]
         other.memory.update(of=(other.setup, other.programme, other.designs), known=kept)
     return other
 
@@ -92,57 +94,64 @@ def differing_quantities(case: EvaluationBlock) -> frozenset[str]:
         return not all(np.array_equal(part, np.roll(part, 1), equal_nan=True) for part in parts)
 
     return frozenset(
-        name for columns in _remembered_columns(case) or () for name, value in columns.items() if differs(value)
+        name
+        for columns in _remembered_contact_columns(case) or ()
+        for name, value in columns.items()
+        if differs(value)
     )
 
 
-def least_disc_size(setup: Setup, designs: Designs) -> Any:
+def smaller_disc_size(setup: Setup, designs: Designs) -> Any:
     """Size of the smallest disc that the follower touches [mm]."""
     further = (contact.local_designs(designs).size for contact in setup.mechanism.further_contacts)
-    return _reduce_values(np.minimum, [designs.size, *further])
+    return _worst_value(np.minimum, [designs.size, *further])
 
 
 def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
     """An effect of one contact as an effect of all contacts: its quantities are the worst of them."""
 
-    @wraps(effect.offers)
-    def offers(setup: Setup) -> tuple[str, ...]:
-        names = effect.offers(setup)
+    @wraps(effect.offered_quantities)
+    def offered_quantities(setup: Setup) -> tuple[str, ...]:
+        names = effect.offered_quantities(setup)
         return tuple(filter(_has_worst, names)) if setup.mechanism.further_contacts else names
 
-    def reads(setup: Setup) -> tuple[str, ...]:
-        names = effect.reads(setup)
+    def input_quantities(setup: Setup) -> tuple[str, ...]:
+        names = effect.input_quantities(setup)
         return tuple(filter(_has_worst, names)) if setup.mechanism.further_contacts else names
 
     def worst_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         contacts = contact_columns(case, find_columns, wanted)
         return {name: _worst_column(name, [columns[name] for columns in contacts]) for name in contacts[0]}
 
-    def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         if not case.setup.mechanism.further_contacts:
-            return effect.run_on_pitch(case, wanted)
-        return worst_columns(case, wanted) if effect.run is no_columns else {}
+            return effect.evaluate_pitch_curve_columns(case, wanted)
+        return worst_columns(case, wanted) if effect.evaluate_columns is no_columns else {}
 
-    def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-        return worst_columns(case, wanted) if case.setup.mechanism.further_contacts else effect.run(case, wanted)
+    def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+        return (
+            worst_columns(case, wanted)
+            if case.setup.mechanism.further_contacts
+            else effect.evaluate_columns(case, wanted)
+        )
 
-    only_run = effect.run_on_pitch is no_columns and effect.run is not no_columns
+    only_run = effect.evaluate_pitch_curve_columns is no_columns and effect.evaluate_columns is not no_columns
     return effect._replace(
-        offers=offers,
-        reads=reads,
-        run_on_pitch=no_columns if only_run else run_on_pitch,
-        run=no_columns if effect.run is no_columns else run,
+        offered_quantities=offered_quantities,
+        input_quantities=input_quantities,
+        evaluate_pitch_curve_columns=no_columns if only_run else evaluate_pitch_curve_columns,
+        evaluate_columns=no_columns if effect.evaluate_columns is no_columns else evaluate_columns,
     )
 
 
 def single_disc_effect(effect: Effect) -> Effect:
     """An effect of a single disc: a pair of discs has none of its quantities."""
 
-    @wraps(effect.offers)
-    def offers(setup: Setup) -> tuple[str, ...]:
-        return () if setup.mechanism.second_keys else effect.offers(setup)
+    @wraps(effect.offered_quantities)
+    def offered_quantities(setup: Setup) -> tuple[str, ...]:
+        return () if setup.mechanism.second_keys else effect.offered_quantities(setup)
 
-    return effect._replace(offers=offers)
+    return effect._replace(offered_quantities=offered_quantities)
 
 
 def _has_worst(name: str) -> bool:
@@ -154,18 +163,18 @@ def _worst_column(name: str, values: list[Any]) -> Any:
     """The worst of the values of a quantity at the contacts."""
     worse = np.minimum if QUANTITIES[name].side < 0.0 else np.maximum
     if not any(isinstance(each, EnclosedValue) for each in values):
-        return _reduce_values(worse, values)
+        return _worst_value(worse, values)
     bounded = [
         each if isinstance(each, EnclosedValue) else EnclosedValue(each, 0.0, np.abs(each)) for each in values
     ]
-    value = _reduce_values(worse, [each.value for each in bounded])
-    far = _reduce_values(worse, [each.value + each.outward for each in bounded])
+    value = _worst_value(worse, [each.value for each in bounded])
+    far = _worst_value(worse, [each.value + each.outward for each in bounded])
     with np.errstate(invalid="ignore"):
         outward = np.where(np.isfinite(np.asarray(value, float)), np.asarray(far, float) - value, 0.0)
-    return EnclosedValue(value, outward, _reduce_values(np.maximum, [each.scale for each in bounded]))
+    return EnclosedValue(value, outward, _worst_value(np.maximum, [each.scale for each in bounded]))
 
 
-def _reduce_values(worse: Any, values: list[Any]) -> Any:
+def _worst_value(worse: Any, values: list[Any]) -> Any:
     first, *rest = values
     for each in rest:
         first = worse(first, each)
@@ -202,20 +211,20 @@ class ContactScale(Scale):
     local_designs: Callable[[Designs], Designs]
 
     @property
-    def falls(self) -> bool:  # type: ignore[override]
-        return self.scale.falls
+    def is_decreasing(self) -> bool:  # type: ignore[override]
+        return self.scale.is_decreasing
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return self.scale.quantity(extreme, self.local_designs(designs))
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+        return self.scale.quantity_from_extreme(extreme, self.local_designs(designs))
 
-    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
-        return self.scale.change(extreme, by, self.local_designs(designs))
+    def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
+        return self.scale.quantity_change(extreme, extreme_change, self.local_designs(designs))
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        return self.scale.extreme_at(quantity, numbers)
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+        return self.scale.extreme_for_quantity(quantity, numbers)
 
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        weight = self.scale.weight(quantity)
+    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
+        weight = self.scale.curve_weight(quantity)
         return weight if weight is unit_weight else ContactWeight(weight, self.local_designs)
 
 
@@ -234,7 +243,7 @@ def contact_peaks(effect: Effect, setup: Setup, name: str) -> Iterator[Peak]:
         if peak := effect.peaks(setup).get(name):
             yield peak
         return
-    for contact in follower_contacts(setup):
+    for contact in all_follower_contacts(setup):
         if peak := effect.peaks(replace(setup, mechanism=contact.mechanism)).get(name):
             first = contact.local_designs is _unchanged_designs
             yield peak._replace(extremes=()) if first else contact_peak(peak, contact)
@@ -253,20 +262,23 @@ CONTACT_NAMES = ("first", "second")
 def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder) -> Effect:
     """The effect that reports some quantities of each contact, if the follower has more than one."""
 
-    def offers(setup: Setup) -> tuple[str, ...]:
+    def offered_quantities(setup: Setup) -> tuple[str, ...]:
         if not setup.mechanism.further_contacts:
             return ()
         two_shapes = setup.mechanism.two_profiles  # a single disc has one shape
         reported = CONTACT_QUANTITIES if two_shapes else CONTACT_QUANTITIES[-1:]
-        known = {name for name in reported if name in effects[QUANTITIES[name].effect].offers(setup)}
+        known = {name for name in reported if name in effects[QUANTITIES[name].effect].offered_quantities(setup)}
         return tuple(f"{place}_{name}" for name in CONTACT_QUANTITIES if name in known for place in CONTACT_NAMES)
 
-    def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-        lacking = {name: effects[QUANTITIES[name].effect].lacks(setup).get(name) for name in CONTACT_QUANTITIES}
-        every = {name: lacking[name.partition("_")[2]] for name in offers(setup)}
+    def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
+        lacking = {
+            name: effects[QUANTITIES[name].effect].missing_keys_by_quantity(setup).get(name)
+            for name in CONTACT_QUANTITIES
+        }
+        every = {name: lacking[name.partition("_")[2]] for name in offered_quantities(setup)}
         return {name: keys for name, keys in every.items() if keys}
 
-    def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         columns: dict[str, Any] = {}
         names = frozenset(
             name for name in CONTACT_QUANTITIES if any(f"{place}_{name}" in wanted for place in CONTACT_NAMES)
@@ -286,4 +298,4 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
             )
         }
 
-    return Effect("pair", offers, run, lacks, peaks=peaks)
+    return Effect("pair", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks)

@@ -16,9 +16,9 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.peak import ConvexRadius, CutterRadius, Peak, size_unit
-from camopt.model.effects.peak_columns import peak_column, range_columns
-from camopt.model.mechanisms.design import unshared_pitch
+from camopt.model.effects.peak import ConvexRadius, CutterRadius, Peak, cam_size_error_scale
+from camopt.model.effects.peak_columns import largest_and_least_columns, peak_column
+from camopt.model.mechanisms.design import unreduced_designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
@@ -26,7 +26,7 @@ CONVEX_RADIUS, CUTTER_RADIUS = "profile_radius_min_mm", "cutter_radius_max_mm"
 PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return (CONVEX_RADIUS, "undercut")
     return (*PITCH_PAIR, CONVEX_RADIUS, "undercut", *(() if setup.mechanism.cut_as_by_roller else (CUTTER_RADIUS,)))
@@ -36,19 +36,23 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
     flank = mechanism.flanks[0]
     below = mechanism.reverses == (flank.side > 0.0)  # the profile is below the trace point along the motion
-    pointed, notched = (is_pointed, is_notched) if below else (is_notched, is_pointed)
+    pointed, notched = (
+        (speed_falls_at_corner, speed_rises_at_corner) if below else (speed_rises_at_corner, speed_falls_at_corner)
+    )
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
-        radius = Peak(curves, LEAST, jumps=pointed, unit=size_unit, open_at_zero=True)
+        radius = Peak(curves, LEAST, jumps=pointed, unit=cam_size_error_scale, open_at_zero=True)
         return {
-            CONVEX_RADIUS: radius._replace(per_body=0.0 if mechanism.profile_or_pitch is unshared_pitch else 1.0)
+            CONVEX_RADIUS: radius._replace(
+                per_body=0.0 if mechanism.standard_profile_designs is unreduced_designs else 1.0
+            )
         }
     curves = ((mechanism.curvature, ALL_STROKES),)
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
     # with two flanks either one may be the sharper
     goal, sharp = (LARGEST_MAGNITUDE, has_corner) if mechanism.two_sided else (LARGEST, pointed)
-    wider = None if setup.given.drive.clearance is None else setup.half_width
+    wider = None if setup.given.drive.clearance is None else setup.pitch_to_flank_distance
     radii = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
         "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
@@ -58,12 +62,12 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name: radii[name] for name in radii if name != CUTTER_RADIUS or not mechanism.cut_as_by_roller}
 
 
-def is_pointed(programme: Programme) -> bool:
+def speed_falls_at_corner(programme: Programme) -> bool:
     """Whether the follower's speed falls at a corner, where a disc cam's profile is pointed."""
     return any(corner.size < 0.0 for corner in programme.corners)
 
 
-def is_notched(programme: Programme) -> bool:
+def speed_rises_at_corner(programme: Programme) -> bool:
     """Whether the follower's speed rises at a corner, where a disc cam's profile is hollow."""
     return any(corner.size > 0.0 for corner in programme.corners)
 
@@ -72,23 +76,23 @@ def has_corner(programme: Programme) -> bool:
     return bool(programme.corners)
 
 
-def reads(setup: Setup) -> tuple[str, ...]:
+def input_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.curvature is None else PITCH_PAIR
 
 
-def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    """The extremes of the pitch curve's curvature, from which ``run`` computes the other quantities."""
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    """Extremes of the pitch curve's curvature, from which ``evaluate_columns`` computes the other quantities."""
     mechanism = case.setup.mechanism
     if mechanism.curvature is None:
         return {}
     if case.programme.radii:
-        return _arc_extremes(case)
+        return _arc_curvature_columns(case)
     known = peaks(case.setup)
-    return dict(zip(PITCH_PAIR, range_columns(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
+    return dict(zip(PITCH_PAIR, largest_and_least_columns(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
 
 
-def _arc_extremes(case: EvaluationBlock) -> dict[str, Any]:
-    """The same for a cam of arcs and lines, each of which has a constant curvature."""
+def _arc_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
+    """Extremes of the pitch curve's curvature for a cam of arcs and lines, each of constant curvature."""
     curvature = 1.0 / np.array(case.programme.radii)
     most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
     exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
@@ -97,13 +101,15 @@ def _arc_extremes(case: EvaluationBlock) -> dict[str, Any]:
     )
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return (
-        _flat_face_columns(case) if case.setup.mechanism.curvature is None else _trace_point_columns(case, wanted)
+        _flat_face_curvature_columns(case)
+        if case.setup.mechanism.curvature is None
+        else _trace_point_curvature_columns(case, wanted)
     )
 
 
-def _flat_face_columns(case: EvaluationBlock) -> dict[str, Any]:
+def _flat_face_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
     if case.programme.radii:
         radius = np.full(len(case.designs), min(case.programme.radii))
         return {CONVEX_RADIUS: EnclosedValue(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
@@ -111,27 +117,35 @@ def _flat_face_columns(case: EvaluationBlock) -> dict[str, Any]:
     return {CONVEX_RADIUS: least, "undercut": least.value <= 0.0}
 
 
-def _trace_point_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    roller, both = case.setup.half_width(case.designs), case.setup.mechanism.two_sided
+def _trace_point_curvature_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    roller, both = case.setup.pitch_to_flank_distance(case.designs), case.setup.mechanism.two_sided
     (most, least), (highest, lowest) = map(case.columns.__getitem__, PITCH_PAIR), map(case.outer_bound, PITCH_PAIR)
     if both:
         most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)
-    radius, inwards = _curvature_radius(most, highest)
+    radius, inwards = _radius_and_inward_change(most, highest)
     columns: dict[str, Any] = {CONVEX_RADIUS: EnclosedValue(radius - roller, inwards, radius)}
     if "undercut" in wanted:
         columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
     if CUTTER_RADIUS in wanted and not case.setup.mechanism.cut_as_by_roller:
-        radius, inwards = _curvature_radius(-least, -lowest)
+        radius, inwards = _radius_and_inward_change(-least, -lowest)
         columns[CUTTER_RADIUS] = EnclosedValue(roller + radius, inwards, roller + radius)
     return columns
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def _curvature_radius(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _radius_and_inward_change(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Radius of a curvature, infinite if that is 0 or less; and the change to the radius of a larger curvature."""
     radius = 1.0 / np.maximum(curvature, 0.0)
     inwards = np.minimum(1.0 / np.maximum(larger, 0.0) - radius, 0.0)
     return radius, np.where(np.isfinite(radius), inwards, 0.0)
 
 
-EFFECT = Effect("curvature", offers, run, reads=reads, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)
+EFFECT = Effect(
+    "curvature",
+    offered_quantities,
+    evaluate_columns,
+    input_quantities=input_quantities,
+    evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
+    peaks=peaks,
+    is_per_contact=True,
+)

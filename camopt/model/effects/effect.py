@@ -40,7 +40,7 @@ class SolidSizes(NamedTuple):
     outer_diameter: float | None = None
 
     @property
-    def flank_height(self) -> float | None:
+    def groove_depth_or_rib_height(self) -> float | None:
         """Depth of the groove, or height of the rib [mm]."""
         return self.groove_depth if self.rib_height is None else self.rib_height
 
@@ -86,7 +86,7 @@ class Setup:
         """The setup with the numbers of the designs, as arrays or ranges."""
         return replace(self, given=self.given.with_numbers(designs.numbers)) if designs.numbers else self
 
-    def half_width(self, designs: Designs) -> Any:
+    def pitch_to_flank_distance(self, designs: Designs) -> Any:
         """Distance of walls and profile from the pitch curve: the roller's radius plus half its clearance [mm]."""
         clearance = self.with_design_numbers(designs).given.drive.clearance
         return designs.roller_radius if clearance is None else designs.roller_radius + 0.5 * clearance
@@ -171,9 +171,9 @@ class EvaluationBlock:
 
     def outer_bound(self, name: str) -> Any:
         """The far end of the enclosure of a column."""
-        return self.shifted_value(name, 1.0)
+        return self.shift_within_enclosure(name, 1.0)
 
-    def shifted_value(self, name: str, share: float) -> Any:
+    def shift_within_enclosure(self, name: str, share: float) -> Any:
         """A column moved by a share of its enclosure's width: 1 for the far end, −1 for as much inwards."""
         return self.columns[name] + share * self.outward.get(name, 0.0)
 
@@ -197,15 +197,19 @@ class EvaluationBlock:
         )
 
 
-def scale_by_setting(setup: Setup, scale: Scale, unit: Scale, factor: Callable[[Setup], Any]) -> Scale:
-    """A scale; if it depends on numbers of the designs, ``unit`` of the extreme times a factor of each design."""
+def scale_per_design_if_varied(
+    setup: Setup, scale: Scale, unit_scale: Scale, factor: Callable[[Setup], Any]
+) -> Scale:
+    """A scale; with numbers of the designs, ``unit_scale`` of the extreme times a factor of each design."""
     return (
-        PerDesignFactor(unit, lambda designs: factor(setup.with_design_numbers(designs))) if setup.free else scale
+        PerDesignFactor(unit_scale, lambda designs: factor(setup.with_design_numbers(designs)))
+        if setup.free
+        else scale
     )
 
 
 def no_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    """No column; for effects without ``run`` or ``run_on_pitch``."""
+    """No column; for effects without ``evaluate_columns`` or ``evaluate_pitch_curve_columns``."""
     return {}
 
 
@@ -213,17 +217,16 @@ class Effect(NamedTuple):
     """A discipline that computes quantities: which ones it offers for a setup, and how."""
 
     name: str
-    offers: Callable[[Setup], tuple[str, ...]]
+    offered_quantities: Callable[[Setup], tuple[str, ...]]
     """The quantities that it has for the setup's mechanism."""
-    run: Callable[[EvaluationBlock, frozenset[str]], dict[str, Any]] = no_columns
+    evaluate_columns: Callable[[EvaluationBlock, frozenset[str]], dict[str, Any]] = no_columns
     """Computes the wanted columns of a block: arrays (designs,) or one value for all; inexact ones are enclosed."""
-    lacks: Callable[[Setup], Mapping[str, tuple[str, ...]]] = lambda setup: {}
+    missing_keys_by_quantity: Callable[[Setup], Mapping[str, tuple[str, ...]]] = lambda setup: {}
     """The missing keys of the scene, by offered quantity that cannot be computed without them."""
-    reads: Callable[[Setup], tuple[str, ...]] = lambda setup: ()
-    """The quantities that ``run`` reads from the block's columns: of other effects, or from ``run_on_pitch``."""
-    run_on_pitch: Callable[[EvaluationBlock, frozenset[str]], dict[str, Any]] = no_columns
-    """Runs before ``run``, for what depends on the pitch curve only; designs with the same curve share the
-    result."""
+    input_quantities: Callable[[Setup], tuple[str, ...]] = lambda setup: ()
+    """The quantities that ``evaluate_columns`` reads from the block: of other effects, or of the pitch curve."""
+    evaluate_pitch_curve_columns: Callable[[EvaluationBlock, frozenset[str]], dict[str, Any]] = no_columns
+    """Computes what depends on the pitch curve only, once for all designs that share the curve."""
     is_of_motion: Callable[[Setup], bool] = lambda setup: False
     """Whether its quantities depend only on the motion and the speed, and not on the design."""
     peaks: Callable[[Setup], Mapping[str, Peak]] = lambda setup: {}
@@ -232,7 +235,9 @@ class Effect(NamedTuple):
     """Its quantities that are means of curves over the turn."""
     train_peaks: Callable[[Setup], Mapping[str, TrainPeak]] = lambda setup: {}
     """Its quantities that are extremes of curves of a train."""
-    implies: Callable[[Setup, str, float], NecessaryConditions] = lambda setup, name, bound: NecessaryConditions()
+    necessary_conditions: Callable[[Setup, str, float], NecessaryConditions] = lambda setup, name, bound: (
+        NecessaryConditions()
+    )
     """Conditions that follow, for any cam, from a bound on one of its quantities."""
     is_of_sizes: bool = False
     """Whether it is arithmetic on sizes, which also runs on ranges of them (Intervals)."""

@@ -27,7 +27,7 @@ class ErrorBand(NamedTuple):
     def middle(self) -> float:
         return (self.low + self.high) / 2.0
 
-    def end(self, side: float) -> float:
+    def reach_to_side(self, side: float) -> float:
         """How far it reaches to a side, +1 or −1."""
         return self.high if side > 0.0 else -self.low
 

@@ -27,9 +27,9 @@ from camopt.model.effects.error_response import (
     contact_responses,
     errors_by_contact,
     largest_profile_response,
-    link_response,
     second_motion_sign,
     series_derivatives,
+    train_number_response,
 )
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import JUMP_SIDE
@@ -79,7 +79,9 @@ class ToolErrorModel:
         for band, varied in self.tolerance_bands.links.values():
             train, programme = self.case.setup.train, self.case.programme
             assert train is not None
-            yield _band_bounds(self._derivative_terms(link_response(varied, train, programme, self.angles)), band)
+            yield _band_bounds(
+                self._response_derivatives(train_number_response(varied, train, programme, self.angles)), band
+            )
         if self.tolerance_bands.profile:
             for response in self._error_responses("profile"):
                 most = largest_profile_response(response, self.tolerance_bands.profile, self.tolerance_bands.waves)
@@ -88,15 +90,15 @@ class ToolErrorModel:
             most = self.tolerance_bands.bore * np.hypot(*self.bore_responses)
             yield ResponseBounds(-most, most)
 
-    def dwell_change(self, angle: float) -> FloatArray:
+    def largest_dwell_position_change(self, dwell_length: float) -> FloatArray:
         """Largest motion of the tool in a dwell of a length [rad], whose middle is the model's cam angle."""
         bands, change = self.tolerance_bands, 0.0
         if bands.profile:
-            waves = sin(min(0.5 * angle * (bands.waves or inf), 0.5 * pi))
+            waves = sin(min(0.5 * dwell_length * (bands.waves or inf), 0.5 * pi))
             responses = sum(np.abs(response[0]) for response in self._error_responses("profile"))
             change = change + 2.0 * bands.profile * waves * responses
         if bands.bore:
-            turn = sin(min(0.5 * angle, 0.5 * pi))
+            turn = sin(min(0.5 * dwell_length, 0.5 * pi))
             change = change + 2.0 * bands.bore * turn * np.hypot(*self.bore_responses)[0]
         return np.asarray(change + np.zeros((len(self.case.designs), 1)))[:, 0]
 
@@ -106,25 +108,27 @@ class ToolErrorModel:
         first, *others = self.contact_responses
         if not others:
             x, y = first.bore_responses
-            return self._tool_terms(x), self._tool_terms(y)
+            return self._tool_derivatives(x), self._tool_derivatives(y)
         (x, across), (y, up) = first.bore_responses, others[0].bore_responses
         way = 0.5 * second_motion_sign(self.case.setup.mechanism)
         mirrored = -1.0 if others[0].designs.sense != first.designs.sense else 1.0
-        return self._tool_terms(x * 0.5 - y * way), self._tool_terms(across * 0.5 - up * (mirrored * way))
+        return self._tool_derivatives(x * 0.5 - y * way), self._tool_derivatives(
+            across * 0.5 - up * (mirrored * way)
+        )
 
     def _error_responses(self, key: str) -> Iterator[FloatArray]:
         """Responses to the errors of one tolerance."""
         if len(self.contact_responses) == 1:
-            yield self._tool_terms(self.contact_responses[0].number_response(key))
+            yield self._tool_derivatives(self.contact_responses[0].response_to_error(key))
             return
         for error in errors_by_contact(self.case.setup.mechanism, key).values():
-            yield self._tool_terms(self._half_difference(error))
+            yield self._tool_derivatives(self._half_contact_difference(error))
 
-    def _half_difference(self, error: ErrorAtContacts) -> Series:
+    def _half_contact_difference(self, error: ErrorAtContacts) -> Series:
         """Half the difference of the responses at both contacts."""
         sides = 1.0, -second_motion_sign(self.case.setup.mechanism)
         parts = [
-            responses.number_response(signed_key[0]) * (0.5 * side * signed_key[1])
+            responses.response_to_error(signed_key[0]) * (0.5 * side * signed_key[1])
             for responses, signed_key, side in zip(self.contact_responses, error, sides, strict=True)
             if signed_key is not None
         ]
@@ -135,10 +139,10 @@ class ToolErrorModel:
         train = self.case.setup.train
         return None if train is None else train_ratio_series(train, self.case.programme, self.angles)
 
-    def _tool_terms(self, response: Series) -> FloatArray:
-        return self._derivative_terms(response if self._train_ratio is None else response * self._train_ratio)
+    def _tool_derivatives(self, response: Series) -> FloatArray:
+        return self._response_derivatives(response if self._train_ratio is None else response * self._train_ratio)
 
-    def _derivative_terms(self, response: Series) -> FloatArray:
+    def _response_derivatives(self, response: Series) -> FloatArray:
         return series_derivatives(response, (len(self.case.designs), self.angles.shape[-1]), self.orders)
 
 
@@ -152,37 +156,37 @@ def _band_bounds(response: FloatArray, band: ErrorBand) -> ResponseBounds:
     return ResponseBounds(np.minimum(*ends), np.maximum(*ends))
 
 
-def largest_errors(case: EvaluationBlock, orders: Sequence[int]) -> FloatArray:
+def largest_tool_errors(case: EvaluationBlock, orders: Sequence[int]) -> FloatArray:
     """Largest errors of position, velocity and acceleration, (orders, designs) [mm or rad per radⁿ]."""
     count = len(case.designs)
     blocks = (np.arange(first, min(first + ERROR_BLOCK, count)) for first in range(0, count, ERROR_BLOCK))
-    errors = [_largest_in_block(replace(case, designs=case.designs.take(block)), orders) for block in blocks]
+    errors = [_largest_errors_in_block(replace(case, designs=case.designs.take(block)), orders) for block in blocks]
     return np.concatenate([np.zeros((len(orders), 0)), *errors], axis=1)
 
 
-def dwell_errors(case: EvaluationBlock) -> FloatArray:
+def largest_dwell_position_changes(case: EvaluationBlock) -> FloatArray:
     """Largest change of the tool's position in a dwell, (designs,) [mm or rad]."""
     changes = [np.zeros(len(case.designs))]
     for stroke in case.programme.tool.dwells:
         middle = np.array([stroke.start + 0.5 * stroke.angle])
-        changes.append(ToolErrorModel(case, middle).dwell_change(stroke.angle))
+        changes.append(ToolErrorModel(case, middle).largest_dwell_position_change(stroke.angle))
     return np.asarray(np.max(changes, axis=0))
 
 
-def _worst_errors(case: EvaluationBlock, angles: FloatArray, orders: int) -> FloatArray:
+def _worst_errors_at_angles(case: EvaluationBlock, angles: FloatArray, orders: int) -> FloatArray:
     """Largest magnitudes of the errors at cam angles, (orders, designs, angles)."""
     bounds = [*ToolErrorModel(case, angles, orders).error_bounds()]
     return np.maximum(-sum(each.lower for each in bounds), sum(each.upper for each in bounds))
 
 
-def _largest_in_block(case: EvaluationBlock, orders: Sequence[int]) -> FloatArray:
+def _largest_errors_in_block(case: EvaluationBlock, orders: Sequence[int]) -> FloatArray:
     nodes = _panel_angles(case)
-    errors = _worst_errors(case, nodes, 1 + max(orders))
+    errors = _worst_errors_at_angles(case, nodes, 1 + max(orders))
     largest = errors.max(axis=2)
     for order in orders:
         if np.isfinite(errors[order]).all():
             np.maximum(largest[: order + 1], _refine_peaks(case, nodes, errors, order), out=largest[: order + 1])
-    return np.asarray(_mark_impulses(case, largest)[[*orders]])
+    return np.asarray(_mark_impulses_infinite(case, largest)[[*orders]])
 
 
 def _refine_peaks(case: EvaluationBlock, nodes: FloatArray, errors: FloatArray, order: int) -> FloatArray:
@@ -194,14 +198,14 @@ def _refine_peaks(case: EvaluationBlock, nodes: FloatArray, errors: FloatArray, 
     low, high = nodes[np.maximum(places - 1, 0)], nodes[np.minimum(places + 1, nodes.size - 1)]
     for _ in range(ZOOM_ROUNDS):
         angles = low[..., None] + (high - low)[..., None] * np.linspace(0.0, 1.0, ZOOM_ANGLES)
-        here = _worst_errors(case, angles.reshape(len(rows), -1), order + 1).reshape(-1, *angles.shape)
+        here = _worst_errors_at_angles(case, angles.reshape(len(rows), -1), order + 1).reshape(-1, *angles.shape)
         largest = np.maximum(largest, here.max(axis=(2, 3)))
         ends = (np.clip(here[order].argmax(axis=2) + side, 0, ZOOM_ANGLES - 1) for side in (-1, 1))
         low, high = (angles[rows, np.arange(ZOOMED_PEAKS), end] for end in ends)
     return np.asarray(largest)
 
 
-def _mark_impulses(case: EvaluationBlock, largest: FloatArray) -> FloatArray:
+def _mark_impulses_infinite(case: EvaluationBlock, largest: FloatArray) -> FloatArray:
     """Largest errors (orders, designs), infinite in the orders above one that jumps."""
     places, turn = np.array([jump.at for jump in case.programme.jumps]), case.programme.strokes[-1].end
     if not places.size:

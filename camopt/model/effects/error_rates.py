@@ -22,7 +22,12 @@ import numpy as np
 
 from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_derivatives, pair_formula, rotated_derivatives, value_and_slope
+from camopt.core.numerics.curves import (
+    curve_derivatives,
+    rotated_derivatives,
+    value_and_slope,
+    value_and_slope_formula,
+)
 from camopt.model.effects.effect import Setup
 from camopt.model.effects.effect_numbers import NO_BAND, ToleranceBands
 from camopt.model.mechanisms.design import Designs
@@ -33,53 +38,55 @@ TINY_SQUARE = 1e-60
 
 
 @inline_in_kernels
-def band_rate(half, middle, c, c1):
+def band_effect_and_slope(band_half_width, band_middle, response, response_slope):
     """half·|c| + middle·c with its slope."""
-    return half * np.abs(c) + middle * c, (half * np.sign(c) + middle) * c1
+    return band_half_width * np.abs(response) + band_middle * response, (
+        band_half_width * np.sign(response) + band_middle
+    ) * response_slope
 
 
 @inline_in_kernels
-def hypotenuse_rate(a, a1, b, b1):
+def hypotenuse_and_slope(a, a1, b, b1):
     """√(a² + b²) with its slope."""
     root = np.sqrt(np.square(a) + np.square(b) + TINY_SQUARE)
     return root, (a * a1 + b * b1) / root
 
 
 @inline_in_kernels
-def normal_error_rate(f, i, g, chi):
+def normal_error_rate_and_slope(f, i, g, chi):
     """Errors along the normal with their slope, from G and χ' with their derivatives."""
     (g0, g1, g2, g3), (x1, x2, x3) = g, chi
     n = f.waves[i]
     if f.order == 1:
-        waved, waved1 = hypotenuse_rate(g1, g2, n * g0, n * g1)
-        turned, turned1 = hypotenuse_rate(g1, g2, g0 * x1, g1 * x1 + g0 * x2)
-        other, other1 = band_rate(f.half[i], f.middle[i], g1, g2)
+        waved, waved1 = hypotenuse_and_slope(g1, g2, n * g0, n * g1)
+        turned, turned1 = hypotenuse_and_slope(g1, g2, g0 * x1, g1 * x1 + g0 * x2)
+        other, other1 = band_effect_and_slope(f.half[i], f.middle[i], g1, g2)
     else:
-        steep, steep1 = hypotenuse_rate(2.0 * g1, 2.0 * g2, n * g0, n * g1)
+        steep, steep1 = hypotenuse_and_slope(2.0 * g1, 2.0 * g2, n * g0, n * g1)
         waved, waved1 = np.abs(g2) + n * steep, np.sign(g2) * g3 + n * steep1
         square = np.square(x1)
         out, across = g2 - g0 * square, 2.0 * g1 * x1 + g0 * x2
         out1, across1 = g3 - g1 * square - 2.0 * g0 * x1 * x2, 2.0 * g2 * x1 + 3.0 * g1 * x2 + g0 * x3
-        turned, turned1 = hypotenuse_rate(out, out1, across, across1)
-        other, other1 = band_rate(f.half[i], f.middle[i], g2, g3)
+        turned, turned1 = hypotenuse_and_slope(out, out1, across, across1)
+        other, other1 = band_effect_and_slope(f.half[i], f.middle[i], g2, g3)
     value = f.profile[i] * waved + f.bore[i] * turned + other
     return value, f.profile[i] * waved1 + f.bore[i] * turned1 + other1
 
 
 @inline_in_kernels
-def motion_error_rate(f, i, at):
+def motion_error_rate_and_slope(f, i, at):
     """Errors with the factor y', with their slope."""
     if f.order == 1:
-        ahead, ahead1 = band_rate(f.turning[i], f.ahead[i], at.y2, at.y3)
-        across, across1 = hypotenuse_rate(at.y2, at.y3, at.y1, at.y2)
+        ahead, ahead1 = band_effect_and_slope(f.turning[i], f.ahead[i], at.y2, at.y3)
+        across, across1 = hypotenuse_and_slope(at.y2, at.y3, at.y1, at.y2)
     else:
-        ahead, ahead1 = band_rate(f.turning[i], f.ahead[i], at.y3, at.y4)
-        across, across1 = hypotenuse_rate(at.y3 - at.y1, at.y4 - at.y2, 2.0 * at.y2, 2.0 * at.y3)
+        ahead, ahead1 = band_effect_and_slope(f.turning[i], f.ahead[i], at.y3, at.y4)
+        across, across1 = hypotenuse_and_slope(at.y3 - at.y1, at.y4 - at.y2, 2.0 * at.y2, 2.0 * at.y3)
     return ahead + f.around[i] * across, ahead1 + f.around[i] * across1
 
 
 @inline_in_kernels
-def pick_order(order, c1, c2, c3):
+def derivative_of_order_and_next(order, c1, c2, c3):
     """The derivative of an order and the next one."""
     return (c1, c2) if order == 1 else (c2, c3)
 
@@ -149,8 +156,8 @@ class SwingingFaceErrorRates(NamedTuple):
     middle: FloatArray
 
 
-@pair_formula(TraceErrorRates)
-def trace_error_rates(f, i, at):
+@value_and_slope_formula(TraceErrorRates)
+def trace_point_error_rate_and_slope(f, i, at):
     t, t1, t2, t3 = curve_derivatives(f.pressure, i, at)
     square = 1.0 + np.square(t)
     g0 = np.sqrt(square)
@@ -162,33 +169,33 @@ def trace_error_rates(f, i, at):
     g3 = (3.0 * t1 * t2 + t * t3 - 3.0 * g1 * g2) / g0
     swing, way = f.swing[i], f.way[i]
     chi = (1.0 + swing * at.y1 - way * b1, swing * at.y2 - way * b2, swing * at.y3 - way * b3)
-    normal, normal1 = normal_error_rate(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = motion_error_rate(f.motion, i, at)
-    c, c1 = pick_order(f.normal.order, t1, t2, t3)
-    along, along1 = band_rate(f.half[i], f.middle[i], c, c1)
+    normal, normal1 = normal_error_rate_and_slope(f.normal, i, (g0, g1, g2, g3), chi)
+    motion, motion1 = motion_error_rate_and_slope(f.motion, i, at)
+    c, c1 = derivative_of_order_and_next(f.normal.order, t1, t2, t3)
+    along, along1 = band_effect_and_slope(f.half[i], f.middle[i], c, c1)
     return normal + motion + along, normal1 + motion1 + along1
 
 
-@pair_formula(ArmErrorRates)
-def arm_error_rates(f, i, at):
+@value_and_slope_formula(ArmErrorRates)
+def arm_error_rate_and_slope(f, i, at):
     value, slope = value_and_slope(f.trace, i, at)
     t, t1, t2, t3 = curve_derivatives(f.trace.pressure, i, at)
     (c, c1, c2, c3), (_, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     g1, g2 = s1 - t1 * c - t * c1, s2 - t2 * c - 2.0 * t1 * c1 - t * c2
     g3 = s3 - t3 * c - 3.0 * t2 * c1 - 3.0 * t1 * c2 - t * c3
-    g, next_ = pick_order(f.trace.normal.order, g1, g2, g3)
-    error, error1 = band_rate(f.half[i], f.middle[i], g, next_)
+    g, next_ = derivative_of_order_and_next(f.trace.normal.order, g1, g2, g3)
+    error, error1 = band_effect_and_slope(f.half[i], f.middle[i], g, next_)
     return value + error, slope + error1
 
 
-@pair_formula(FaceErrorRates)
-def face_error_rates(f, i, at):
-    value, slope = motion_error_rate(f.motion, i, at)
+@value_and_slope_formula(FaceErrorRates)
+def face_error_rate_and_slope(f, i, at):
+    value, slope = motion_error_rate_and_slope(f.motion, i, at)
     return f.steady[i] + value, slope
 
 
-@pair_formula(SwingingFaceErrorRates)
-def swinging_face_error_rates(f, i, at):
+@value_and_slope_formula(SwingingFaceErrorRates)
+def swinging_face_error_rate_and_slope(f, i, at):
     t, t1, t2, t3 = curve_derivatives(f.reach, i, at)
     g0 = 1.0 / t
     g1 = -g0 * t1 / t
@@ -196,26 +203,26 @@ def swinging_face_error_rates(f, i, at):
     g3 = -(3.0 * g2 * t1 + 3.0 * g1 * t2 + g0 * t3) / t
     sense = f.sense[i]
     chi = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3)
-    normal, normal1 = normal_error_rate(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = motion_error_rate(f.motion, i, at)
+    normal, normal1 = normal_error_rate_and_slope(f.normal, i, (g0, g1, g2, g3), chi)
+    motion, motion1 = motion_error_rate_and_slope(f.motion, i, at)
     _, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     h1, h2 = s1 * g0 + s * g1, s2 * g0 + 2.0 * s1 * g1 + s * g2
     h3 = s3 * g0 + 3.0 * s2 * g1 + 3.0 * s1 * g2 + s * g3
-    h, next_ = pick_order(f.normal.order, h1, h2, h3)
-    error, error1 = band_rate(f.half[i], f.middle[i], h, next_)
+    h, next_ = derivative_of_order_and_next(f.normal.order, h1, h2, h3)
+    error, error1 = band_effect_and_slope(f.half[i], f.middle[i], h, next_)
     return normal + motion + error, normal1 + motion1 + error1
 
 
-def rate_curve(
-    setup: Setup, bands: ToleranceBands, order: int, side: float, designs: Designs, programme: Programme
+def worst_error_rate_curve(
+    setup: Setup, bands: ToleranceBands, order: int, error_sign: float, designs: Designs, programme: Programme
 ) -> Any:
     """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1 [mm or rad per radⁿ]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
     face = mechanism.flat_faced and not setup.angular
-    turning, ahead = bands.phase.half, side * bands.phase.middle
+    turning, ahead = bands.phase.half, error_sign * bands.phase.middle
     if face:
-        turning, ahead = turning + bands.tilt.half, ahead - side * designs.sense * bands.tilt.middle
+        turning, ahead = turning + bands.tilt.half, ahead - error_sign * designs.sense * bands.tilt.middle
     developed, waves = mechanism.body.developed, float(bands.waves or 0)
     around = bands.bore / designs.size if developed else zeros
     motion = MotionRates(order, zeros + turning, zeros + ahead, zeros + around)
@@ -224,7 +231,7 @@ def rate_curve(
     pressure, length_of = mechanism.pressure(designs, programme), designs.arm_length if setup.angular else 1.0
     swinging, bore = mechanism.flat_faced, 0.0 if developed else bands.bore
     body = sizes["face_offset"] if swinging else sizes.get("roller_radius", NO_BAND)
-    scale, sign = (1.0, -side) if swinging else (length_of, side)
+    scale, sign = (1.0, -error_sign) if swinging else (length_of, error_sign)
     normal = NormalErrors(
         order,
         zeros + bands.profile / scale,
@@ -237,15 +244,15 @@ def rate_curve(
     if swinging:
         assert mechanism.reach is not None
         reach, centre = mechanism.reach(designs, programme), sizes["centre_distance"]
-        half, middle = zeros + centre.half, zeros - side * centre.middle
+        half, middle = zeros + centre.half, zeros - error_sign * centre.middle
         return SwingingFaceErrorRates(reach, normal, motion, pressure.cosine, pressure.sine, sense, half, middle)
     longer = sizes.get("arm_length", sizes.get("offset", NO_BAND))
     lean = designs.sense if not setup.angular else -designs.sense if developed else -1.0
     swing, way = (sense, sense) if setup.angular else (zeros, zeros + 1.0)
-    half, middle = zeros + longer.half / length_of, zeros + side * lean * longer.middle / length_of
+    half, middle = zeros + longer.half / length_of, zeros + error_sign * lean * longer.middle / length_of
     trace = TraceErrorRates(pressure, normal, motion, swing, way, half, middle)
     if "centre_distance" not in sizes:
         return trace
     centre = sizes["centre_distance"]
-    half, middle = zeros + centre.half / length_of, zeros - side * centre.middle / length_of
+    half, middle = zeros + centre.half / length_of, zeros - error_sign * centre.middle / length_of
     return ArmErrorRates(trace, pressure.cosine, pressure.sine, half, middle)

@@ -35,7 +35,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, Taylor, direction
-from camopt.model.effects.contacts import follower_contacts
+from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.effects.effect import Setup
 from camopt.model.mechanisms.contact_errors import ContactErrors
 from camopt.model.mechanisms.design import FIELDS, Designs, Mechanism
@@ -84,7 +84,7 @@ def errors_by_contact(mechanism: Mechanism, key: str) -> dict[str, ErrorAtContac
 
 
 def second_motion_sign(mechanism: Mechanism) -> float:
-    """Sign of the second contact's error e₂: 1 if its motion is that of the follower reversed, else −1."""
+    """Sign of the second contact's error e₂: 1 if that contact has the follower's motion reversed, else −1."""
     (further,) = mechanism.further_contacts
     return 1.0 if further.mechanism.reverses else -1.0
 
@@ -110,13 +110,13 @@ def series_derivatives(series: Series, shape: tuple[int, ...], orders: int = RES
     return np.array([np.broadcast_to(series.derivative(order), shape) for order in range(orders)])
 
 
-def link_response(varied: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
+def train_number_response(train_series: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
     """Motion of the tool for an error of a number p of its train, ∂f/∂p, as a series by the cam angle.
 
-    ``varied`` is the train as a series in p.
+    ``train_series`` is the train as a series in p.
     """
     position = follower_series(train, programme, angles)
-    response: Series = varied.tool(Taylor([position, position * 0.0])).terms[1]
+    response: Series = train_series.tool_displacement(Taylor([position, position * 0.0])).terms[1]
     return response
 
 
@@ -135,7 +135,7 @@ class ContactResponse:
     orders: int = RESPONSE_ORDERS
     """Number of terms of the series."""
 
-    def number_response(self, key: str) -> Series:
+    def response_to_error(self, key: str) -> Series:
         """Response to an error by key: of a size, of an angle, or of the profile along its normal."""
         if key == "phase":
             return self.motion[1]
@@ -159,7 +159,7 @@ class ContactResponse:
 
     def wave_responses(self, count: int) -> tuple[Series, Series]:
         """Responses to a profile error that is a cosine and one that is a sine, with ``count`` waves in a turn."""
-        cosine, sine = direction(self._angle_series(float(count)))
+        cosine, sine = direction(self._multiple_angle_series(float(count)))
         return self.profile_response * cosine, self.profile_response * sine
 
     @cached_property
@@ -169,7 +169,7 @@ class ContactResponse:
         On a cylinder only the part along the surface counts; across it the groove is only deeper.
         """
         x, y = self._unit_responses["x"], self._unit_responses["y"]
-        cosine, sine = direction(self._angle_series(self.designs.sense))
+        cosine, sine = direction(self._multiple_angle_series(self.designs.sense))
         if self.mechanism.body.developed:
             x, y = -(self.motion[1] / self.designs.size), y * 0.0
         return x * cosine + y * sine, y * cosine - x * sine
@@ -201,12 +201,14 @@ class ContactResponse:
         response = moved.terms[1] - self.motion[1] * turned.terms[1]
         terms = [np.broadcast_to(term, (len(names), *shape)) for term in response.terms]
         responses = {name: Taylor([term[k] for term in terms]) for k, name in enumerate(names)}
-        point = self.mechanism.contact(self.designs, self.programme.lift, self._angle_series(1.0), *self.motion)
+        point = self.mechanism.contact(
+            self.designs, self.programme.lift, self._multiple_angle_series(1.0), *self.motion
+        )
         length = (point.across * point.across + point.up * point.up).root()
         along_normal = (responses["x"] * point.across + responses["y"] * point.up) / length
         return responses | {"profile": along_normal}
 
-    def _angle_series(self, count: float) -> Taylor:
+    def _multiple_angle_series(self, count: float) -> Taylor:
         """``count`` times the cam angle, as a series."""
         terms = count * self.angles, np.full_like(self.angles, count), np.zeros_like(self.angles)
         return Taylor(terms[: self.orders])
@@ -216,7 +218,7 @@ def contact_responses(
     setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, orders: int = RESPONSE_ORDERS
 ) -> list[ContactResponse]:
     """The responses at all contacts of a follower, each for the motion at that contact."""
-    first, *others = follower_contacts(setup)
+    first, *others = all_follower_contacts(setup)
     responses = [ContactResponse(first.mechanism, designs, programme, angles, orders)]
     for contact in others:
         motion = contact.mechanism.contact_programme(replace(programme, tool_programme=None))

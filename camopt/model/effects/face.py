@@ -19,15 +19,15 @@ FACE_DIAMETER = "face_diameter_min_mm"
 FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.reach is None or setup.angular else (FACE_DIAMETER,)
 
 
-def reads(setup: Setup) -> tuple[str, ...]:
-    return FACE_REACHES if offers(setup) else ()
+def input_quantities(setup: Setup) -> tuple[str, ...]:
+    return FACE_REACHES if offered_quantities(setup) else ()
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     width = case.setup_per_design.bodies.face_width
     width = 0.0 if width is None else width
     diameter, far = (
@@ -40,7 +40,7 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {FACE_DIAMETER: EnclosedValue(diameter, far - diameter, diameter)}
 
 
-def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     """The reach at which the circle about the follower's axis has the bound as its diameter."""
     width = setup.bodies.face_width or 0.0
     if name != FACE_DIAMETER or "materials.face_width" in setup.free or bound < width:
@@ -48,4 +48,11 @@ def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     return NecessaryConditions(reach=difference_of_squares_root(bound, width) / 2.0)
 
 
-EFFECT = Effect("face", offers, run, reads=reads, implies=implies, is_per_contact=True)
+EFFECT = Effect(
+    "face",
+    offered_quantities,
+    evaluate_columns,
+    input_quantities=input_quantities,
+    necessary_conditions=necessary_conditions,
+    is_per_contact=True,
+)

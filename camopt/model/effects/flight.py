@@ -58,7 +58,7 @@ class FlankCrossings(NamedTuple):
 
 @lru_cache(maxsize=64)
 def find_flank_crossings(programme: Programme, factors: tuple[float, ...]) -> FlankCrossings:
-    """The changes of sign of F over a turn without corners, from its factors (``force.force_factors``)."""
+    """Changes of sign of F over a turn without corners, from ``force.force_factors_with_train``."""
     table, series = programme.table, force_series(programme, factors)[:, 0]
     bound = float(np.abs(polynomial.polyval(np.linspace(-1.0, 1.0, 9), series)).max())
     roots: dict[int, list[float]] = {}
@@ -213,16 +213,16 @@ def _departure_lag(
 
 
 def _shift_places(
-    programme: Programme, panel: IntArray, place: FloatArray, by: FloatArray
+    programme: Programme, panel: IntArray, place: FloatArray, angle_shift: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Places moved by a cam angle [rad], on another panel if necessary."""
     table = programme.table
     edges = table.centre - table.half_width
-    angle = np.mod(table.centre[panel] + place * table.half_width[panel] + by, 2.0 * np.pi)
+    angle = np.mod(table.centre[panel] + place * table.half_width[panel] + angle_shift, 2.0 * np.pi)
     new_panel = np.maximum(np.searchsorted(edges, angle, side="right") - 1, 0)
-    new_panel = np.where(by == 0.0, panel, new_panel)
+    new_panel = np.where(angle_shift == 0.0, panel, new_panel)
     new_place = (angle - table.centre[new_panel]) / table.half_width[new_panel]
-    return new_panel, np.where(by == 0.0, place, np.clip(new_place, -1.0, 1.0))
+    return new_panel, np.where(angle_shift == 0.0, place, np.clip(new_place, -1.0, 1.0))
 
 
 def _advance_flights(
@@ -253,9 +253,9 @@ def _advance_flights(
         driving_force, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed
     )
 
-    def flank_gaps(share: Any) -> tuple[FloatArray, FloatArray]:
+    def flank_gaps(step_fraction: Any) -> tuple[FloatArray, FloatArray]:
         """s·u minus its value on the other flank (a landing at 0), and on the first flank (in flight above 0)."""
-        along = share * length
+        along = step_fraction * length
         way = polynomial.polyval(along, series, tensor=False)
         ahead, behind = (
             gap.value_and_slope(design, panel, flying.place + along / width, sign)[0] for sign in (-side, side)
@@ -312,12 +312,12 @@ def _oscillator_series(
     mass: FloatArray,
     damping: FloatArray,
     stiffness: FloatArray,
-    way: FloatArray,
+    displacement: FloatArray,
     speed: FloatArray,
 ) -> FloatArray:
     """Series (terms, n) of x, from x and x' at its start: mass·x'' + damping·x' + stiffness·x = driving_force."""
-    series = np.zeros((max(FLIGHT_TERMS, len(driving_force) + 2), way.size))
-    series[0], series[1] = way, speed
+    series = np.zeros((max(FLIGHT_TERMS, len(driving_force) + 2), displacement.size))
+    series[0], series[1] = displacement, speed
     for k in range(len(series) - 2):
         force = driving_force[k] if k < len(driving_force) else 0.0
         series[k + 2] = (force - damping * (k + 1) * series[k + 1] - stiffness * series[k]) / (

@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
-from camopt.core.numerics.curves import Linear, curve_type
+from camopt.core.numerics.curves import Linear, curve_type_from_formula
 from camopt.core.numerics.extremes import Precision, extremes
-from camopt.core.numerics.piecewise import carried_series, load_series
+from camopt.core.numerics.piecewise import load_series, train_inertia_series
 from camopt.core.numerics.state import TrainForces
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
@@ -33,7 +33,7 @@ from camopt.model.effects.peak import Peak, jumps_at_corners
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.load import TrainLoad
-from camopt.model.motion.programme import Programme, derivative_peak, weighted_range
+from camopt.model.motion.programme import Programme, derivative_peak, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES
 
 CONTACT_FORCES = ("contact_force_min_N", "contact_force_max_N")
@@ -43,19 +43,19 @@ ROOT_TOLERANCE = 1e-8  # relative: this near to a root its cam angle is too inex
 FORCE_ERROR = 1e-14  # of the largest force: a force below 0 by less is rounding
 
 
-@curve_type(loaded=True)
-def changing_force(at, steady, share):
+@curve_type_from_formula(reads_load=True)
+def force_with_changing_load(state, steady, share):
     """F with an external load that changes over the turn: all other forces, ``steady``, plus share·load."""
-    return steady + share * at.load.value
+    return steady + share * state.load.value
 
 
-@curve_type(loaded=True)
-def train_force(at, steady, share, carried):
+@curve_type_from_formula(reads_load=True)
+def force_with_train_load(state, steady, share, carried):
     """F with the load of a train: ``steady`` plus share·S + carried·I."""
-    return steady + share * at.load.value + carried * at.load.carried
+    return steady + share * state.load.value + carried * state.load.carried
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     """Nothing for a follower with two contacts, which a preload keeps in contact (``effects.preload``)."""
     if setup.mechanism.further_contacts:
         return ()
@@ -66,10 +66,10 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return names if flat_swing else (*CONTACT_FORCES, *names)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     keys = missing_force_keys(setup)
     mass = tuple(key for key in keys if key != "cam.rpm")
-    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in offers(setup)}
+    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in offered_quantities(setup)}
     return {name: keys for name, keys in wanted.items() if keys}
 
 
@@ -80,7 +80,7 @@ def missing_force_keys(setup: Setup) -> tuple[str, ...]:
     return (*speed, *(() if setup.dynamics.mass is not None else (mass,)))
 
 
-def force_weights(dynamics: FollowerDynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
+def force_weights_and_constant(dynamics: FollowerDynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     """The factors of y, y' and y'' in F, and its constant [N and mm per radⁿ; oscillating, N·mm and rad per radⁿ].
 
     A load that changes over the turn is not in them; the programme adds it.
@@ -90,27 +90,27 @@ def force_weights(dynamics: FollowerDynamics, omega: Any) -> tuple[Any, Any, Any
     return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
 
 
-def force_factors(dynamics: FollowerDynamics, omega: Any) -> tuple[Any, ...]:
-    """The factors of ``force_weights``, and the factor ω² of a train's inertia."""
-    return *force_weights(dynamics, omega), omega**2
+def force_factors_with_train(dynamics: FollowerDynamics, omega: Any) -> tuple[Any, ...]:
+    """The factors of ``force_weights_and_constant``, and the factor ω² of a train's inertia."""
+    return *force_weights_and_constant(dynamics, omega), omega**2
 
 
 def force_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
-    """F on the panels (powers, settings, panels) [N or N·mm], from its factors (``force_factors``), (settings,)."""
+    """F on the panels (powers, settings, panels) [N or N·mm], from ``force_factors_with_train``, (settings,)."""
     table = programme.table
     *weights, constant, carried = (np.reshape(factor, (-1, 1)) for factor in factors)
     terms = [factor * displacement_derivative(table, order)[:, None] for order, factor in enumerate(weights)]
-    series = sum_series(*terms, load_series(table)[:, None], carried * carried_series(table)[:, None])
+    series = sum_series(*terms, load_series(table)[:, None], carried * train_inertia_series(table)[:, None])
     series[0] += constant
     return series
 
 
-def force_span(programme: Programme, dynamics: FollowerDynamics, omega: float) -> tuple[float, float]:
+def force_range_over_turn(programme: Programme, dynamics: FollowerDynamics, omega: float) -> tuple[float, float]:
     """Least and largest F over the turn [N or N·mm]; infinite both ways if the velocity jumps."""
     if programme.corners:
         return -inf, inf
-    *factors, constant = force_weights(dynamics, omega)
-    least, largest = weighted_range(programme, tuple(factors), ALL_STROKES, 1.0, omega**2)
+    *factors, constant = force_weights_and_constant(dynamics, omega)
+    least, largest = weighted_derivative_range(programme, tuple(factors), ALL_STROKES, 1.0, omega**2)
     return least + constant, largest + constant
 
 
@@ -134,9 +134,9 @@ class ForceExtremes(NamedTuple):
 
 
 def force_extremes(programme: Programme, *factors: FloatArray) -> ForceExtremes:
-    """Extremes of F from its factors (``force_factors``), (settings,), over a turn without corners."""
+    """Extremes of F from its factors (``force_factors_with_train``), (settings,), over a turn without corners."""
     count, (*steady, carried) = len(factors[0]), factors
-    curve = add_load(Linear(*steady), np.ones(count), carried, programme)
+    curve = add_changing_load(Linear(*steady), np.ones(count), carried, programme)
     questions = [(ALL_STROKES, goal) for goal in (LEAST, LARGEST)]
     ends = extremes(curve, count, programme.table, questions, Precision(FORCE_ERROR, inf))
     at = programme.state(programme.one_sided_angles(ends.where[0], ALL_STROKES))
@@ -154,8 +154,8 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
 
     At any one cam angle F reaches 0 at some speed, and the jump speed is at most that. The angle where F is least
     at this speed gives the next, lower speed, until contact is kept. With damping, contact may be lost, regained
-    and lost again as ω grows. So ω rises in steps over which contact is proved (``_is_kept_between``): a step
-    without a proof is halved, one with a proof doubles the next.
+    and lost again as ω grows. So ω rises in steps over which contact is proved (``_keeps_contact_between_speeds``):
+    a step without a proof is halved, one with a proof doubles the next.
     """
     stiffness, _, mass, constant, carried = factors
     none = np.zeros_like(mass)
@@ -172,10 +172,12 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
         part = [factor[pending] for factor in factors]
         low, high = kept[pending], np.minimum(kept + step, top)[pending]
         here = force_extremes(programme, part[0], part[1] * high, part[2] * high**2, part[3], part[4] * high**2)
-        proved = here.is_in_contact & _is_kept_between(programme, part, low, high)
+        proved = here.is_in_contact & _keeps_contact_between_speeds(programme, part, low, high)
         lower = _lift_off_speed(here, part)
         with np.errstate(all="ignore"):
-            nearer = high - here.least / (part[1] * here.y1 + 2.0 * _inertia_factor(here, part) * high)
+            nearer = high - here.least / (
+                part[1] * here.y1 + 2.0 * _inertia_force_per_squared_speed(here, part) * high
+            )
         lower = np.where(lower < (1.0 - ROOT_TOLERANCE) * high, lower, np.minimum(nearer, np.nextafter(high, 0.0)))
         top[pending] = np.where(here.is_in_contact, top[pending], lower)
         kept[pending] = np.where(proved, high, low)
@@ -186,7 +188,9 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
     return kept
 
 
-def _is_kept_between(programme: Programme, factors: Sequence[FloatArray], low: FloatArray, high: FloatArray) -> Any:
+def _keeps_contact_between_speeds(
+    programme: Programme, factors: Sequence[FloatArray], low: FloatArray, high: FloatArray
+) -> Any:
     """Whether contact is proved at all speeds between two at which it is kept.
 
     At a cam angle where the inertia pulls the follower off, F is concave in ω, and so F ≥ 0 in between. Elsewhere F
@@ -201,7 +205,7 @@ def _is_kept_between(programme: Programme, factors: Sequence[FloatArray], low: F
     return proved
 
 
-def _inertia_factor(here: ForceExtremes, factors: Sequence[FloatArray]) -> FloatArray:
+def _inertia_force_per_squared_speed(here: ForceExtremes, factors: Sequence[FloatArray]) -> FloatArray:
     """Force of inertia over ω²."""
     _, _, mass, _, carried = factors
     return mass * here.y2 + carried * here.carried
@@ -214,7 +218,7 @@ def _lift_off_speed(here: ForceExtremes, factors: Sequence[FloatArray]) -> Float
     """
     stiffness, damping, _, constant, _ = factors
     rest = np.maximum(stiffness * here.y + constant + here.load, 0.0)
-    slope, bend = damping * here.y1, _inertia_factor(here, factors)
+    slope, bend = damping * here.y1, _inertia_force_per_squared_speed(here, factors)
     with np.errstate(all="ignore"):
         root = np.sqrt(slope**2 - 4.0 * rest * bend)  # nan where F stays above 0
         first = np.where(slope > 0.0, (slope + root) / (-2.0 * bend), 2.0 * rest / (root - slope))
@@ -223,12 +227,12 @@ def _lift_off_speed(here: ForceExtremes, factors: Sequence[FloatArray]) -> Float
 
 
 @once_per_setting
-def required_stiffness(programme: Programme, *others: FloatArray) -> FloatArray:
+def required_stiffness(programme: Programme, *other_factors: FloatArray) -> FloatArray:
     """Least spring rate that keeps contact with the other factors of F; infinite if none does.
 
     Where F is least with one rate, the next rate makes it 0; no smaller one suffices.
     """
-    damping, mass, constant, carried = others
+    damping, mass, constant, carried = other_factors
     needed, pending = np.zeros_like(mass), np.arange(mass.size)
     if programme.corners:
         return needed + inf
@@ -237,7 +241,7 @@ def required_stiffness(programme: Programme, *others: FloatArray) -> FloatArray:
     while pending.size:
         part = [factor[pending] for factor in (needed, damping, mass, constant, carried)]
         here = force_extremes(programme, *part)
-        rest = part[1] * here.y1 + _inertia_factor(here, part) + part[3] + here.load
+        rest = part[1] * here.y1 + _inertia_force_per_squared_speed(here, part) + part[3] + here.load
         with np.errstate(all="ignore"):
             enough = np.where(here.y > 0.0, -rest / here.y, inf)
             enough = np.where(enough > (1.0 + ROOT_TOLERANCE) * part[0], enough, part[0] - here.least / here.y)
@@ -250,16 +254,16 @@ def required_stiffness(programme: Programme, *others: FloatArray) -> FloatArray:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if setup.omega is None or CONTACT_FORCES[0] not in offers(setup):
+    if setup.omega is None or CONTACT_FORCES[0] not in offered_quantities(setup):
         return {}
-    curves = ((partial(force_curve, setup), ALL_STROKES),)
+    curves = ((partial(contact_force_curve, setup), ALL_STROKES),)
     return {
         name: Peak(curves, goal, jumps=jumps_at_corners)
         for name, goal in zip(CONTACT_FORCES, (LEAST, LARGEST), strict=True)
     }
 
 
-def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def contact_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of F at the contact: F [N], F/l of an arm [N], or the moment on an oscillating flat face [N·mm].
 
     At a contact on the other side of the follower it is −F.
@@ -269,40 +273,42 @@ def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     return build_force_curve(numbers, numbers.omega, setup.mechanism.way * lever, programme)
 
 
-def force_at_speed(setup: Setup, designs: Designs, programme: Programme, speed: Callable[[Setup], Any]) -> Any:
+def force_curve_at_speed(
+    setup: Setup, designs: Designs, programme: Programme, speed: Callable[[Setup], Any]
+) -> Any:
     """Curve of F [N or N·mm] at a speed [rad/s], which may depend on the numbers of the designs."""
     numbers = setup.with_design_numbers(designs)
     return build_force_curve(numbers, speed(numbers), np.ones(len(designs)), programme)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme, numbers = case.setup, case.programme, case.setup_per_design
     columns: dict[str, Any] = {}
     if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
-        jump = jump_speed(programme, *force_factors(numbers.dynamics, 1.0))
+        jump = jump_speed(programme, *force_factors_with_train(numbers.dynamics, 1.0))
         columns["jump_speed_rpm"] = jump * 30.0 / pi
         columns |= {} if setup.omega is None else {"jump_speed_ratio": jump / numbers.omega}
     if setup.omega is None:
         return columns
     force = contact_force_bounds(case)
-    if CONTACT_FORCES[0] in offers(setup):
+    if CONTACT_FORCES[0] in offered_quantities(setup):
         lever = case.designs.arm_length if setup.angular else 1.0
         columns |= {name: divide_by_lever(end, lever) for name, end in zip(CONTACT_FORCES, force, strict=True)}
     per_length, per_rate = ("N_m", "N_m_per_rad") if setup.angular else ("N", "N_per_mm")
     unit = 1e-3 if setup.angular else 1.0
     columns[f"preload_required_{per_length}"] = _required_preload(numbers.dynamics.preload, force[0], unit)
     if f"spring_rate_required_{per_rate}" in wanted:
-        _, *others = force_factors(numbers.dynamics, numbers.omega)
+        _, *others = force_factors_with_train(numbers.dynamics, numbers.omega)
         columns[f"spring_rate_required_{per_rate}"] = required_stiffness(programme, *others) * unit
     return columns
 
 
-def _shared_extremes(programme: Programme, dynamics: FollowerDynamics, omega: float) -> tuple[Any, Any]:
+def _shared_force_extremes(programme: Programme, dynamics: FollowerDynamics, omega: float) -> tuple[Any, Any]:
     """Extremes of F over the turn for all designs, with the rounding of the largest term unless infinite."""
-    least, largest = force_span(programme, dynamics, omega)
+    least, largest = force_range_over_turn(programme, dynamics, omega)
     if programme.corners:
         return least, largest
-    *weights, constant = force_weights(dynamics, omega)
+    *weights, constant = force_weights_and_constant(dynamics, omega)
     terms = [abs(factor) * derivative_peak(programme, order, ALL_STROKES) for order, factor in enumerate(weights)]
     scale = max(abs(least), abs(largest))
     rounding = FORCE_ERROR * (sum(terms, abs(constant)) + scale)  # the scale includes a changing load
@@ -312,7 +318,7 @@ def _shared_extremes(programme: Programme, dynamics: FollowerDynamics, omega: fl
 def contact_force_bounds(case: EvaluationBlock) -> tuple[Any, Any]:
     """Extremes of F over the turn [N or N·mm]; one value for all designs if they have no numbers of their own."""
     if not case.designs.numbers:
-        return _shared_extremes(case.programme, case.setup.dynamics, case.setup.omega)
+        return _shared_force_extremes(case.programme, case.setup.dynamics, case.setup.omega)
     goals, count = (LEAST, LARGEST), len(case.designs)
     if case.programme.corners:
         return np.full(count, -inf), np.full(count, inf)
@@ -330,35 +336,35 @@ def keeps_contact(case: EvaluationBlock) -> Any:
     """
     mechanism, preload = case.setup.mechanism, case.setup_per_design.dynamics.pair_preload
     loss = -2.0 * (0.0 if preload is None else preload)
-    least, largest = map(_outer_value, contact_force_bounds(case))
+    least, largest = map(_outer_end_of_enclosure, contact_force_bounds(case))
     if mechanism.way < 0.0:
         least, largest = -largest, -least
     kept = np.asarray(least > loss)
     return kept | (largest <= loss) if "interference" in mechanism.drive.keys else kept
 
 
-def _outer_value(extreme: Any) -> Any:
+def _outer_end_of_enclosure(extreme: Any) -> Any:
     """The far end of an extreme's enclosure."""
     return extreme.value + extreme.outward if isinstance(extreme, EnclosedValue) else extreme
 
 
 def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of F [N or N·mm] at the speed of the cam, with the numbers of the designs."""
-    return force_at_speed(setup, designs, programme, lambda numbers: numbers.omega)
+    return force_curve_at_speed(setup, designs, programme, lambda numbers: numbers.omega)
 
 
 def build_force_curve(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
     """Curve of F at a speed [rad/s], divided by a lever [N or N·mm]."""
     assert omega is not None
-    steady = Linear(*(weight / lever for weight in force_weights(setup.dynamics, omega)))
-    return add_load(steady, 1.0 / lever, omega**2 / lever, programme)
+    steady = Linear(*(weight / lever for weight in force_weights_and_constant(setup.dynamics, omega)))
+    return add_changing_load(steady, 1.0 / lever, omega**2 / lever, programme)
 
 
-def add_load(steady: Linear, share: Any, carried: Any, programme: Programme) -> Any:
+def add_changing_load(steady: Linear, share: Any, carried: Any, programme: Programme) -> Any:
     """A force plus a share of the load that changes over the turn, and of the inertia of a train."""
     if isinstance(programme.load, TrainLoad):
-        return train_force(steady, share, carried)
-    return steady if programme.load is None else changing_force(steady, share)
+        return force_with_train_load(steady, share, carried)
+    return steady if programme.load is None else force_with_changing_load(steady, share)
 
 
 def divide_by_lever(force: Any, lever: Any) -> Any:
@@ -375,7 +381,7 @@ def _required_preload(preload: Any, least: Any, unit: float) -> Any:
     return EnclosedValue(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
 
 
-def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     """The least contact force that a bound requires; up to its jump speed a cam keeps contact."""
     if name == "jump_speed_rpm":
         return NecessaryConditions(force=LeastForce(bound * pi / 30, 0.0))
@@ -386,4 +392,12 @@ def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     return NecessaryConditions()
 
 
-EFFECT = Effect("force", offers, run, lacks, is_of_motion=lambda setup: True, peaks=peaks, implies=implies)
+EFFECT = Effect(
+    "force",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    is_of_motion=lambda setup: True,
+    peaks=peaks,
+    necessary_conditions=necessary_conditions,
+)

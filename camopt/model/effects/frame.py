@@ -19,14 +19,14 @@ from camopt.core.numerics.curves import Linear
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, Peak
 from camopt.model.mechanisms.design import Designs
-from camopt.model.mechanisms.ribs import roller_advance
+from camopt.model.mechanisms.ribs import roller_spacing_as_displacement
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
 DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadth_mm"
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.has_rib:
         return (ANGLE,) if setup.angular else ()
     if not setup.mechanism.further_contacts:
@@ -34,22 +34,22 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (BREADTH if setup.mechanism.flat_faced else ANGLE if setup.angular else DISTANCE,)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    (name,) = offers(case.setup)
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    (name,) = offered_quantities(case.setup)
     return {name: _frame_scale(case.setup).factor * _contact_distance(case.setup, case.designs, case.programme)}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     """The distance as the largest value of a constant curve, for searches and proofs."""
-    curves = ((partial(_distance_curve, setup), ALL_STROKES),)
-    return {name: Peak(curves, LARGEST, _frame_scale(setup)) for name in offers(setup)}
+    curves = ((partial(_constant_distance_curve, setup), ALL_STROKES),)
+    return {name: Peak(curves, LARGEST, _frame_scale(setup)) for name in offered_quantities(setup)}
 
 
 def _frame_scale(setup: Setup) -> Multiple:
     return Multiple(180.0 / pi) if setup.angular else IDENTITY_SCALE
 
 
-def _distance_curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
+def _constant_distance_curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
     none = np.zeros(len(designs))
     return Linear(none, none, none, _contact_distance(setup, designs, programme) + none)
 
@@ -58,7 +58,7 @@ def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> A
     """Distance of the contacts [mm or rad]."""
     mechanism, lift = setup.mechanism, programme.lift
     if mechanism.has_rib:
-        return roller_advance(mechanism, designs)
+        return roller_spacing_as_displacement(mechanism, designs)
     (contact,) = mechanism.further_contacts
     second = contact.local_designs(designs)
     if mechanism.start is None:
@@ -67,4 +67,4 @@ def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> A
     return along if setup.angular else np.sqrt(np.square(second.offset - designs.offset) + np.square(along))
 
 
-EFFECT = Effect("frame", offers, run, is_of_sizes=True, peaks=peaks)
+EFFECT = Effect("frame", offered_quantities, evaluate_columns, is_of_sizes=True, peaks=peaks)

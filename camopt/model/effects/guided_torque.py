@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import BISECTIONS, FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.piecewise import sign_changes
-from camopt.core.numerics.quadrature import chebyshev_projection
+from camopt.core.numerics.quadrature import chebyshev_nodes_to_powers
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
-from camopt.model.effects.force import force_factors, force_series
-from camopt.model.effects.loads import friction_ways, torque_curve
+from camopt.model.effects.force import force_factors_with_train, force_series
+from camopt.model.effects.loads import friction_signs_by_stroke_kind, torque_curve
 from camopt.model.effects.panel_parts import PanelParts, cut_panels, part_states
 from camopt.model.effects.panel_series import displacement_derivative
 from camopt.model.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
@@ -31,7 +31,7 @@ PanelCuts = tuple[tuple[int, float], ...]
 """Cuts of panels: (panel, u)."""
 
 
-def smooth_parts(setup: Setup, design: Designs, programme: Programme) -> PanelParts:
+def smooth_torque_parts(setup: Setup, design: Designs, programme: Programme) -> PanelParts:
     """Parts of panels on which T is smooth."""
     setup, design = setup.absorb_design_numbers(design)
     sizes = tuple(float(size[0]) for size in design.sizes.values())
@@ -49,7 +49,7 @@ def _cut_smooth_parts(
     parts, pressure = cut_panels(programme.table, cuts), mechanism.pressure(design, programme)
 
     def pressure_sign(parts: PanelParts, u: FloatArray) -> FloatArray:
-        return np.asarray(np.sign(value_of(pressure, 0, part_states(programme, parts, u))))
+        return np.asarray(np.sign(curve_value(pressure, 0, part_states(programme, parts, u))))
 
     between = parts.take(pressure_sign(parts, parts.low) * pressure_sign(parts, parts.high) < 0.0)
     low, high, before = between.low, between.high, pressure_sign(between, between.low)
@@ -63,19 +63,19 @@ def _cut_smooth_parts(
 @lru_cache(maxsize=64)
 def _sign_change_cuts(programme: Programme, dynamics: FollowerDynamics, omega: float) -> PanelCuts:
     """The changes of sign of F and y'', which do not depend on the design."""
-    force = force_series(programme, force_factors(dynamics, omega))[:, 0]
+    force = force_series(programme, force_factors_with_train(dynamics, omega))[:, 0]
     return *sign_changes(force), *sign_changes(displacement_derivative(programme.table, 2))
 
 
-def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[FloatArray, FloatArray]:
+def guided_torque_polynomials(setup: Setup, design: Designs, programme: Programme) -> tuple[FloatArray, FloatArray]:
     """T of one design: half-widths of parts [rad] (n,), and polynomials on them (powers, n) [N·mm]."""
-    table, (nodes, to_powers) = programme.table, chebyshev_projection(GUIDED_DEGREE)
-    parts = smooth_parts(setup, design, programme)
+    table, (nodes, to_powers) = programme.table, chebyshev_nodes_to_powers(GUIDED_DEGREE)
+    parts = smooth_torque_parts(setup, design, programme)
     kinds = np.repeat(table.kind, np.diff(table.first_panel))[parts.panel]
     values = np.zeros((nodes.size, parts.panel.size))
-    for way, way_kinds in friction_ways(setup):
+    for way, way_kinds in friction_signs_by_stroke_kind(setup):
         here = (kinds & way_kinds) != 0
         way_parts = parts.take(here)
         states = part_states(programme, way_parts, way_parts.places_in_parts(nodes[:, None]))
-        values[:, here] = value_of(torque_curve(setup, design, programme, way), 0, states)
+        values[:, here] = curve_value(torque_curve(setup, design, programme, way), 0, states)
     return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), matrix_product(to_powers, values)

@@ -25,17 +25,17 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.point_contact import carlson_integrals, ellipticity_of
 from camopt.model.effects import force
-from camopt.model.effects.bearing_radii import load_bearing_radii
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.bearing_radii import sure_and_possible_bearing_radii
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.loads import (
-    contact_load,
-    friction_ways,
+    can_bear_load,
+    contact_load_curve,
+    friction_signs_by_stroke_kind,
     has_guide_friction,
-    is_sound,
-    normal_curve,
+    normal_force_curve,
 )
 from camopt.model.effects.peak import LoadRoot, Peak, Scale, Variant, jumps_at_corners
 from camopt.model.effects.peak_columns import DesignExtremes, as_column, peak_column, peak_extremes
@@ -52,34 +52,34 @@ FLANK_SIGNS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
 EITHER_FLANK_STRESS = "contact_stress_either_MPa"
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.is_knife:
         return (STRESS,)
     flanks = (*FLANK_SIGNS, EITHER_FLANK_STRESS) if setup.mechanism.pulls else ()
     return (*(POINT_CONTACT if setup.spherical else LINE_CONTACT), *flanks)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     keys = force.missing_force_keys(setup)
     if not setup.bodies.modulus:
         keys += ("materials.cam", "materials.follower")
     if not setup.bodies.face_width and not setup.spherical:
         keys += ("materials.face_width",)
-    return {name: keys for name in offers(setup) if keys and not setup.is_knife}
+    return {name: keys for name in offered_quantities(setup) if keys and not setup.is_knife}
 
 
-def reads(setup: Setup) -> tuple[str, ...]:
+def input_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.is_knife:
         return ()
     return ("undercut", *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
-def stress_variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
+def loads_by_flank_and_friction(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     """The loads of the stress by flank and direction of the guide's friction: (flank, way, variant)."""
     return [
-        (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
+        (flank, way, (partial(contact_load_curve, setup, flank=flank, velocity_sign=way), kinds))
         for flank in setup.mechanism.flanks
-        for way, kinds in friction_ways(setup)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
     ]
 
 
@@ -87,7 +87,7 @@ def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
     """The scale from the load, N/R [N/mm] or N·h/R_s² [N/mm²], to a multiple of the stress [MPa]."""
     degree = 3 if setup.spherical else 2
     root, unit = LoadRoot(degree, load_of_unit_stress(setup), factor), LoadRoot(degree, 1.0, factor)
-    return scale_by_setting(setup, root, unit, lambda numbers: 1.0 / load_of_unit_stress(numbers))
+    return scale_per_design_if_varied(setup, root, unit, lambda numbers: 1.0 / load_of_unit_stress(numbers))
 
 
 def load_of_unit_stress(setup: Setup) -> Any:
@@ -102,36 +102,38 @@ def load_of_unit_stress(setup: Setup) -> Any:
 
 def contact_stress(setup: Setup, load: Any, designs: Designs) -> Any:
     """Contact stress at a load [MPa]; 0 for a load below 0."""
-    return stress_scale(setup).quantity(load, designs)
+    return stress_scale(setup).quantity_from_extreme(load, designs)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if setup.is_knife or lacks(setup):
+    if setup.is_knife or missing_keys_by_quantity(setup):
         return {}
-    curves, stress = tuple(variant for *_, variant in stress_variants(setup)), stress_scale(setup)
-    bodies = None if setup.spherical or has_guide_friction(setup) else load_bearing_radii
+    curves, stress = tuple(variant for *_, variant in loads_by_flank_and_friction(setup)), stress_scale(setup)
+    bodies = None if setup.spherical or has_guide_friction(setup) else sure_and_possible_bearing_radii
     stresses = {STRESS: Peak(curves, LARGEST, stress, jumps_at_corners, bodies=bodies)}
     if not setup.spherical:
         stresses[SHEAR_STRESS] = stresses[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
     if setup.mechanism.pulls:
         stresses[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, jumps_at_corners)
         stresses |= {
-            name: Peak(tuple(_flank_variants(setup, name)), LARGEST, stress, jumps_at_corners)
+            name: Peak(tuple(_push_or_pull_loads(setup, name)), LARGEST, stress, jumps_at_corners)
             for name in FLANK_SIGNS
         }
     return stresses
 
 
-def _flank_variants(setup: Setup, name: str) -> list[Variant]:
+def _push_or_pull_loads(setup: Setup, name: str) -> list[Variant]:
     """The loads on the flanks with one sign of the normal force."""
-    return [variant for flank, _, variant in stress_variants(setup) if flank.pressing == FLANK_SIGNS[name]]
+    return [
+        variant for flank, _, variant in loads_by_flank_and_friction(setup) if flank.pressing == FLANK_SIGNS[name]
+    ]
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup = case.setup
     if setup.is_knife:
         return {STRESS: np.inf}
-    known, sound = peaks(setup), is_sound(case)
+    known, sound = peaks(setup), can_bear_load(case)
     columns: dict[str, Any] = {
         name: peak_column(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEAR_STRESS}
     }
@@ -141,30 +143,30 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     if patch_wanted:
         load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
-        for number, (flank, way, (make, _)) in enumerate(stress_variants(setup)):
+        for number, (flank, way, (make, _)) in enumerate(loads_by_flank_and_friction(setup)):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
             if here.size:
-                width[here], length[here] = _contact_patch(case, make, flank, way, here, top)
+                width[here], length[here] = _contact_half_axes(case, make, flank, way, here, top)
         columns[HALF_WIDTH] = width
         columns |= {HALF_LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": SHEAR_DEPTH * width}
     return columns
 
 
-def _contact_patch(
-    case: EvaluationBlock, make: Any, flank: Flank, way: float, index: Any, top: DesignExtremes
+def _contact_half_axes(
+    case: EvaluationBlock, load_curve: Any, flank: Flank, velocity_sign: float, index: Any, top: DesignExtremes
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact at the largest stress, in the plane of the cam and across it [mm].
 
     Line contact: 2·N/(π·L·p₀), and half the face width. Point contact: a = 2·R_s·p₀·B/(μ·E*), and b = μ·a.
     """
     setup, designs, programme = case.setup, case.designs.take(index), case.programme
-    load, normal = make(designs, programme), normal_curve(setup, designs, programme, way)
+    load, normal = load_curve(designs, programme), normal_force_curve(setup, designs, programme, velocity_sign)
     curved = setup.mechanism.curvature(designs, programme) if setup.mechanism.curvature else None
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
         motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
-        bend = value_of(curved, ..., motion) if curved else 0.0
-        values.append(np.broadcast_arrays(value_of(load, ..., motion), value_of(normal, ..., motion), bend))
+        bend = curve_value(curved, ..., motion) if curved else 0.0
+        values.append(np.broadcast_arrays(curve_value(load, ..., motion), curve_value(normal, ..., motion), bend))
     nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
     stress, bodies = contact_stress(setup, top.value[index], designs), setup.with_design_numbers(designs).bodies
@@ -179,5 +181,12 @@ def _contact_patch(
 
 
 EFFECT = Effect(
-    "hertz", offers, run, lacks, reads, is_of_motion=lambda setup: setup.is_knife, peaks=peaks, is_per_contact=True
+    "hertz",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    input_quantities,
+    is_of_motion=lambda setup: setup.is_knife,
+    peaks=peaks,
+    is_per_contact=True,
 )

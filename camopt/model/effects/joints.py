@@ -24,7 +24,7 @@ from camopt.core.numerics.extremes import Precision, extremes
 from camopt.core.numerics.state import TrainForces
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.force import train_force
+from camopt.model.effects.force import force_with_train_load
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.effects.train_peak import TrainMotion, TrainPeak
 from camopt.model.mechanisms.design import Designs
@@ -50,32 +50,38 @@ class ForceRange(NamedTuple):
 
 
 def setup_joint_forces(setup: Setup) -> tuple[JointForce, ...]:
-    return () if setup.train is None else setup.train.forces
+    return () if setup.train is None else setup.train.joint_forces
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     kinds = {force.kind for force in setup_joint_forces(setup)}
     names = tuple(name for kind, name in LARGEST_BY_KIND.items() if kind in kinds)
     return (*names, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION) if "joint" in kinds else names
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     if setup.train is None:
         return {}
     if not setup.train.carried:
-        return dict.fromkeys(offers(setup), (f"a mass, spring or load in train.{setup.train.stages[-1]}",))
-    return dict.fromkeys(offers(setup), ("cam.rpm",)) if setup.train.has_mass and setup.omega is None else {}
+        return dict.fromkeys(
+            offered_quantities(setup), (f"a mass, spring or load in train.{setup.train.stages[-1]}",)
+        )
+    return (
+        dict.fromkeys(offered_quantities(setup), ("cam.rpm",))
+        if setup.train.has_mass and setup.omega is None
+        else {}
+    )
 
 
-def joint_programme(programme: Programme, parts: tuple[WeightedForce, ...]) -> Programme:
+def programme_with_joint_force(programme: Programme, parts: tuple[WeightedForce, ...]) -> Programme:
     """The turn with a force in joints of the train in place of the load on the follower."""
     assert isinstance(programme.load, TrainLoad)
     return replace(programme, load=replace(programme.load, parts=parts))
 
 
-def force_range(programme: Programme, parts: tuple[WeightedForce, ...], speed: Any) -> ForceRange:
+def joint_force_range(programme: Programme, parts: tuple[WeightedForce, ...], speed: Any) -> ForceRange:
     """Range of a force in joints over the turn, at a speed or an array of speeds [rad/s]."""
-    ranges: ForceRange = _ranges_by_speed(joint_programme(programme, parts), speed)
+    ranges: ForceRange = _ranges_by_speed(programme_with_joint_force(programme, parts), speed)
     return ranges
 
 
@@ -86,13 +92,13 @@ def _ranges_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
     first = min(part.link for part in load.parts)
     if programme.corners and any(each.mass and each.joint > first for each in load.train.carried):
         return ForceRange(none - inf, none + inf, none, none, none, none)
-    force = train_force(Linear(none, none, none, none), none + 1.0, speed**2)
+    force = force_with_train_load(Linear(none, none, none, none), none + 1.0, speed**2)
     questions = [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)]
     return ForceRange(*np.concatenate(extremes(force, speed.size, programme.table, questions, JOINT_PRECISION)))
 
 
 def joint_force_at(programme: Programme, angles: FloatArray, speed: float) -> FloatArray:
-    """Force in a joint [N] at cam angles [rad], from its turn (``joint_programme``)."""
+    """Force in a joint [N] at cam angles [rad], from its turn (``programme_with_joint_force``)."""
     load = programme.state(angles).load
     assert isinstance(load, TrainForces)
     return np.asarray(load.value + speed**2 * load.carried)
@@ -113,19 +119,19 @@ class JointRow(NamedTuple):
     None for a sum."""
 
 
-def joint_rows(setup: Setup, programme: Programme) -> list[JointRow]:
+def joint_force_rows(setup: Setup, programme: Programme) -> list[JointRow]:
     """The forces in all joints of a train, from the follower to the tool; none without a load or a speed."""
-    if lacks(setup):
+    if missing_keys_by_quantity(setup):
         return []
     speed = 0.0 if setup.omega is None else float(setup.omega)
-    return [_joint_row(programme, force, speed) for force in setup_joint_forces(setup)]
+    return [_joint_force_row(programme, force, speed) for force in setup_joint_forces(setup)]
 
 
-def _joint_row(programme: Programme, force: JointForce, speed: float) -> JointRow:
+def _joint_force_row(programme: Programme, force: JointForce, speed: float) -> JointRow:
     value, at, _ = (float(each) for each in largest_joint_force(programme, force, speed))
     if len(force.parts) > 1:
         return JointRow(force.stage, force.name, None, value, degrees(at), None)
-    limits = force_range(programme, force.parts, speed)
+    limits = joint_force_range(programme, force.parts, speed)
     way = float(joint_direction(programme, force, np.array([at]))[0])
     return JointRow(force.stage, force.name, float(limits.least), float(limits.largest), degrees(at), way)
 
@@ -134,8 +140,8 @@ def joint_direction(programme: Programme, force: JointForce, angles: FloatArray)
     """Direction of a positive force of one link [deg] at cam angles [rad]."""
     load, ((link, number, _),) = programme.load, force.parts
     assert isinstance(load, TrainLoad)
-    joint = load.train.joints(Taylor([programme.motion_at(angles)[0] + load.zero]))[link]
-    return np.degrees(load.train.links[link].forces[number].way(np.asarray(joint.displacement.terms[0])))
+    joint = load.train.joint_motions(Taylor([programme.motion_at(angles)[0] + load.zero]))[link]
+    return np.degrees(load.train.links[link].joint_forces[number].way(np.asarray(joint.displacement.terms[0])))
 
 
 class LargestForce(NamedTuple):
@@ -149,7 +155,7 @@ class LargestForce(NamedTuple):
 def largest_joint_force(programme: Programme, force: JointForce, speed: Any) -> LargestForce:
     """Largest magnitude of a force over the turn."""
     return _largest_of_forces(
-        worst for parts in force.sums for worst in _range_ends(force_range(programme, parts, speed))
+        worst for parts in force.signed_sums for worst in _range_ends(joint_force_range(programme, parts, speed))
     )
 
 
@@ -169,7 +175,7 @@ def _largest_of_forces(forces: Any) -> LargestForce:
     return LargestForce(top, np.take_along_axis(at, best, 0)[0], excess)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     speed, columns = 0.0 if case.setup_per_design.omega is None else case.setup_per_design.omega, dict[str, Any]()
     for kind, name in LARGEST_BY_KIND.items():
         if not wanted & ({name, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION} if kind == "joint" else {name}):
@@ -180,14 +186,14 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         if kind == "joint":
             columns[JOINT_FORCE_ANGLE] = np.degrees(worst.at)
         if kind == "joint" and JOINT_FORCE_DIRECTION in wanted:
-            columns[JOINT_FORCE_DIRECTION] = _largest_direction(case.programme, forces, speed)
+            columns[JOINT_FORCE_DIRECTION] = _largest_force_direction(case.programme, forces, speed)
     return columns
 
 
 def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
     forces = dict[str, TrainPeak]()
     for kind, name in LARGEST_BY_KIND.items():
-        sums = [parts for force in setup_joint_forces(setup) if force.kind == kind for parts in force.sums]
+        sums = [parts for force in setup_joint_forces(setup) if force.kind == kind for parts in force.signed_sums]
         curves = tuple(partial(_link_force_curve, setup=setup, parts=parts) for parts in sums)
         forces[name] = TrainPeak(curves, LARGEST_MAGNITUDE)
     return forces
@@ -195,10 +201,10 @@ def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
 
 def _link_force_curve(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[WeightedForce, ...]) -> Any:
     omega = setup.with_design_numbers(designs).omega
-    return motion.force(parts, 0.0 if omega is None else omega)
+    return motion.link_force_sum(parts, 0.0 if omega is None else omega)
 
 
-def _largest_direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
+def _largest_force_direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
     """Direction of the largest of some forces [deg], at the cam angle of its largest magnitude."""
     largest = [largest_joint_force(programme, force, speed) for force in forces]
     ways = [
@@ -209,4 +215,11 @@ def _largest_direction(programme: Programme, forces: list[JointForce], speed: An
     return np.asarray(np.choose(number, ways).reshape(np.shape(largest[0].value)))
 
 
-EFFECT = Effect("joints", offers, run, lacks=lacks, is_of_motion=lambda setup: True, train_peaks=train_peaks)
+EFFECT = Effect(
+    "joints",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity=missing_keys_by_quantity,
+    is_of_motion=lambda setup: True,
+    train_peaks=train_peaks,
+)

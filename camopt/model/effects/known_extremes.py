@@ -21,12 +21,12 @@ class OverallExtreme(NamedTuple):
     number: IntArray
 
 
-def overall_extreme(each: Sequence[Extremes], goal: int) -> OverallExtreme:
+def overall_extreme(extremes: Sequence[Extremes], goal: int) -> OverallExtreme:
     """Overall extreme of several extremes, (designs,) each: the largest, or the least if that is the goal."""
     outwards = -1.0 if goal == LEAST else 1.0
-    far = outwards * each[0].value
-    top, where, number = far + each[0].width, each[0].where, np.zeros(far.size, np.int64)
-    for k, one in enumerate(each[1:], start=1):
+    far = outwards * extremes[0].value
+    top, where, number = far + extremes[0].width, extremes[0].where, np.zeros(far.size, np.int64)
+    for k, one in enumerate(extremes[1:], start=1):
         value = outwards * one.value
         further = value > far
         far, top = np.where(further, value, far), np.maximum(top, value + one.width)
@@ -60,7 +60,7 @@ class KnownExtremes(NamedTuple):
             {make: {q: select_extremes(one) for q, one in known.items()} for make, known in self.by_curve.items()}
         )
 
-    def known_parts(self, curve: Callable[..., Any], question: Question) -> list[Extremes]:
+    def extremes_covering_question(self, curve: Callable[..., Any], question: Question) -> list[Extremes]:
         """Known extremes that together cover all pieces of a question; empty if there are none."""
         kinds, goal = question
         known = self.by_curve.get(curve, {})
@@ -71,7 +71,7 @@ class KnownExtremes(NamedTuple):
 
     def find_extreme(self, curve: Callable[..., Any], question: Question) -> Extremes | None:
         """The answer to a question, or None if it is not known."""
-        parts = self.known_parts(curve, question)
+        parts = self.extremes_covering_question(curve, question)
         return overall_extreme(parts, question[1]).extreme if len(parts) > 1 else next(iter(parts), None)
 
     def find_extremes(self, curve: Callable[..., Any], questions: Sequence[Question]) -> Extremes | None:

@@ -21,7 +21,7 @@ from camopt.core.numerics import BISECTIONS, FloatArray
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import INWARD, OUTWARD, WAYS
@@ -29,21 +29,21 @@ from camopt.model.motion.stroke import INWARD, OUTWARD, WAYS
 LASH_OPEN = "lash_open_deg"
 
 
-def _lash_speed_names(setup: Setup) -> dict[str, int]:
+def _lash_speed_directions(setup: Setup) -> dict[str, int]:
     """The names of the speeds, with the direction of motion of each."""
     unit = "rad_s" if setup.tool_turns else "m_s"
     ways = {"opening": OUTWARD, "closing": INWARD, "lash": OUTWARD | INWARD}
     return {f"{name}_speed_max_{unit}": way for name, way in ways.items()}
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
-    return (*_lash_speed_names(setup), LASH_OPEN)
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
+    return (*_lash_speed_directions(setup), LASH_OPEN)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     lash = () if setup.dynamics.lash is not None else ("follower.dynamics.lash",)
     speed = () if setup.omega is not None else ("cam.rpm",)
-    keys = {**dict.fromkeys(_lash_speed_names(setup), (*speed, *lash)), LASH_OPEN: lash}
+    keys = {**dict.fromkeys(_lash_speed_directions(setup), (*speed, *lash)), LASH_OPEN: lash}
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
@@ -55,18 +55,23 @@ class LashSpeeds(NamedTuple):
 
 
 @once_per_setting
-def lash_speeds(programme: Programme, low: FloatArray, high: FloatArray) -> LashSpeeds:
-    """Largest speeds at displacements from ``low`` to ``high``."""
-    return LashSpeeds(*(_largest_speed(programme, low[:, None], high[:, None], way) for way in (OUTWARD, INWARD)))
+def lash_speeds(programme: Programme, least_lash: FloatArray, largest_lash: FloatArray) -> LashSpeeds:
+    """Largest speeds at displacements from ``least_lash`` to ``largest_lash``."""
+    return LashSpeeds(
+        *(
+            _largest_lash_speed(programme, least_lash[:, None], largest_lash[:, None], way)
+            for way in (OUTWARD, INWARD)
+        )
+    )
 
 
-def _largest_speed(programme: Programme, low: FloatArray, high: FloatArray, way: int) -> FloatArray:
+def _largest_lash_speed(programme: Programme, low: FloatArray, high: FloatArray, direction_bit: int) -> FloatArray:
     """Largest |y'| in one direction at displacements between two levels (settings, 1)."""
-    y, half_width = _moving_panels(programme, way)
+    y, half_width = _moving_panels(programme, direction_bit)
     slope = polynomial.polyder(y) / half_width
     ends = polynomial.polyval(np.array([-1.0, 1.0]), y).T
     overlaps = (ends.max(axis=0) >= low) & (ends.min(axis=0) <= high)
-    first, last = np.sort([_level_places(y, low), _level_places(y, high)], axis=0)
+    first, last = np.sort([_places_reaching_level(y, low), _places_reaching_level(y, high)], axis=0)
     speed = np.maximum(*(np.abs(polynomial.polyval(place, slope, tensor=False)) for place in (first, last)))
     for panel, u in sign_changes(np.asarray(polynomial.polyder(slope))):
         inside = (first[:, panel] < u) & (u < last[:, panel])
@@ -76,21 +81,21 @@ def _largest_speed(programme: Programme, low: FloatArray, high: FloatArray, way:
 
 
 @once_per_setting
-def angle_above(programme: Programme, level: FloatArray) -> FloatArray:
+def angle_span_above_level(programme: Programme, level: FloatArray) -> FloatArray:
     """Range of cam angle over which the displacement is above a level [rad]."""
     y, half_width = _moving_panels(programme, WAYS)
-    (start, end), place = polynomial.polyval(np.array([-1.0, 1.0]), y).T, _level_places(y, level[:, None])
+    (start, end), place = polynomial.polyval(np.array([-1.0, 1.0]), y).T, _places_reaching_level(y, level[:, None])
     moving = np.where(end > start, 1.0 - place, place + 1.0)
     return matrix_product(np.where(start == end, 2.0 * (start > level[:, None]), moving), half_width)
 
 
 def _moving_panels(programme: Programme, ways: int) -> tuple[FloatArray, FloatArray]:
     """Coefficients (powers, panels) and half-widths of the panels with some directions of motion."""
-    table, panels = programme.table, programme.panels_of(ways)
+    table, panels = programme.table, programme.panels_with_kinds(ways)
     return table.coefficients[panels].T, table.half_width[panels]
 
 
-def _level_places(y: FloatArray, level: FloatArray) -> FloatArray:
+def _places_reaching_level(y: FloatArray, level: FloatArray) -> FloatArray:
     """Place u in each panel where a monotone displacement reaches a level (settings, 1): (settings, panels).
 
     If it does not reach the level, the place is the nearer end.
@@ -107,17 +112,20 @@ def _level_places(y: FloatArray, level: FloatArray) -> FloatArray:
     return nearer
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     programme, setup = case.programme.tool, case.setup_per_design
     lash, variation = setup.dynamics.lash, setup.dynamics.lash_variation
-    columns: dict[str, Any] = {LASH_OPEN: np.degrees(angle_above(programme, lash))}
+    columns: dict[str, Any] = {LASH_OPEN: np.degrees(angle_span_above_level(programme, lash))}
     if setup.omega is not None:
         speeds = lash_speeds(programme, lash - variation, lash + variation)
         largest = {OUTWARD: speeds.opening, INWARD: speeds.closing, OUTWARD | INWARD: np.maximum(*speeds)}
         columns |= {
-            name: largest[ways] * motion_scale(setup, 1) for name, ways in _lash_speed_names(case.setup).items()
+            name: largest[ways] * motion_unit_factor(setup, 1)
+            for name, ways in _lash_speed_directions(case.setup).items()
         }
     return {name: column for name, column in columns.items() if name in wanted}
 
 
-EFFECT = Effect("lash", offers, run, lacks, is_of_motion=lambda setup: True)
+EFFECT = Effect(
+    "lash", offered_quantities, evaluate_columns, missing_keys_by_quantity, is_of_motion=lambda setup: True
+)

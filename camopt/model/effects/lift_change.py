@@ -19,14 +19,15 @@ def lift_change_name(setup: Setup) -> str:
     return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
 
 
-def per_degree(setup: Setup) -> float:
+def per_degree_factor(setup: Setup) -> float:
     """Factor from mm per rad (rad per rad) to mm per deg (deg per deg)."""
     return 1.0 if setup.tool_turns else radians(1.0)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {
-        lift_change_name(case.setup): derivative_peak(case.programme.tool, 1, ALL_STROKES) * per_degree(case.setup)
+        lift_change_name(case.setup): derivative_peak(case.programme.tool, 1, ALL_STROKES)
+        * per_degree_factor(case.setup)
     }
 
 
@@ -36,5 +37,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 EFFECT = Effect(
-    "lift_change", lambda setup: (lift_change_name(setup),), run, is_of_motion=lambda setup: True, peaks=peaks
+    "lift_change",
+    lambda setup: (lift_change_name(setup),),
+    evaluate_columns,
+    is_of_motion=lambda setup: True,
+    peaks=peaks,
 )

@@ -24,63 +24,63 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
-from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.extremes import Extremes
-from camopt.core.numerics.point_contact import pressure_factor, pressure_table
+from camopt.core.numerics.point_contact import pressure_factor, pressure_factor_coefficients
 from camopt.model.effects.effect import EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
-from camopt.model.effects.force import follower_force_curve, force_curve
+from camopt.model.effects.force import contact_force_curve, follower_force_curve
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import Flank
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING
 
 
-@curve_type(loaded=True)
-def borne_force(at, force):
+@curve_type_from_formula(reads_load=True)
+def pushing_force(state, force):
     """Force that an open cam bears [N]; 0 where it would have to pull."""
     return np.maximum(force, 0.0)
 
 
-@curve_type(loaded=True)
-def preloaded_force(at, force, preload):
+@curve_type_from_formula(reads_load=True)
+def preloaded_contact_force(state, force, preload):
     """Force on one of two preloaded contacts, F/2 + max(|F|/2, P) [N] (``effects.preload``)."""
     alone = np.maximum(0.5 * force - preload, 0.0)
     return np.maximum(0.5 * force + preload + alone, 0.0)  # exactly 0 where F < −2·P, without cancellation
 
 
-@curve_type(loaded=True)
-def guided_force(at, force, pressure, drag, slide):
+@curve_type_from_formula(reads_load=True)
+def guided_force(state, force, pressure, drag, slide):
     """Force along the motion with friction in the guide, G [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
-    return force / (1.0 - np.sign(force) * (drag + slide * at.y) * np.abs(pressure))
+    return force / (1.0 - np.sign(force) * (drag + slide * state.y) * np.abs(pressure))
 
 
-@curve_type(loaded=True)
-def normal_force(at, along, pressure):
+@curve_type_from_formula(reads_load=True)
+def normal_force(state, along, pressure):
     """Normal force of a follower with a trace point, N [N]."""
     return along * np.sqrt(np.square(pressure) + 1.0)
 
 
-@curve_type(loaded=True)
-def side_thrust(at, along, pressure, arm, reach):
+@curve_type_from_formula(reads_load=True)
+def side_thrust(state, along, pressure, arm, reach):
     """Side thrust times a lever, S·(arm + reach·y) [N, or N·mm if the lever is a length]."""
-    return along * pressure * (arm + reach * at.y)
+    return along * pressure * (arm + reach * state.y)
 
 
-@curve_type
-def guide_drag(at, pressure, drag, slide):
+@curve_type_from_formula
+def guide_drag(state, pressure, drag, slide):
     """μ·q·t; at 1 the follower jams in its guide."""
-    return (drag + slide * at.y) * pressure
+    return (drag + slide * state.y) * pressure
 
 
-@curve_type(loaded=True)
-def face_force(at, moment, distance):
+@curve_type_from_formula(reads_load=True)
+def swinging_face_normal_force(state, moment, distance):
     """Normal force on an oscillating flat face [N]: the moment over the distance of the contact from the pivot."""
     return moment / distance
 
 
-@curve_type(loaded=True)
-def roller_load(at, normal, curvature, roller_radius, pressing, bulge):
+@curve_type_from_formula(reads_load=True)
+def roller_load(state, normal, curvature, roller_radius, pressing, bulge):
     """Load of a roller, N/R [N/mm]; positive where N presses the roller on the flank.
 
     ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
@@ -88,29 +88,29 @@ def roller_load(at, normal, curvature, roller_radius, pressing, bulge):
     return pressing * normal / (roller_radius - bulge * roller_radius * roller_radius * curvature)
 
 
-@curve_type
-def curvature_beside(at, curvature, away):
+@curve_type_from_formula
+def parallel_curve_curvature(state, curvature, away):
     """Curvature of a parallel of the pitch curve [1/mm], ``away`` [mm] to the side that κ > 0 makes hollow."""
     return curvature / (1.0 - away * curvature)
 
 
-@curve_type(loaded=True)
-def point_load(at, normal, curvature, face_radius, pressing, bulge, table=None):
+@curve_type_from_formula(reads_load=True)
+def spherical_face_load(state, normal, curvature, face_radius, pressing, bulge, table=None):
     """Load of a spherical face, N·h/R_s² [N/mm²], with a table of h; other arguments as of ``roller_load``."""
     h, _ = pressure_factor(1.0 - bulge * face_radius * curvature, table)
     return pressing / (face_radius * face_radius) * (normal * h)
 
 
-@curve_type(loaded=True)
-def face_load(at, normal, radius):
+@curve_type_from_formula(reads_load=True)
+def flat_face_load(state, normal, radius):
     """Load of a flat face, N/ρ [N/mm]."""
     return normal / radius
 
 
-@curve_type(loaded=True)
-def shaft_torque(at, along):
+@curve_type_from_formula(reads_load=True)
+def shaft_torque(state, along):
     """Torque of the camshaft, T = G·y' [N·mm]."""
-    return along * at.y1
+    return along * state.y1
 
 
 def has_guide_friction(setup: Setup) -> bool:
@@ -121,31 +121,34 @@ def has_guide_friction(setup: Setup) -> bool:
     return bool(guided and dynamics.friction and sizes)
 
 
-def friction_line(dynamics: FollowerDynamics, count: int, way: float) -> tuple[Any, Any]:
+def guide_friction_coefficients(dynamics: FollowerDynamics, count: int, velocity_sign: float) -> tuple[Any, Any]:
     """The numbers ``drag`` and ``slide`` of the line drag + slide·y = way·μ·q."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
     slide = -2.0 * dynamics.friction / dynamics.guide_length
     ones = np.ones(count)
-    return way * dynamics.friction * q * ones, way * slide * ones
+    return velocity_sign * dynamics.friction * q * ones, velocity_sign * slide * ones
 
 
 def motion_force_curve(
-    setup: Setup, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
+    setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0, *, can_pull: bool = False
 ) -> Any:
     """Curve of the force along the motion, G [N]; on an oscillating flat face the moment [N·mm].
 
-    ``way`` is the sign of the follower's velocity: 1, −1, or 0 at rest. With ``pulls`` the cam gives F < 0 too.
+    ``velocity_sign`` is the sign of the follower's velocity: 1, −1, or 0 at rest. With ``can_pull`` the cam gives F
+    < 0 too.
     """
-    force = force_curve(setup, designs, programme)
-    if not (pulls or setup.mechanism.pulls):
+    force = contact_force_curve(setup, designs, programme)
+    if not (can_pull or setup.mechanism.pulls):
         force = _open_contact_force(setup, designs, force)
     if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
     return guided_force(
-        force, pressure, *friction_line(setup.with_design_numbers(designs).dynamics, len(designs), way)
+        force,
+        pressure,
+        *guide_friction_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), velocity_sign),
     )
 
 
@@ -153,49 +156,51 @@ def _open_contact_force(setup: Setup, designs: Designs, force: Any) -> Any:
     """Part of a force along the motion that presses on an open contact."""
     preload = setup.with_design_numbers(designs).dynamics.pair_preload
     if preload is None:
-        return borne_force(force)
+        return pushing_force(force)
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
-    return preloaded_force(force, preload / lever * np.ones(len(designs)))
+    return preloaded_contact_force(force, preload / lever * np.ones(len(designs)))
 
 
-def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
     """Curve of the normal force [N] while the follower moves in one direction."""
-    along = motion_force_curve(setup, designs, programme, way)
+    along = motion_force_curve(setup, designs, programme, velocity_sign)
     if setup.mechanism.curvature:
         return normal_force(along, setup.mechanism.pressure(designs, programme))
     if not setup.angular:
         return along
     assert setup.mechanism.reach is not None
-    return face_force(along, setup.mechanism.reach(designs, programme))
+    return swinging_face_normal_force(along, setup.mechanism.reach(designs, programme))
 
 
-def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+def torque_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
     """Curve of the camshaft's torque [N·mm] while the follower moves in one direction.
 
     Without friction it is the same for all designs.
     """
     if has_guide_friction(setup):
-        return shaft_torque(motion_force_curve(setup, designs, programme, way, pulls=True))
+        return shaft_torque(motion_force_curve(setup, designs, programme, velocity_sign, can_pull=True))
     return shaft_torque(follower_force_curve(setup, designs, programme))
 
 
-def contact_load(
-    setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, way: float = 0.0
+def contact_load_curve(
+    setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, velocity_sign: float = 0.0
 ) -> Any:
     """Curve of the load of contact stress on a flank: N/R [N/mm], at a spherical face N·h/R_s² [N/mm²].
 
     Without a flank, it is the load on the first flank, which pushes.
     """
     flank = flank or setup.mechanism.flanks[0]
-    normal = normal_curve(setup, designs, programme, way)
+    normal = normal_force_curve(setup, designs, programme, velocity_sign)
     if setup.mechanism.curvature:
         curvature = flank_path_curvature(setup, designs, programme, flank)
         pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
         if setup.spherical:
-            return point_load(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
+            return spherical_face_load(
+                normal, curvature, designs.roller_radius, pressing, bent, pressure_factor_coefficients()
+            )
         return roller_load(normal, curvature, designs.roller_radius, pressing, bent)
     assert setup.mechanism.profile_radius is not None
-    return face_load(normal, setup.mechanism.profile_radius(designs, programme))
+    return flat_face_load(normal, setup.mechanism.profile_radius(designs, programme))
 
 
 def flank_path_curvature(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
@@ -204,35 +209,37 @@ def flank_path_curvature(setup: Setup, designs: Designs, programme: Programme, f
     curvature = setup.mechanism.curvature(designs, programme)
     if setup.given.drive.clearance is None:
         return curvature
-    return curvature_beside(curvature, flank.bulge * (setup.half_width(designs) - designs.roller_radius))
+    return parallel_curve_curvature(
+        curvature, flank.bulge * (setup.pitch_to_flank_distance(designs) - designs.roller_radius)
+    )
 
 
-def friction_ways(setup: Setup) -> tuple[tuple[float, int], ...]:
+def friction_signs_by_stroke_kind(setup: Setup) -> tuple[tuple[float, int], ...]:
     """The directions of the guide's friction, each with the kinds of pieces on which it acts."""
     return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if has_guide_friction(setup) else ((0.0, ALL_STROKES),)
 
 
-def driven_kinds(setup: Setup) -> int:
+def jamming_stroke_kinds(setup: Setup) -> int:
     """The kinds of pieces on which the cam works against the guide's friction, where the follower may jam."""
     return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
 
 
-def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    drag = friction_line(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
+def guide_drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    drag = guide_friction_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
 
 
-def largest_drag(case: EvaluationBlock, kinds: int) -> Extremes:
+def largest_guide_drag(case: EvaluationBlock, kinds: int) -> Extremes:
     """Largest μ·q·|t| on some kinds of pieces."""
-    return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
+    return case.extremes(partial(guide_drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
 
 
-def load_goal(setup: Setup) -> int:
+def heaviest_load_goal(setup: Setup) -> int:
     """The extreme of a force along the motion that loads the flanks most."""
     return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
 
 
-def is_sound(case: EvaluationBlock) -> Any:
+def can_bear_load(case: EvaluationBlock) -> Any:
     """Mask of designs whose contact bears loads: without undercut, and with a follower that does not jam."""
     undercut = np.broadcast_to(case.columns.get("undercut", False), len(case.designs))
     return ~undercut & (np.asarray(case.columns.get("jamming_margin", 1.0)) > 0.0)

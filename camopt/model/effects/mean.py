@@ -34,13 +34,13 @@ class Mean(NamedTuple):
     @property
     def is_least(self) -> bool:
         """Whether a bound on the quantity bounds the mean from below."""
-        return self.scale.falls
+        return self.scale.is_decreasing
 
-    def value_of_mean(self, mean: Any) -> Any:
+    def mean_from_power_mean(self, power_mean: Any) -> Any:
         """M, from the mean of the curve to the power p; numbers or ranges."""
-        return mean if self.power == 1 else np.sqrt(mean)
+        return power_mean if self.power == 1 else np.sqrt(power_mean)
 
-    def power_mean_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def power_mean_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         """Mean of the curve to the power p at a value of the quantity; negative if there is none."""
-        mean = self.scale.extreme_at(quantity, numbers)
+        mean = self.scale.extreme_for_quantity(quantity, numbers)
         return mean if self.power == 1 or mean < 0 else mean * mean

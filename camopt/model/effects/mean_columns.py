@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.quadrature import GaussRule, Integrals, integrate_by_orders
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import EnclosedValue, EvaluationBlock
@@ -15,7 +15,7 @@ from camopt.model.effects.mean import Mean
 from camopt.model.effects.panel_parts import PanelParts, cut_panels, part_states
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms.design import Designs
-from camopt.model.motion.programme import Programme, mean_of_powers
+from camopt.model.motion.programme import Programme, derivative_power_mean
 
 POINTS_AT_ONCE = 2**17  # points of all designs that are computed together
 ALL_DESIGNS = np.s_[:, None, None]
@@ -28,7 +28,7 @@ def power_means(case: EvaluationBlock, mean: Mean) -> Integrals:
     if mean.jumps(programme):
         return Integrals(np.full(count, inf), np.zeros(count))
     if isinstance(curve := mean.curves[0][0], Derivative):
-        value = mean_of_powers(curve.source_motion(programme), curve.order, mean.power)
+        value = derivative_power_mean(curve.source_motion(programme), curve.order, mean.power)
         return Integrals(np.full(count, value), np.zeros(count))
     if mean.smooth is None:
         return _integrate_parts(case, mean, cut_panels(programme.table, ()))
@@ -41,21 +41,23 @@ def power_means(case: EvaluationBlock, mean: Mean) -> Integrals:
 
 
 def _integrate_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts) -> Integrals:
-    """The same for designs whose curves are smooth on the same parts."""
+    """Power means by design with their errors, for designs whose curves are smooth on the same parts."""
     count = len(case.designs)
 
     def integrals(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
         points = len(designs) * parts.panel.size * rule.nodes.size
         blocks = np.array_split(np.arange(len(designs)), 1 + points // POINTS_AT_ONCE)
-        rows = [_apply_rule(mean, designs.take(block), case.programme, parts, rule) for block in blocks]
+        rows = [
+            _power_means_by_gauss_rule(mean, designs.take(block), case.programme, parts, rule) for block in blocks
+        ]
         return np.concatenate(rows)[None]
 
     value, error = integrate_by_orders(integrals, np.abs, count, case.setup.relative_error)
     return Integrals(value[0], error[0])
 
 
-def _apply_rule(
+def _power_means_by_gauss_rule(
     mean: Mean, designs: Designs, programme: Programme, parts: PanelParts, rule: GaussRule
 ) -> FloatArray:
     """Mean of the curve to the power p, by one rule on each part."""
@@ -64,24 +66,26 @@ def _apply_rule(
     for make, curve_kinds in mean.curves:
         curve_parts = parts.take((kinds & curve_kinds) != 0)
         state = part_states(programme, curve_parts, curve_parts.places_in_parts(rule.nodes[:, None]))
-        value = value_of(make(designs, programme), ALL_DESIGNS, state)
+        value = curve_value(make(designs, programme), ALL_DESIGNS, state)
         half = 0.5 * programme.table.half_width[curve_parts.panel] * (curve_parts.high - curve_parts.low)
         powers = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
         total += matrix_product(matrix_product(rule.weights, np.moveaxis(powers, 1, 0)), half) / (2.0 * np.pi)
     return total
 
 
-def mean_column(case: EvaluationBlock, mean: Mean, sound: Any = True) -> EnclosedValue:
-    """The column of a mean; infinite for designs that are not ``sound``."""
+def mean_column(case: EvaluationBlock, mean: Mean, sound_designs: Any = True) -> EnclosedValue:
+    """The column of a mean; infinite for designs that are not ``sound_designs``."""
     count = len(case.designs)
-    index = np.flatnonzero(np.broadcast_to(sound, count))
+    index = np.flatnonzero(np.broadcast_to(sound_designs, count))
     powers = Integrals(np.full(count, inf), np.zeros(count))
     for column, part in zip(
         powers, power_means(replace(case, designs=case.designs.take(index)), mean), strict=True
     ):
         column[index] = part
-    near, far = (np.asarray(mean.value_of_mean(each)) for each in (powers.value, powers.value + powers.error))
-    value = np.asarray(mean.scale.quantity(near, case.designs))
+    near, far = (
+        np.asarray(mean.mean_from_power_mean(each)) for each in (powers.value, powers.value + powers.error)
+    )
+    value = np.asarray(mean.scale.quantity_from_extreme(near, case.designs))
     finite = np.isfinite(near)
     by = np.where(finite, far - np.where(finite, near, 0.0), 0.0)
-    return EnclosedValue(value, mean.scale.change(near, by, case.designs), np.abs(value))
+    return EnclosedValue(value, mean.scale.quantity_change(near, by, case.designs), np.abs(value))

@@ -20,7 +20,7 @@ from camopt.core.quantities import (
     motion_quantity,
     motion_unit,
 )
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.peak import DegreeScale, Derivative, Multiple, Peak, Scale, TimeDerivative
 from camopt.model.motion.programme import derivative_peak
 from camopt.model.motion.stroke import RETURN, RISE
@@ -39,7 +39,10 @@ def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
 def _motion_quantities(
     tool_turns: bool, follower_turns: bool | None, timed: bool
 ) -> dict[str, tuple[Derivative, int]]:
-    """The same from what they depend on; ``follower_turns`` is None without a train."""
+    """Derivative and kinds of strokes of each motion quantity, by name.
+
+    ``follower_turns`` is None without a train.
+    """
     quantities = dict[str, tuple[Derivative, int]]()
     for order, name in enumerate(DERIVATIVE_UNITS, start=1):
         for stroke, kinds in MOVE_KINDS.items():
@@ -50,7 +53,7 @@ def _motion_quantities(
     return quantities
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return tuple(_motion_curves(setup))
 
 
@@ -61,14 +64,14 @@ def motion_table_unit(setup: Setup, order: int) -> str:
     return motion_unit([*DERIVATIVE_UNITS][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
 
 
-def error_names(setup: Setup) -> tuple[str, str, str, str]:
+def motion_error_names(setup: Setup) -> tuple[str, str, str, str]:
     """Names of the largest errors of position, velocity and acceleration, and of the change in a dwell."""
     angular, timed = setup.tool_turns, setup.omega is not None
     first, second, third = (error_quantity(order, angular=angular, timed=timed) for order in range(3))
     return first, second, third, dwell_error_quantity(angular=angular)
 
 
-def motion_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
+def motion_unit_factor(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
     """Factor from mm or rad per radⁿ to the unit of tables.
 
     That is mm or deg for a displacement, m or rad per sⁿ with a speed, and mm or deg per radⁿ without one.
@@ -79,20 +82,20 @@ def motion_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
     return degrees(1.0) if turns else 1.0
 
 
-def derivative_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Scale:
-    """The same as a scale, for any kind of number."""
+def motion_unit_scale(setup: Setup, order: int, *, at_follower: bool = False) -> Scale:
+    """Scale from mm or rad per radⁿ to the unit of tables, for any kind of number."""
     turns = setup.angular if at_follower else setup.tool_turns
     if setup.rpm is None:
         return DegreeScale(int(turns))
     unit = 1.0 if turns else 1e3
     by_time, by_unit = TimeDerivative(unit, order, setup.rpm), Multiple(1.0 / unit)
-    return scale_by_setting(setup, by_time, by_unit, lambda each: each.omega**order)
+    return scale_per_design_if_varied(setup, by_time, by_unit, lambda each: each.omega**order)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {
         name: derivative_peak(curve.source_motion(case.programme), curve.order, kinds)
-        * motion_scale(case.setup_per_design, curve.order, at_follower=curve.at_follower)
+        * motion_unit_factor(case.setup_per_design, curve.order, at_follower=curve.at_follower)
         for name, (curve, kinds) in _motion_curves(case.setup).items()
         if name in wanted
     }
@@ -103,8 +106,10 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def _motion_peak(setup: Setup, curve: Derivative, kinds: int) -> Peak:
-    unit = derivative_scale(setup, curve.order, at_follower=curve.at_follower)
-    return Peak(((curve, kinds),), LARGEST_MAGNITUDE, unit, curve.jumps)
+    unit = motion_unit_scale(setup, curve.order, at_follower=curve.at_follower)
+    return Peak(((curve, kinds),), LARGEST_MAGNITUDE, unit, curve.is_infinite_somewhere)
 
 
-EFFECT = Effect("motion", offers, run, is_of_motion=lambda setup: True, peaks=peaks, exact=True)
+EFFECT = Effect(
+    "motion", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, peaks=peaks, exact=True
+)

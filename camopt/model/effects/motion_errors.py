@@ -24,13 +24,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LARGEST, FloatArray
-from camopt.core.numerics.curves import pair_formula, value_and_slope, value_of
+from camopt.core.numerics.curves import curve_value, value_and_slope, value_and_slope_formula
 from camopt.core.numerics.trigonometry import rotate
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import NO_BAND, ToleranceBands
-from camopt.model.effects.error_extremes import dwell_errors, largest_errors
-from camopt.model.effects.error_rates import rate_curve
-from camopt.model.effects.motion import derivative_scale, error_names, motion_scale
+from camopt.model.effects.error_extremes import largest_dwell_position_changes, largest_tool_errors
+from camopt.model.effects.error_rates import worst_error_rate_curve
+from camopt.model.effects.motion import motion_error_names, motion_unit_factor, motion_unit_scale
 from camopt.model.effects.peak import DegreeScale, Multiple, Peak, PerDesignFactor, Scale
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
@@ -87,8 +87,8 @@ class SwingingFaceError(NamedTuple):
     ahead: FloatArray
 
 
-@pair_formula(TraceError)
-def trace_error(f, i, at):
+@value_and_slope_formula(TraceError)
+def trace_point_error_and_slope(f, i, at):
     t, t1 = value_and_slope(f.pressure, i, at)
     root = np.sqrt(1.0 + np.square(t))
     value = f.out[i] * root + f.along[i] * np.abs(t) + f.leaning[i] * t
@@ -97,8 +97,8 @@ def trace_error(f, i, at):
     return value, slope + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
 
 
-@pair_formula(ArmError)
-def arm_error(f, i, at):
+@value_and_slope_formula(ArmError)
+def arm_error_and_slope(f, i, at):
     value, slope = value_and_slope(f.trace, i, at)
     t, t1 = value_and_slope(f.trace.pressure, i, at)
     cosine, sine = rotate(f.cosine[i], f.sine[i], at.y)
@@ -107,8 +107,8 @@ def arm_error(f, i, at):
     return value, slope + (f.across[i] * np.sign(g) + f.nearer[i]) * g1
 
 
-@pair_formula(FaceError)
-def face_error(f, i, at):
+@value_and_slope_formula(FaceError)
+def face_error_and_slope(f, i, at):
     x, x1 = f.sense[i] * at.y1 - f.offset[i], f.sense[i] * at.y2
     value = f.out[i] + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
     value = value + f.tilting[i] * np.abs(x) + f.leaning[i] * x
@@ -116,8 +116,8 @@ def face_error(f, i, at):
     return value, slope + (f.tilting[i] * np.sign(x) + f.leaning[i]) * x1
 
 
-@pair_formula(SwingingFaceError)
-def swinging_face_error(f, i, at):
+@value_and_slope_formula(SwingingFaceError)
+def swinging_face_error_and_slope(f, i, at):
     t, t1 = value_and_slope(f.reach, i, at)
     cosine, sine = rotate(f.cosine[i], f.sine[i], at.y)
     along = f.out[i] + f.across[i] * np.abs(sine) + f.nearer[i] * sine
@@ -126,51 +126,53 @@ def swinging_face_error(f, i, at):
     return value, (along1 - along * t1 / t) / t + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
 
 
-def error_curve(setup: Setup, bands: ToleranceBands, side: float, designs: Designs, programme: Programme) -> Any:
+def worst_error_curve(
+    setup: Setup, bands: ToleranceBands, error_sign: float, designs: Designs, programme: Programme
+) -> Any:
     """Curve of the follower's worst error to one side, +1 or −1 [mm or rad]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
-    out = zeros + (bands.profile + sizes.get("roller_radius", NO_BAND).end(side))
-    turning, ahead = zeros + bands.phase.half, zeros + side * bands.phase.middle
+    out = zeros + (bands.profile + sizes.get("roller_radius", NO_BAND).reach_to_side(error_sign))
+    turning, ahead = zeros + bands.phase.half, zeros + error_sign * bands.phase.middle
     if mechanism.body.developed:
         turning = turning + bands.bore / designs.size
     else:
         out = out + bands.bore
     if mechanism.flat_faced and not setup.angular:
-        tilting, leaning = zeros + bands.tilt.half, zeros - side * bands.tilt.middle
+        tilting, leaning = zeros + bands.tilt.half, zeros - error_sign * bands.tilt.middle
         sense = np.full(len(designs), designs.sense)
         return FaceError(zeros + designs.offset, sense, out, turning, ahead, tilting, leaning)
     pressure = mechanism.pressure(designs, programme)
     if mechanism.flat_faced:
         assert mechanism.reach is not None
-        out, centre = out + sizes["face_offset"].end(-side), sizes["centre_distance"]
-        across, nearer = zeros + centre.half, zeros - side * centre.middle
+        out, centre = out + sizes["face_offset"].reach_to_side(-error_sign), sizes["centre_distance"]
+        across, nearer = zeros + centre.half, zeros - error_sign * centre.middle
         reach = mechanism.reach(designs, programme)
         return SwingingFaceError(reach, pressure.cosine, pressure.sine, out, across, nearer, turning, ahead)
     length = designs.arm_length if setup.angular else 1.0
     longer = sizes.get("arm_length", sizes.get("offset", NO_BAND))
     way = designs.sense if not setup.angular else -designs.sense if mechanism.body.developed else -1.0
-    along, leaning = (zeros + longer.half) / length, (zeros + side * way * longer.middle) / length
+    along, leaning = (zeros + longer.half) / length, (zeros + error_sign * way * longer.middle) / length
     trace = TraceError(pressure, out / length, along, leaning, turning, ahead)
     if "centre_distance" not in sizes:
         return trace
     centre = sizes["centre_distance"]
-    across, nearer = (zeros + centre.half) / length, (zeros - side * centre.middle) / length
+    across, nearer = (zeros + centre.half) / length, (zeros - error_sign * centre.middle) / length
     return ArmError(trace, pressure.cosine, pressure.sine, across, nearer)
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
-    return error_names(setup)
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
+    return motion_error_names(setup)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    bands, names = setup.errors, offers(setup)
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
+    bands, names = setup.errors, offered_quantities(setup)
     if bands is None:
         return dict.fromkeys(names, TOLERANCE_KEYS)
     return dict.fromkeys(names[1:3], WAVE_KEYS) if bands.profile and bands.waves is None else {}
 
 
-def _sole_contact_ratio(setup: Setup) -> float | None:
+def _sole_contact_train_ratio(setup: Setup) -> float | None:
     """The constant ratio of a train that one contact drives; 1 without a train.
 
     None if there is no curve of the errors (``effects.error_extremes``): with two contacts, with another train, or
@@ -184,24 +186,24 @@ def _sole_contact_ratio(setup: Setup) -> float | None:
 
 
 def peaks(setup: Setup) -> Mapping[str, Peak]:
-    bands, ratio = setup.errors, _sole_contact_ratio(setup)
+    bands, ratio = setup.errors, _sole_contact_train_ratio(setup)
     if bands is None or ratio is None:
         return {}
     factor = abs(ratio)
     scale: Scale = DegreeScale(1, factor) if setup.tool_turns else Multiple(factor)
     sides = (1.0, -1.0) if bands.is_lopsided else (1.0,)
-    curves = tuple((partial(error_curve, setup, bands, side), ALL_STROKES) for side in sides)
-    names = error_names(setup)
+    curves = tuple((partial(worst_error_curve, setup, bands, side), ALL_STROKES) for side in sides)
+    names = motion_error_names(setup)
     errors = {names[0]: Peak(curves, LARGEST, scale)}
     for order in (1, 2) if bands.waves or not bands.profile else ():
-        rates = tuple((partial(rate_curve, setup, bands, order, side), ALL_STROKES) for side in sides)
-        unit = derivative_scale(setup, order)
+        rates = tuple((partial(worst_error_rate_curve, setup, bands, order, side), ALL_STROKES) for side in sides)
+        unit = motion_unit_scale(setup, order)
         unit = unit if factor == 1.0 else PerDesignFactor(unit, lambda designs: factor)
-        errors[names[order]] = Peak(rates, LARGEST, unit, partial(_error_jumps, setup, bands, order))
+        errors[names[order]] = Peak(rates, LARGEST, unit, partial(_jumps_make_error_infinite, setup, bands, order))
     return errors
 
 
-def _error_jumps(setup: Setup, bands: ToleranceBands, order: int, programme: Programme) -> bool:
+def _jumps_make_error_infinite(setup: Setup, bands: ToleranceBands, order: int, programme: Programme) -> bool:
     """Whether a jump of the motion makes an error of velocity (1) or acceleration (2) infinite, in every design.
 
     Every jump that changes the normal does. If the pressure angle is 0 there, errors along the normal have the
@@ -218,41 +220,43 @@ def _error_jumps(setup: Setup, bands: ToleranceBands, order: int, programme: Pro
     return bool(jumps)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    *rates, dwell = error_names(case.setup)
-    if _sole_contact_ratio(case.setup) is None:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    *rates, dwell = motion_error_names(case.setup)
+    if _sole_contact_train_ratio(case.setup) is None:
         return _sample_errors(case, wanted)
     curves = peaks(case.setup)
     columns: dict[str, Any] = {name: peak_column(case, curves[name]) for name in rates if name in wanted}
     if dwell in wanted:
-        columns[dwell] = _dwell_changes(case)
+        columns[dwell] = _largest_dwell_changes(case)
     return columns
 
 
 def _sample_errors(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    """The errors without a curve."""
-    *rates, dwell = error_names(case.setup)
+    """Columns of the largest errors, sampled at cam angles, for contacts and trains that have no error curve."""
+    *rates, dwell = motion_error_names(case.setup)
     orders = {name: order for order, name in enumerate(rates) if name in wanted}
-    largest = largest_errors(case, [*orders.values()]) if orders else ()
+    largest = largest_tool_errors(case, [*orders.values()]) if orders else ()
     columns: dict[str, Any] = {
-        name: motion_scale(case.setup_per_design, order) * error
+        name: motion_unit_factor(case.setup_per_design, order) * error
         for (name, order), error in zip(orders.items(), largest, strict=True)
     }
     if dwell in wanted:
-        columns[dwell] = motion_scale(case.setup, 0) * dwell_errors(case)
+        columns[dwell] = motion_unit_factor(case.setup, 0) * largest_dwell_position_changes(case)
     return columns
 
 
-def _dwell_changes(case: EvaluationBlock) -> FloatArray:
+def _largest_dwell_changes(case: EvaluationBlock) -> FloatArray:
     """Largest change of the position in a dwell [mm or deg]."""
-    setup, bands, ratio = case.setup, case.setup.errors, _sole_contact_ratio(case.setup)
+    setup, bands, ratio = case.setup, case.setup.errors, _sole_contact_train_ratio(case.setup)
     assert bands is not None
     assert ratio is not None
     unit_profile = ToleranceBands({}, profile=1.0)
     changes = [np.zeros(len(case.designs))]
     for stroke in case.programme.tool.dwells:
         at = case.programme.state(np.array([stroke.start + 0.5 * stroke.angle]))
-        response = value_of(error_curve(setup, unit_profile, 1.0, case.designs, case.programme), slice(None), at)
+        response = curve_value(
+            worst_error_curve(setup, unit_profile, 1.0, case.designs, case.programme), slice(None), at
+        )
         waves = 2.0 * bands.profile * sin(min(0.5 * stroke.angle * (bands.waves or inf), 0.5 * pi))
         bore = 2.0 * bands.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
         changes.append(response * (waves + (0.0 if setup.mechanism.body.developed else bore)))
@@ -260,4 +264,10 @@ def _dwell_changes(case: EvaluationBlock) -> FloatArray:
     return np.asarray(abs(ratio) * unit * np.max(changes, axis=0))
 
 
-EFFECT = Effect("motion_errors", offers, run, lacks=lacks, peaks=peaks)
+EFFECT = Effect(
+    "motion_errors",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity=missing_keys_by_quantity,
+    peaks=peaks,
+)

@@ -29,11 +29,11 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST
-from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
-from camopt.model.effects.peak import Peak, size_unit
+from camopt.model.effects.peak import Peak, cam_size_error_scale
 from camopt.model.effects.peak_columns import peak_column
-from camopt.model.mechanisms.design import Designs, unshared_pitch
+from camopt.model.mechanisms.design import Designs, unreduced_designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
 
@@ -41,13 +41,13 @@ OUTER_RADIUS, PIVOT_CLEARANCE = "outer_radius_mm", "pivot_clearance_min_mm"
 EDGE_WALL = "edge_wall_min_mm"
 
 
-@curve_type
-def outline_clearance(at, outline, distance):
+@curve_type_from_formula
+def outline_clearance(state, outline, distance):
     """A distance from the cam's axis, such as that of the pivot, minus that of the outline [mm]."""
     return distance - outline
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
     if mechanism.outline is None:
         return ()
@@ -56,8 +56,8 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (OUTER_RADIUS, *pivot, *edge)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    lacking = EDGE_WALL in offers(setup) and setup.solid.outer_diameter is None
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
+    lacking = EDGE_WALL in offered_quantities(setup) and setup.solid.outer_diameter is None
     return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
 
 
@@ -65,7 +65,7 @@ def _outermost_curve(setup: Setup, designs: Designs, programme: Programme) -> An
     """Curve of the outline's distance from the axis, for the flank that is farthest from it [mm]."""
     assert setup.mechanism.outline is not None
     side = max(flank.side for flank in setup.mechanism.flanks)
-    return setup.mechanism.outline(designs, programme, side * setup.half_width(designs))
+    return setup.mechanism.outline(designs, programme, side * setup.pitch_to_flank_distance(designs))
 
 
 def _pivot_clearance(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
@@ -88,20 +88,32 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         return {}
     outline, edge = partial(_outermost_curve, setup), (setup.solid.outer_diameter or 0.0) / 2.0
     per_body = (
-        0.0 if setup.mechanism.profile_or_pitch is unshared_pitch else -1.0 if setup.mechanism.flat_faced else 1.0
+        0.0
+        if setup.mechanism.standard_profile_designs is unreduced_designs
+        else -1.0
+        if setup.mechanism.flat_faced
+        else 1.0
     )
     clearances = {
         OUTER_RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
         PIVOT_CLEARANCE: Peak(
             ((partial(_pivot_clearance, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
         ),
-        EDGE_WALL: Peak(((partial(_edge_clearance, outline, edge), ALL_STROKES),), LEAST, unit=size_unit),
+        EDGE_WALL: Peak(
+            ((partial(_edge_clearance, outline, edge), ALL_STROKES),), LEAST, unit=cam_size_error_scale
+        ),
     }
-    return {name: clearances[name]._replace(at_ends=True) for name in offers(setup) if name not in lacks(setup)}
+    return {
+        name: clearances[name]._replace(at_ends=True)
+        for name in offered_quantities(setup)
+        if name not in missing_keys_by_quantity(setup)
+    }
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted}
 
 
-EFFECT = Effect("outline", offers, run, lacks, peaks=peaks, is_per_contact=True)
+EFFECT = Effect(
+    "outline", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks, is_per_contact=True
+)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray, IntArray
-from camopt.core.numerics.piecewise import MotionTable, carried_series, load_series
+from camopt.core.numerics.piecewise import MotionTable, load_series, train_inertia_series
 from camopt.core.numerics.state import Load, State, TrainForces
 from camopt.model.effects.panel_series import displacement_derivative
 from camopt.model.motion.load import TrainLoad
@@ -48,7 +48,7 @@ def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State
         return State(y, y1, y2, 0.0)
     load, carried = (
         polynomial.polyval(u, series[:, parts.panel], tensor=False)
-        for series in (load_series(table), carried_series(table))
+        for series in (load_series(table), train_inertia_series(table))
     )
     if isinstance(programme.load, TrainLoad):
         return State(y, y1, y2, 0.0, TrainForces(load, 0.0, carried, 0.0))

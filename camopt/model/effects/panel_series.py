@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.piecewise import MotionTable, bernstein, halve_bernstein
+from camopt.core.numerics.piecewise import MotionTable, halve_bernstein, powers_to_bernstein_matrix
 from camopt.core.numerics.stable_functions import matrix_product
 
 WORK_ERROR = 2.0**-46  # of the largest magnitude: more than the rounding of a halving at degree 30, so halving ends
@@ -58,7 +58,7 @@ def largest_of_series(series: FloatArray) -> Any:
     that may exceed the largest value so far are halved.
     """
     panels, degree = series.shape[-1], len(series) - 1
-    parts = matrix_product(bernstein(degree), series.reshape(len(series), -1))
+    parts = matrix_product(powers_to_bernstein_matrix(degree), series.reshape(len(series), -1))
     owner = np.arange(parts.shape[1]) // panels
     best = np.full(owner.size // panels, -inf)
     room = WORK_ERROR * np.abs(parts).max(axis=0).reshape(-1, panels).max(axis=1)

@@ -50,7 +50,7 @@ def unit_weight(designs: Designs) -> float:
     return 1.0
 
 
-def size_unit(designs: Designs) -> Any:
+def cam_size_error_scale(designs: Designs) -> Any:
     """The size of the cam, as the scale of errors of lengths."""
     return designs.size
 
@@ -84,14 +84,14 @@ class RadiusWeight(ABC):
     def __call__(self, designs: Designs) -> Any: ...
 
     @abstractmethod
-    def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
+    def allowed_radii(self, extreme: FloatArray, relative_margin: float) -> RadiusRange:
         """The radii with which the weight times an extreme is at most 1.
 
-        ``room`` is a relative margin at the ends of the range, inwards, or outwards if negative.
+        ``relative_margin`` is a relative margin at the ends of the range, inwards, or outwards if negative.
         """
 
     @abstractmethod
-    def largest_weight(self, bodies: RadiusRange) -> float:
+    def largest_weight(self, body_radii: RadiusRange) -> float:
         """Largest weight over a range of radii."""
 
 
@@ -104,11 +104,13 @@ class BodyRadiusPlus(RadiusWeight):
     def __call__(self, designs: Designs) -> Any:
         return designs.roller_radius + self.radius
 
-    def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
-        return RadiusRange(most=_weight_limit(extreme) * (1.0 - room) - self.radius * (1.0 + room))
+    def allowed_radii(self, extreme: FloatArray, relative_margin: float) -> RadiusRange:
+        return RadiusRange(
+            most=_weight_for_unit_product(extreme) * (1.0 - relative_margin) - self.radius * (1.0 + relative_margin)
+        )
 
-    def largest_weight(self, bodies: RadiusRange) -> float:
-        return float(bodies.most + self.radius)
+    def largest_weight(self, body_radii: RadiusRange) -> float:
+        return float(body_radii.most + self.radius)
 
 
 @dataclass(frozen=True)
@@ -123,14 +125,17 @@ class CutterOverRoller(RadiusWeight):
     def __call__(self, designs: Designs) -> Any:
         return np.maximum(self.radius - designs.roller_radius, 0.0)
 
-    def allowed_radii(self, extreme: FloatArray, room: float) -> RadiusRange:
-        return RadiusRange(least=self.radius * (1.0 + room) - _weight_limit(extreme) * (1.0 - room))
+    def allowed_radii(self, extreme: FloatArray, relative_margin: float) -> RadiusRange:
+        return RadiusRange(
+            least=self.radius * (1.0 + relative_margin)
+            - _weight_for_unit_product(extreme) * (1.0 - relative_margin)
+        )
 
-    def largest_weight(self, bodies: RadiusRange) -> float:
-        return float(max(self.radius - bodies.least, 0.0))
+    def largest_weight(self, body_radii: RadiusRange) -> float:
+        return float(max(self.radius - body_radii.least, 0.0))
 
 
-def _weight_limit(extreme: FloatArray) -> FloatArray:
+def _weight_for_unit_product(extreme: FloatArray) -> FloatArray:
     """Largest weight whose product with an extreme is at most 1; −∞ if the extreme is infinite."""
     with np.errstate(divide="ignore"):
         return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
@@ -143,29 +148,32 @@ def inverse_roller_radius(designs: Designs) -> Any:
 class Scale(ABC):
     """A monotone map from the extreme of a curve to a quantity.
 
-    The quantity is q where weight(q)·extreme equals ``extreme_at`` q. Weights are not negative, because searches
-    look where the curve itself is largest or least.
+    The quantity is q where weight(q)·extreme equals ``extreme_for_quantity`` q. Weights are not negative, because
+    searches look where the curve itself is largest or least.
     """
 
-    falls: ClassVar[bool] = False
+    is_decreasing: ClassVar[bool] = False
     """Whether the quantity falls as the extreme rises."""
 
     @abstractmethod
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         """The quantity of designs, from the extreme; numbers or ranges."""
 
-    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+    def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         """Change of the quantity for a change of the extreme; 0 if the quantity is infinite."""
         with np.errstate(divide="ignore"):
-            near, far = (np.asarray(self.quantity(each, designs)) for each in (extreme, extreme + by))
+            near, far = (
+                np.asarray(self.quantity_from_extreme(each, designs))
+                for each in (extreme, extreme + extreme_change)
+            )
         finite = np.isfinite(near)
         return np.where(finite, far - np.where(finite, near, 0.0), 0.0)
 
     @abstractmethod
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         """The weighted extreme at a value of the quantity, in a kind of number."""
 
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
         """The weight of the curve at a value of the quantity, by design."""
         return unit_weight
 
@@ -176,13 +184,13 @@ class Multiple(Scale):
 
     factor: float = 1.0
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor * extreme
 
-    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
-        return self.factor * by
+    def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
+        return self.factor * extreme_change
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor)
 
 
@@ -193,10 +201,10 @@ IDENTITY_SCALE = Multiple()
 class AngleOfTangent(Scale):
     """The angle of a tangent ≥ 0 [deg]."""
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return np.degrees(arctangent(extreme))
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.tan(numbers.of(quantity) * numbers.pi() / 180)
 
 
@@ -209,10 +217,10 @@ class TimeDerivative(Scale):
     order: int
     rpm: float
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * ((self.rpm * 2 * math.pi / 60) ** self.order * (1.0 / self.unit))
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         speed = numbers.of(self.rpm) * numbers.pi() / 30
         return numbers.of(quantity) * numbers.of(self.unit) / speed**self.order
 
@@ -221,10 +229,10 @@ class TimeDerivative(Scale):
 class TurnIntegral(Scale):
     """The integral over the turn, from the mean: 2π·extreme."""
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * (2.0 * math.pi)
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / (2 * numbers.pi())
 
 
@@ -235,10 +243,10 @@ class DegreeScale(Scale):
     power: int
     factor: float = 1.0
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor * extreme * (180.0 / math.pi) ** self.power
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor) / (180 / numbers.pi()) ** self.power
 
 
@@ -251,11 +259,11 @@ class LoadRoot(Scale):
     """The load at a stress of 1."""
     factor: float = 1.0
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         ratio = np.maximum(extreme, 0.0) / self.unit
         return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return (numbers.of(quantity) / numbers.of(self.factor)) ** self.degree * numbers.of(self.unit)
 
 
@@ -264,12 +272,12 @@ class InverseScale(Scale):
     """The inverse of the extreme: factor/extreme, infinite if the extreme is 0 or less."""
 
     factor: float
-    falls: ClassVar[bool] = True
+    is_decreasing: ClassVar[bool] = True
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor / np.maximum(extreme, 0.0)
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(self.factor) / numbers.of(quantity)
 
 
@@ -277,12 +285,12 @@ class InverseScale(Scale):
 class OneMinus(Scale):
     """The difference from 1: 1 − extreme."""
 
-    falls: ClassVar[bool] = True
+    is_decreasing: ClassVar[bool] = True
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return 1.0 - extreme
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return 1 - numbers.of(quantity)
 
 
@@ -292,13 +300,13 @@ class PerRollerRadius(Scale):
 
     factor: float
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * self.factor / designs.roller_radius
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor)
 
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
         return inverse_roller_radius
 
 
@@ -322,15 +330,15 @@ class ConvexRadius(Scale):
 
     half_width: Callable[[Designs], Any] | None = None
 
-    falls: ClassVar[bool] = True
+    is_decreasing: ClassVar[bool] = True
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return 1.0 / np.maximum(extreme, 0.0) - self.weight(0.0)(designs)
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+        return 1.0 / np.maximum(extreme, 0.0) - self.curve_weight(0.0)(designs)
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(1.0)
 
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
         return BodyRadiusPlus(quantity) if self.half_width is None else HalfWidthPlus(self.half_width, quantity)
 
 
@@ -338,13 +346,13 @@ class ConvexRadius(Scale):
 class CutterRadius(Scale):
     """The largest cutter that reaches every hollow flank: R_r − 1/κ, with the pitch curve's κ < 0 where hollow."""
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(-1.0)
 
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
         return CutterOverRoller(quantity)
 
 
@@ -356,21 +364,21 @@ class PerDesignFactor(Scale):
     factor: Callable[[Designs], Any]
 
     @property
-    def falls(self) -> bool:  # type: ignore[override]
-        return self.scale.falls
+    def is_decreasing(self) -> bool:  # type: ignore[override]
+        return self.scale.is_decreasing
 
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return self.scale.quantity(extreme * self.factor(designs), designs)
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+        return self.scale.quantity_from_extreme(extreme * self.factor(designs), designs)
 
-    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+    def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         factor = self.factor(designs)
-        return self.scale.change(extreme * factor, by * factor, designs)
+        return self.scale.quantity_change(extreme * factor, extreme_change * factor, designs)
 
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        return self.scale.extreme_at(quantity, numbers)
+    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+        return self.scale.extreme_for_quantity(quantity, numbers)
 
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        weight = self.scale.weight(quantity)
+    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
+        weight = self.scale.curve_weight(quantity)
         return self.factor if weight is unit_weight else lambda designs: self.factor(designs) * weight(designs)
 
 
@@ -397,7 +405,7 @@ class Derivative:
     def __call__(self, designs: Designs, programme: Programme) -> "Derivative":
         return self
 
-    def jumps(self, programme: Programme) -> bool:
+    def is_infinite_somewhere(self, programme: Programme) -> bool:
         """Whether the derivative is infinite somewhere."""
         return any(jump.order < self.order for jump in self.source_motion(programme).jumps)
 
@@ -431,7 +439,7 @@ class Peak(NamedTuple):
     @property
     def is_least(self) -> bool:
         """Whether the quantity is a least value over the turn, so that its limit is a lower bound."""
-        return (self.goal == LEAST) != self.scale.falls
+        return (self.goal == LEAST) != self.scale.is_decreasing
 
     def over_kinds(self, kinds: int) -> "Peak":
         return self._replace(curves=tuple((make, kinds) for make, _ in self.curves))

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LEAST, FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.extremes import Extremes
 from camopt.core.numerics.state import State
 from camopt.model.effects.effect import EnclosedValue, EvaluationBlock
@@ -31,17 +31,19 @@ def infinite_extremes(case: EvaluationBlock, peak: Peak) -> DesignExtremes:
 
 
 def peak_extremes(
-    case: EvaluationBlock, peak: Peak, sound: Any = True, *, located: bool = False, floor: float = -np.inf
+    case: EvaluationBlock, peak: Peak, sound_designs: Any = True, *, located: bool = False, floor: float = -np.inf
 ) -> DesignExtremes:
-    """Extremes of all curves of a peak; infinite for designs that are not ``sound``, and if jumps make them so.
+    """Extremes of all curves of a peak.
+
+    Infinite for designs that are not ``sound_designs``, and if jumps make them so.
 
     Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
     """
     count = len(case.designs)
-    if sound is True and count and not peak.jumps(case.programme):
+    if sound_designs is True and count and not peak.jumps(case.programme):
         return _sound_extremes(case, peak, located=located, floor=floor)
     columns = infinite_extremes(case, peak)
-    index = np.flatnonzero(np.broadcast_to(sound, count) & (not peak.jumps(case.programme)))
+    index = np.flatnonzero(np.broadcast_to(sound_designs, count) & (not peak.jumps(case.programme)))
     if index.size:
         part = replace(case, designs=case.designs.take(index), known_extremes=case.known_extremes.take(index))
         for column, values in zip(columns, _sound_extremes(part, peak, located=located, floor=floor), strict=True):
@@ -50,11 +52,11 @@ def peak_extremes(
 
 
 def _sound_extremes(case: EvaluationBlock, peak: Peak, *, located: bool, floor: float) -> DesignExtremes:
-    """The same for designs that all are sound."""
+    """Extremes of a peak's curves, for designs that all can bear their load."""
     if peak.at_ends and not located:
         ((make, _),) = peak.curves
         curve = make(case.designs, case.programme)
-        ends = [value_of(curve, ..., State(level, 0.0, 0.0, 0.0)) for level in case.programme.levels]
+        ends = [curve_value(curve, ..., State(level, 0.0, 0.0, 0.0)) for level in case.programme.levels]
         value = (np.minimum if peak.goal == LEAST else np.maximum)(*ends)
         return DesignExtremes(value, *np.zeros((3, len(case.designs))))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if case.programme.has_kinds(kinds)]
@@ -71,17 +73,19 @@ def as_column(case: EvaluationBlock, peak: Peak, extreme: DesignExtremes) -> Enc
     """The column of a peak, from its extremes."""
     by = -extreme.width if peak.goal == LEAST else extreme.width
     with np.errstate(divide="ignore"):
-        value = np.asarray(peak.scale.quantity(extreme.value, case.designs))
+        value = np.asarray(peak.scale.quantity_from_extreme(extreme.value, case.designs))
     scale = np.abs(value) if peak.unit is None else np.maximum(np.abs(value), peak.unit(case.designs))
-    return EnclosedValue(value, peak.scale.change(extreme.value, by, case.designs), scale)
+    return EnclosedValue(value, peak.scale.quantity_change(extreme.value, by, case.designs), scale)
 
 
-def peak_column(case: EvaluationBlock, peak: Peak, sound: Any = True) -> EnclosedValue:
-    """The column of a peak; infinite for designs that are not ``sound``."""
-    return as_column(case, peak, peak_extremes(case, peak, sound))
+def peak_column(case: EvaluationBlock, peak: Peak, sound_designs: Any = True) -> EnclosedValue:
+    """The column of a peak; infinite for designs that are not ``sound_designs``."""
+    return as_column(case, peak, peak_extremes(case, peak, sound_designs))
 
 
-def range_columns(case: EvaluationBlock, largest: Peak, least: Peak) -> tuple[EnclosedValue, EnclosedValue]:
+def largest_and_least_columns(
+    case: EvaluationBlock, largest: Peak, least: Peak
+) -> tuple[EnclosedValue, EnclosedValue]:
     """Columns of the largest and the least value of one curve, with errors relative to the larger magnitude."""
     ((make, kinds),) = largest.curves
     ends = case.extremes(make, [(kinds, largest.goal), (kinds, least.goal)])

@@ -14,15 +14,24 @@ from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 PITCH_CIRCLE_RADIUS, PITCH_POINT_COLUMN = "pitch_circle_radius_mm", "pressure_angle_max_at_deg"
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.body.developed else (PITCH_CIRCLE_RADIUS,)
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     angles = np.radians(case.columns[PITCH_POINT_COLUMN] + np.zeros(len(case.designs)))
-    return {PITCH_CIRCLE_RADIUS: np.abs(case.setup.mechanism.travel(case.designs, case.programme, angles).trace)}
+    return {
+        PITCH_CIRCLE_RADIUS: np.abs(
+            case.setup.mechanism.trace_and_normal(case.designs, case.programme, angles).trace
+        )
+    }
 
 
 EFFECT = Effect(
-    "pitch_circle", offers, run, reads=lambda setup: (PITCH_POINT_COLUMN,), is_per_contact=True, exact=True
+    "pitch_circle",
+    offered_quantities,
+    evaluate_columns,
+    input_quantities=lambda setup: (PITCH_POINT_COLUMN,),
+    is_per_contact=True,
+    exact=True,
 )

@@ -21,7 +21,7 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.force import follower_force_curve
 from camopt.model.effects.peak import IDENTITY_SCALE, InverseScale, Multiple, Peak, jumps_at_corners
 from camopt.model.effects.peak_columns import peak_column
@@ -43,11 +43,11 @@ def first_contact_force(force: float, preload: float) -> float:
     return force / 2.0 + max(abs(force) / 2.0, preload)
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return preload_names(setup) if setup.mechanism.further_contacts else ()
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     if not setup.mechanism.further_contacts:
         return {}
     numbers, missing = setup.given, force.missing_force_keys(setup)
@@ -69,17 +69,17 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         def per_load(each: Setup) -> Any:
             return 0.5 * angle / each.dynamics.pair_stiffness
 
-        scale = scale_by_setting(setup, Multiple(per_load(setup)), IDENTITY_SCALE, per_load)
+        scale = scale_per_design_if_varied(setup, Multiple(per_load(setup)), IDENTITY_SCALE, per_load)
         loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)
     if preload := setup.dynamics.pair_preload:
-        ratio = scale_by_setting(
+        ratio = scale_per_design_if_varied(
             setup, InverseScale(2.0 * preload), InverseScale(1.0), lambda each: 0.5 / each.dynamics.pair_preload
         )
         loads[PRELOAD_RATIO] = Peak(curves, LARGEST_MAGNITUDE, ratio)
     return loads
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, known = case.setup, peaks(case.setup)
     columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
     preload = case.setup_per_design.dynamics.pair_preload
@@ -88,4 +88,11 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("preload", offers, run, lacks, is_of_motion=lambda setup: True, peaks=peaks)
+EFFECT = Effect(
+    "preload",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    is_of_motion=lambda setup: True,
+    peaks=peaks,
+)

@@ -25,16 +25,16 @@ ANGLE_SCALE = AngleOfTangent()
 STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in STROKE_KINDS)]
     return (*names, PITCH_POINT_ANGLE, *((BOTTOM_ANGLE,) if setup.mechanism.body.developed else ()))
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     body = setup.mechanism.body
     return (
         {BOTTOM_ANGLE: (f"part.{body.flank_height}",)}
-        if body.developed and setup.solid.flank_height is None
+        if body.developed and setup.solid.groove_depth_or_rib_height is None
         else {}
     )
 
@@ -44,30 +44,30 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         "pressure_angle_max_deg": ALL_STROKES
     }
     curves = {name: (setup.mechanism.pressure, kinds) for name, kinds in names.items()}
-    if BOTTOM_ANGLE in offers(setup) and BOTTOM_ANGLE not in lacks(setup):
-        curves[BOTTOM_ANGLE] = (_bottom_pressure(setup), ALL_STROKES)
+    if BOTTOM_ANGLE in offered_quantities(setup) and BOTTOM_ANGLE not in missing_keys_by_quantity(setup):
+        curves[BOTTOM_ANGLE] = (_groove_bottom_pressure(setup), ALL_STROKES)
     return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
 
 
-def _bottom_pressure(setup: Setup) -> Callable[[Designs, Programme], Any]:
+def _groove_bottom_pressure(setup: Setup) -> Callable[[Designs, Programme], Any]:
     """Curve tan β at the bottom of the groove, or the foot of the rib."""
-    inwards = (setup.solid.flank_height or 0.0) / 2.0
+    inwards = (setup.solid.groove_depth_or_rib_height or 0.0) / 2.0
 
-    def curve(designs: Designs, programme: Programme) -> Any:
+    def bottom_pressure_curve(designs: Designs, programme: Programme) -> Any:
         return setup.mechanism.pressure(replace(designs, size=designs.size - inwards), programme)
 
-    return curve
+    return bottom_pressure_curve
 
 
-def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()}
     bits = {name: bit for name, bit in kinds.items() if case.programme.has_kinds(bit)}
     groups = bits if wanted & kinds.keys() else {"": sum(bits.values())}  # each kind, or all together
     questions = [(bit, LARGEST_MAGNITUDE) for bit in groups.values()]
     tangents = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT_ANGLE in wanted)
-    angles = ANGLE_SCALE.quantity(tangents.value, case.designs)
+    angles = ANGLE_SCALE.quantity_from_extreme(tangents.value, case.designs)
     largest = angles.max(axis=0)
-    outer = ANGLE_SCALE.quantity(tangents.value + tangents.width, case.designs) + ANGLE_ERROR * largest
+    outer = ANGLE_SCALE.quantity_from_extreme(tangents.value + tangents.width, case.designs) + ANGLE_ERROR * largest
     columns: dict[str, Any] = dict.fromkeys(kinds, 0.0)
     columns |= {
         n: EnclosedValue(angle, top - angle, largest) for n, angle, top in zip(groups, angles, outer, strict=True)
@@ -81,4 +81,11 @@ def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any
     return columns
 
 
-EFFECT = Effect("pressure", offers, lacks=lacks, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)
+EFFECT = Effect(
+    "pressure",
+    offered_quantities,
+    missing_keys_by_quantity=missing_keys_by_quantity,
+    evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
+    peaks=peaks,
+    is_per_contact=True,
+)

@@ -36,11 +36,11 @@ class TurnParts(NamedTuple):
     error: FloatArray
     """Error of y and y'."""
 
-    def split(self, into: IntArray) -> "TurnParts":
+    def split(self, part_counts: IntArray) -> "TurnParts":
         """The parts, each cut into a number of equal parts; 0 leaves a part out."""
-        halves = self.half / np.maximum(into, 1)
-        start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, halves, *self[2:]))
-        place = np.arange(half.size) - np.repeat(np.cumsum(into) - into, into)
+        halves = self.half / np.maximum(part_counts, 1)
+        start, half, *bounds = (np.repeat(x, part_counts) for x in (self.middle - self.half, halves, *self[2:]))
+        place = np.arange(half.size) - np.repeat(np.cumsum(part_counts) - part_counts, part_counts)
         return TurnParts(start + (2 * place + 1) * half, half, *bounds)
 
 
@@ -78,9 +78,11 @@ def enclose_profile(
 ) -> ProfileEnclosure:
     """Enclose a wall of one design, or of several designs (n, 1), over parts of the turn."""
     y, y1 = position_and_speed(programme.table, parts.middle)
-    trace, velocity = (x + 1j * z for x, z in trace_motion(setup, design, start_height(setup, design) + y, y1))
+    trace, velocity = (
+        x + 1j * z for x, z in trace_point_and_velocity(setup, design, start_height(setup, design) + y, y1)
+    )
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # motion of the trace point per y
-    distance, speed, radius = np.abs(trace), np.abs(velocity), setup.half_width(design)
+    distance, speed, radius = np.abs(trace), np.abs(velocity), setup.pitch_to_flank_distance(design)
     inwards = -side * radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
     swing = np.square(fastest) if setup.angular else 0.0
@@ -134,7 +136,7 @@ def wall_designs(setup: Setup, designs: Designs, side: Any) -> Designs:
     The wall is R_r and half the clearance away. For the height or angle at displacement 0 the designs themselves
     must be used.
     """
-    return replace(designs, roller_radius=-side * setup.half_width(designs))
+    return replace(designs, roller_radius=-side * setup.pitch_to_flank_distance(designs))
 
 
 def start_height(setup: Setup, designs: Designs) -> Any:
@@ -143,20 +145,22 @@ def start_height(setup: Setup, designs: Designs) -> Any:
     return setup.mechanism.start(designs)
 
 
-def trace_motion(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+def trace_point_and_velocity(
+    setup: Setup, designs: Designs, height: Any, y1: Any
+) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
     """(x, y) of the trace point T in the ground frame [mm], and of its velocity over the cam [mm/rad].
 
     The velocity is K·y' − iσT. T moves by K = i per displacement, or about a pivot at c by K = i(c − T). The height
     or angle s and y' are numbers or ranges.
     """
     assert setup.mechanism.trace_point is not None
-    x, z = setup.mechanism.trace_point(designs, s)
+    x, z = setup.mechanism.trace_point(designs, height)
     along, up = (z * y1, (designs.centre_distance - x) * y1) if setup.angular else (0.0, y1)
     return (x, z), (along + designs.sense * z, up - designs.sense * x)
 
 
-def profile_point(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
+def profile_point(setup: Setup, designs: Designs, height: Any, y1: Any) -> tuple[Any, Any]:
     """(x, y) of the contact point T − R_r·n in the ground frame [mm], at a height or angle; numbers or ranges."""
-    (x, z), (along, up) = trace_motion(setup, designs, s, y1)
+    (x, z), (along, up) = trace_point_and_velocity(setup, designs, height, y1)
     share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
     return x + share * up, z - share * along

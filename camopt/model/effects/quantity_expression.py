@@ -31,15 +31,15 @@ def expression_effect(quantity: OwnQuantity, last: bool) -> Effect:
         f"{OWN_EFFECT}.{quantity.name}",
         lambda setup: (quantity.name,),
         partial(_expression_column, quantity),
-        reads=lambda setup: quantity.reads,
+        input_quantities=lambda setup: quantity.quantities_read,
         last=last,
     )
 
 
 def _expression_column(quantity: OwnQuantity, case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    columns: Mapping[str, Any] = {name: case.columns[name] for name in quantity.reads}
+    columns: Mapping[str, Any] = {name: case.columns[name] for name in quantity.quantities_read}
     value = expression_values(quantity, columns, len(case.designs))
-    if quantity.call or not any(name in case.outward for name in columns):
+    if quantity.function_call or not any(name in case.outward for name in columns):
         return {quantity.name: value}
     enclosure = expression_range(
         quantity, {n: column_enclosure(column, case.outward.get(n, 0.0)) for n, column in columns.items()}
@@ -52,7 +52,7 @@ def _expression_column(quantity: OwnQuantity, case: EvaluationBlock, wanted: fro
 
 def expression_values(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> FloatArray:
     """Values of the quantity for ``count`` designs; infinite where the expression has no finite value."""
-    if quantity.call:
+    if quantity.function_call:
         columns = {
             name: np.broadcast_to(np.asarray(column, dtype=float), (count,)) for name, column in columns.items()
         }

@@ -10,11 +10,11 @@ from typing import Any
 from camopt.core.numerics import LARGEST, LEAST
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import Peak
-from camopt.model.effects.peak_columns import range_columns
+from camopt.model.effects.peak_columns import largest_and_least_columns
 from camopt.model.motion.stroke import ALL_STROKES
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.reach is None else ("face_reach_max_mm", "face_reach_min_mm")
 
 
@@ -22,12 +22,12 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.reach is None:
         return {}
     curves, goals = ((setup.mechanism.reach, ALL_STROKES),), (LARGEST, LEAST)
-    return {name: Peak(curves, goal) for name, goal in zip(offers(setup), goals, strict=True)}
+    return {name: Peak(curves, goal) for name, goal in zip(offered_quantities(setup), goals, strict=True)}
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     ends = peaks(case.setup)
-    return dict(zip(ends, range_columns(case, *ends.values()), strict=True))
+    return dict(zip(ends, largest_and_least_columns(case, *ends.values()), strict=True))
 
 
-EFFECT = Effect("reach", offers, run, peaks=peaks, is_per_contact=True)
+EFFECT = Effect("reach", offered_quantities, evaluate_columns, peaks=peaks, is_per_contact=True)

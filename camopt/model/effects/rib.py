@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LEAST
-from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import Peak
 from camopt.model.effects.peak_columns import peak_column
@@ -29,8 +29,8 @@ from camopt.model.motion.stroke import ALL_STROKES
 RIB_THICKNESS = "rib_thickness_min_mm"
 
 
-@curve_type
-def rib_thickness(at, first, second, spacing, cosine, sine, rollers):
+@curve_type_from_formula
+def rib_thickness(state, first, second, spacing, cosine, sine, rollers):
     """Thickness of the rib, t [mm], from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
     root, further = np.sqrt(1.0 + np.square(first)), np.sqrt(1.0 + np.square(second))
     cos_1, sin_1 = (cosine + sine * first) / root, (cosine * first - sine) / root
@@ -38,7 +38,7 @@ def rib_thickness(at, first, second, spacing, cosine, sine, rollers):
     return spacing * (cos_1 + cos_2) / (1.0 + cos_1 * cos_2 + sin_1 * sin_2) - rollers
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (RIB_THICKNESS,) if setup.mechanism.has_rib else ()
 
 
@@ -50,24 +50,26 @@ def _roller_spacing(designs: Designs) -> Any:
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
 
-    def thickness(designs: Designs, programme: Programme) -> Any:
+    def rib_thickness_curve(designs: Designs, programme: Programme) -> Any:
         d, zero = designs.roller_spacing, designs.size * 0.0
         sine = 0.5 * d / designs.arm_length if setup.angular else zero
         cosine, way = np.sqrt((1.0 - sine) * (1.0 + sine)), designs.sense if mechanism.body.developed else 1.0
         (second,) = mechanism.further_contacts
         first = mechanism.pressure(designs, programme)
         other = second.mechanism.pressure(second.local_designs(designs), programme)
-        return rib_thickness(first, other, d, cosine + zero, way * sine, 2.0 * setup.half_width(designs) + zero)
+        return rib_thickness(
+            first, other, d, cosine + zero, way * sine, 2.0 * setup.pitch_to_flank_distance(designs) + zero
+        )
 
     return (
-        {RIB_THICKNESS: Peak(((thickness, ALL_STROKES),), LEAST, unit=_roller_spacing, open_at_zero=True)}
+        {RIB_THICKNESS: Peak(((rib_thickness_curve, ALL_STROKES),), LEAST, unit=_roller_spacing, open_at_zero=True)}
         if mechanism.has_rib
         else {}
     )
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {RIB_THICKNESS: peak_column(case, peaks(case.setup)[RIB_THICKNESS])}
 
 
-EFFECT = Effect("rib", offers, run, peaks=peaks)
+EFFECT = Effect("rib", offered_quantities, evaluate_columns, peaks=peaks)

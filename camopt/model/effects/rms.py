@@ -13,17 +13,17 @@ from camopt.core.quantities import RMS_ORDERS, motion_mean
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import mean_column
-from camopt.model.effects.motion import derivative_scale
+from camopt.model.effects.motion import motion_unit_scale
 from camopt.model.effects.peak import DegreeScale, Derivative
 from camopt.model.motion.stroke import ALL_STROKES
 
 
 def _rms_mean(setup: Setup, order: int) -> Mean:
     by_angle = Derivative(order)
-    return Mean(((by_angle, ALL_STROKES),), 2, derivative_scale(setup, order), by_angle.jumps)
+    return Mean(((by_angle, ALL_STROKES),), 2, motion_unit_scale(setup, order), by_angle.is_infinite_somewhere)
 
 
-def _lift_area(setup: Setup) -> dict[str, Mean]:
+def _lift_area_mean(setup: Setup) -> dict[str, Mean]:
     """360° times the mean displacement."""
     name = f"lift_area_{'deg' if setup.tool_turns else 'mm'}_deg"
     return {name: Mean(((Derivative(0), ALL_STROKES),), 1, DegreeScale(int(setup.tool_turns), 360.0))}
@@ -32,15 +32,15 @@ def _lift_area(setup: Setup) -> dict[str, Mean]:
 def means(setup: Setup) -> dict[str, Mean]:
     turns, timed = setup.tool_turns, setup.omega is not None
     roots = {motion_mean(n, angular=turns, timed=timed): _rms_mean(setup, order) for n, order in RMS_ORDERS.items()}
-    return roots | _lift_area(setup)
+    return roots | _lift_area_mean(setup)
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return tuple(means(setup))
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted}
 
 
-EFFECT = Effect("rms", offers, run, is_of_motion=lambda setup: True, means=means)
+EFFECT = Effect("rms", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, means=means)

@@ -44,13 +44,13 @@ JUST_ABOVE = 1.0 + 1e-12  # factor on a size, for rounding
 RADIAL_NODES = 6  # points along the depth of a groove, where integrands hardly change
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.body.bounded:
         return AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT
     return (GROOVE_LENGTH,) if setup.mechanism.two_sided else ()
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     if not case.setup.mechanism.body.bounded:
         groove = integrate_groove(case)
         return {GROOVE_LENGTH: EnclosedValue(groove.value[0], groove.error[0], groove.value[0])}
@@ -79,12 +79,12 @@ def integrate_section(case: EvaluationBlock) -> SectionIntegrals:
     """Integrals over the sections of disc cams, or over the region within a flank of a rib, in mm."""
     side = case.setup.mechanism.flanks[0].side
     integrals = integrate_by_orders(
-        *_integration_arguments(case, partial(section_integrals, side=side), _section_scale)
+        *_integration_arguments(case, partial(section_integrals, side=side), _section_error_scales)
     )
     return SectionIntegrals(*integrals, np.sqrt(np.abs(integrals.value[1]) / pi))
 
 
-def _section_scale(integrals: FloatArray) -> FloatArray:
+def _section_error_scales(integrals: FloatArray) -> FloatArray:
     """Scale of errors; for first moments, the area times the radius of a disc of the same area."""
     length, area, *_, polar = np.abs(integrals)
     moment = area * np.sqrt(area / pi)
@@ -114,14 +114,14 @@ def section_integrals(
     """Integrals (5, designs) of ``SectionIntegrals`` within the wall on a side; side 0 is the pitch curve."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-    travel = case.setup.mechanism.travel(_design_columns(designs), case.programme, angles.ravel())
+    travel = case.setup.mechanism.trace_and_normal(_design_columns(designs), case.programme, angles.ravel())
     across = (len(designs), *angles.shape)
     normal = travel.normal.reshape(-1, *angles.shape)
-    reach = side * case.setup.half_width(designs)
+    reach = side * case.setup.pitch_to_flank_distance(designs)
     point = travel.trace.reshape(across) + reach[:, None, None] * normal
     along = matrix_product(point, rule.derivative.T) - 1j * sense * table.half_width[:, None] * point
     total = _profile_integrals(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
-    for corner in _corner_parts(case, designs, rule, reach):
+    for corner in _corner_arcs_and_edges(case, designs, rule, reach):
         total += _profile_integrals(sense, rule, *corner)
     return total
 
@@ -143,7 +143,7 @@ def _profile_integrals(
     return np.array([part.sum(axis=1) for part in parts])
 
 
-def _corner_parts(
+def _corner_arcs_and_edges(
     case: EvaluationBlock, designs: Designs, rule: GaussRule, reach: FloatArray
 ) -> Iterator[tuple[Any, ...]]:
     """Parts of profiles at corners of the motion: arcs about the trace point, or edges along a flat face."""
@@ -152,7 +152,7 @@ def _corner_parts(
         angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)
         trace, normal = (
             np.broadcast_to(each, (len(designs), 2))
-            for each in case.setup.mechanism.travel(_design_columns(designs), case.programme, angles)
+            for each in case.setup.mechanism.trace_and_normal(_design_columns(designs), case.programme, angles)
         )
         step, sweep = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
         face = normal[:, :1] * np.exp(1j * sweep * share)
@@ -164,54 +164,61 @@ def _corner_parts(
 
 
 def integrate_groove(case: EvaluationBlock) -> Integrals:
-    """The integrals of ``groove_integrals`` (3, designs), for a groove in a face those of ``band_integrals``."""
+    """Integrals of ``cylinder_groove_integrals``, or ``face_groove_integrals`` for a face groove (3, designs)."""
     developed = case.setup.mechanism.body.developed
     return integrate_by_orders(
         *(
-            _integration_arguments(case, groove_integrals, np.abs)
+            _integration_arguments(case, cylinder_groove_integrals, np.abs)
             if developed
-            else _integration_arguments(case, band_integrals, _section_scale)
+            else _integration_arguments(case, face_groove_integrals, _section_error_scales)
         )
     )
 
 
-def band_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
+def face_groove_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
     """Length, area, moments and polar moment (5, designs) of a groove in the face of a disc."""
     inner, middle, outer = (section_integrals(case, designs, rule, side) for side in (INNER_SIDE, 0.0, -INNER_SIDE))
     return np.concatenate([middle[:1], (outer - inner)[1:]])
 
 
-def groove_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
+def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:
     """L(R_m), ∫L dr and ∫r²·L dr of a cylinder's groove of depth d, with the length L(r) of the pitch curve.
 
     The integrals are from R_m − d/2 to R_m + d/2. At the radius r the pitch curve has the same length along the
     axis, and r/R_m of its length round it. The same formulas are for a flank of a rib of the height d.
     """
-    table, depth, mean = case.programme.table, case.setup.solid.flank_height or 0.0, designs.size
+    table, depth, mean = case.programme.table, case.setup.solid.groove_depth_or_rib_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-    trace = case.setup.mechanism.travel(_design_columns(designs), case.programme, angles.ravel()).trace
+    trace = case.setup.mechanism.trace_and_normal(_design_columns(designs), case.programme, angles.ravel()).trace
     along = matrix_product(trace.reshape(-1, *angles.shape), rule.derivative.T)
 
-    def length(share: FloatArray) -> FloatArray:
+    def length_at_radius(share: FloatArray) -> FloatArray:
         speed = np.hypot(share[:, None, None] * along.real, along.imag)
         return np.asarray(matrix_product(speed, rule.weights).sum(axis=1))
 
-    total = np.array([length(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])
+    total = np.array([length_at_radius(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])
     for place, weight in zip(*gauss_rule(RADIAL_NODES)[:2], strict=True):
         radius = mean + place * depth / 2.0
-        part = weight * depth / 2.0 * length(radius / mean)
+        part = weight * depth / 2.0 * length_at_radius(radius / mean)
         total[1:] += part, np.square(radius) * part
     return total
 
 
 def means(setup: Setup) -> dict[str, Mean]:
-    path = setup.mechanism.path if GROOVE_LENGTH in offers(setup) else None
+    path = setup.mechanism.path if GROOVE_LENGTH in offered_quantities(setup) else None
     return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, TurnIntegral())}
 
 
-def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     """The largest base radius for a bound on the area: every profile goes round the base circle."""
     return NecessaryConditions(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else NecessaryConditions()
 
 
-EFFECT = Effect("section", offers, run, means=means, implies=implies, is_single_disc=True)
+EFFECT = Effect(
+    "section",
+    offered_quantities,
+    evaluate_columns,
+    means=means,
+    necessary_conditions=necessary_conditions,
+    is_single_disc=True,
+)

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IntArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.state import State
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.profile_parts import (
@@ -62,18 +62,18 @@ class ProfileCrossing(NamedTuple):
     """The side of the trace point on which the crossing wall is."""
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return ("self_crossing",) if setup.mechanism.body.closed else ()
 
 
-def reads(setup: Setup) -> tuple[str, ...]:
+def input_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.is_knife:
         return ()
     round_body = not setup.mechanism.flat_faced
     return ("undercut", "profile_radius_min_mm", *(("pressure_angle_max_deg",) if round_body else ()))
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     if case.setup.is_knife:
         return {"self_crossing": False}
     trace_point = not case.setup.mechanism.flat_faced
@@ -81,19 +81,23 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     crossing = np.array(case.columns["undercut"])
     undecided = ~crossing & ~sharp & (case.outer_bound("profile_radius_min_mm") <= 0.0)
     if trace_point:
-        unproved = _unproved_designs(case, np.flatnonzero(~(crossing | undecided | is_provably_round(case))))
-        verdicts = find_crossings(case.setup, case.designs.take(unproved), case.programme) if unproved.size else []
+        unproved = _designs_without_outward_proof(
+            case, np.flatnonzero(~(crossing | undecided | pressure_angle_proves_no_crossing(case)))
+        )
+        verdicts = (
+            self_crossing_verdicts(case.setup, case.designs.take(unproved), case.programme) if unproved.size else []
+        )
         for design, verdict in zip(unproved, verdicts, strict=True):
             crossing[design], undecided[design] = verdict.crosses is True, verdict.crosses is None
     return {"self_crossing": EnclosedValue(crossing | undecided, undecided.astype(float), np.inf)}
 
 
-def is_provably_round(case: EvaluationBlock) -> BoolArray:
-    """For which designs the largest pressure angle proves that P·n > 0."""
-    return np.asarray(round_radius_limit(case) > case.setup.half_width(case.designs))
+def pressure_angle_proves_no_crossing(case: EvaluationBlock) -> BoolArray:
+    """Mask of designs whose largest pressure angle proves that the profile does not cross itself (P·n > 0)."""
+    return np.asarray(proved_uncrossed_roller_radius(case) > case.setup.pitch_to_flank_distance(case.designs))
 
 
-def round_radius_limit(case: EvaluationBlock) -> Any:
+def proved_uncrossed_roller_radius(case: EvaluationBlock) -> Any:
     """R_r below which the largest pressure angle proves P·n > 0 [mm]; the same for all designs of a pitch curve.
 
     For ranges of sizes it is a range.
@@ -106,13 +110,13 @@ def round_radius_limit(case: EvaluationBlock) -> Any:
     designs = case.designs
     curve = case.setup.mechanism.pressure(designs, case.programme)
     with np.errstate(divide="ignore", invalid="ignore"):  # with arm and centres in line, no angle proves anything
-        standing = [np.abs(value_of(curve, ..., State(y, 0.0, 0.0, 0.0))) for y in case.programme.levels]
+        standing = [np.abs(curve_value(curve, ..., State(y, 0.0, 0.0, 0.0))) for y in case.programme.levels]
     slant = np.radians(case.outer_bound("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - PART_ERROR
     return designs.prime_radius * share
 
 
-def _unproved_designs(case: EvaluationBlock, index: IntArray) -> IntArray:
+def _designs_without_outward_proof(case: EvaluationBlock, index: IntArray) -> IntArray:
     """The designs among some without undercut for which P·n > 0 is not proved everywhere."""
     if not index.size:
         return index
@@ -120,27 +124,29 @@ def _unproved_designs(case: EvaluationBlock, index: IntArray) -> IntArray:
     parts, unproved = initial_parts(programme), []
     for block in np.array_split(index, 1 + index.size // CROSSING_BLOCK):
         column = case.designs.take((block, None))
-        outward = np.all(_faces_outward(enclose_profile(case.setup, column, programme, parts)), axis=-1)
+        outward = np.all(_normals_point_outward(enclose_profile(case.setup, column, programme, parts)), axis=-1)
         unproved.append(block[~outward])
     return np.concatenate(unproved)
 
 
-def find_crossing(setup: Setup, design: Designs, programme: Programme) -> ProfileCrossing:
+def self_crossing_verdict(setup: Setup, design: Designs, programme: Programme) -> ProfileCrossing:
     """The verdict on one disc cam with a trace point and without undercut."""
-    return find_crossings(setup, design, programme)[0]
+    return self_crossing_verdicts(setup, design, programme)[0]
 
 
-def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list[ProfileCrossing]:
+def self_crossing_verdicts(setup: Setup, designs: Designs, programme: Programme) -> list[ProfileCrossing]:
     """The verdicts on disc cams with a trace point and without undercut; the worst of all walls counts."""
     sides = dict.fromkeys(flank.side for flank in setup.mechanism.flanks)
-    walls = [find_wall_crossings(setup, designs, programme, side) for side in sides]
+    walls = [wall_crossing_verdicts(setup, designs, programme, side) for side in sides]
     return [
         max(verdicts, key=lambda verdict: CROSSING_RANKS.index(verdict.crosses))
         for verdicts in zip(*walls, strict=True)
     ]
 
 
-def find_wall_crossings(setup: Setup, designs: Designs, programme: Programme, side: float) -> list[ProfileCrossing]:
+def wall_crossing_verdicts(
+    setup: Setup, designs: Designs, programme: Programme, wall_side: float
+) -> list[ProfileCrossing]:
     """The verdicts on the walls on one side of the trace point, which are not undercut."""
     programme = setup.mechanism.contact_programme(programme)
     verdicts = [ProfileCrossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
@@ -148,7 +154,7 @@ def find_wall_crossings(setup: Setup, designs: Designs, programme: Programme, si
     for block in np.array_split(rounded, 1 + rounded.size // PAIR_BLOCK) if rounded.size else ():
         pairs = PartPairs.all_pairs(block, initial_parts(programme))
         for _ in range(CUT_ROUNDS):
-            pairs = pairs.undecided_pairs(setup, designs, programme, verdicts, side).split()
+            pairs = pairs.undecided_pairs(setup, designs, programme, verdicts, wall_side).split()
             if not pairs.first.size:
                 break
     return verdicts
@@ -180,11 +186,11 @@ class PartPairs(NamedTuple):
         """The pairs of undecided designs that may meet; sets the ``verdicts`` on decided designs."""
         owners = designs.take(self.owner)
         enclosures = enclose_profile(setup, owners, programme, self.parts, side)
-        pairs = self.select_pairs(~_turns_one_way(enclosures, self.owner, self.first, self.second))
+        pairs = self.select_pairs(~_tangent_turns_one_way(enclosures, self.owner, self.first, self.second))
         pairs = pairs.select_pairs(~_discs_disjoint(enclosures, pairs.first, pairs.second))
         pairs = pairs.select_pairs(~_strips_disjoint(enclosures.take(pairs.first), enclosures.take(pairs.second)))
         ends = part_ends(setup, owners, programme, self.parts, side)
-        for pair in np.flatnonzero(_parts_meet(enclosures, ends, pairs.first, pairs.second))[::-1]:
+        for pair in np.flatnonzero(_parts_surely_meet(enclosures, ends, pairs.first, pairs.second))[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())
             verdicts[self.owner[both[0]]] = ProfileCrossing(
@@ -197,9 +203,9 @@ class PartPairs(NamedTuple):
         undecided = ~done & (count <= MOST_PART_PAIRS) & [verdict.crosses is None for verdict in verdicts]
         return pairs.select_pairs(undecided[self.owner[pairs.first]])
 
-    def select_pairs(self, kept: BoolArray) -> "PartPairs":
+    def select_pairs(self, pair_mask: BoolArray) -> "PartPairs":
         """The pairs of a mask."""
-        return self._replace(first=self.first[kept], second=self.second[kept])
+        return self._replace(first=self.first[pair_mask], second=self.second[pair_mask])
 
     def split(self) -> "PartPairs":
         """The pairs after each part is cut; designs without pairs are left out."""
@@ -213,7 +219,7 @@ class PartPairs(NamedTuple):
         return PartPairs(self.parts.split(into), np.repeat(self.owner, into), first[once], second[once])
 
 
-def _faces_outward(parts: ProfileEnclosure) -> BoolArray:
+def _normals_point_outward(parts: ProfileEnclosure) -> BoolArray:
     """The parts over which P·n > 0: within a part, P moves by its radius, at most 2δ from square to n."""
     outwards = (parts.point.conj() * parts.normal).real
     needed = (np.abs(parts.point) + 2.0 * parts.radius) * parts.spread + parts.rounding
@@ -222,10 +228,12 @@ def _faces_outward(parts: ProfileEnclosure) -> BoolArray:
 
 def _encircles_axis(parts: ProfileEnclosure, owner: IntArray, count: int) -> BoolArray:
     """The designs with P·n > 0 over all parts."""
-    return np.asarray(np.bincount(owner[~_faces_outward(parts)], minlength=count) == 0)
+    return np.asarray(np.bincount(owner[~_normals_point_outward(parts)], minlength=count) == 0)
 
 
-def _turns_one_way(parts: ProfileEnclosure, owner: IntArray, first: IntArray, second: IntArray) -> BoolArray:
+def _tangent_turns_one_way(
+    parts: ProfileEnclosure, owner: IntArray, first: IntArray, second: IntArray
+) -> BoolArray:
     """Whether the tangent turns by less than π from one part to the end of the other, either way round."""
     turn = np.concatenate([[0.0], np.cumsum(2.0 * parts.spread)])
     between = turn[second + 1] - turn[first]
@@ -246,7 +254,7 @@ def _strips_disjoint(a: ProfileEnclosure, b: ProfileEnclosure) -> BoolArray:
     return np.asarray(along_a | along_b)
 
 
-def _parts_meet(parts: ProfileEnclosure, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
+def _parts_surely_meet(parts: ProfileEnclosure, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
     """The pairs of parts that surely meet."""
     one, other = ((parts.take(index), [tip[index] for tip in ends]) for index in (first, second))
     beyond = straddle_distance(*one, other[0]) - other[0].bulge, straddle_distance(*other, one[0]) - one[0].bulge
@@ -264,4 +272,11 @@ def cross_product(a: ComplexArray, b: ComplexArray) -> FloatArray:
     return np.asarray((a.conj() * b).imag)
 
 
-EFFECT = Effect("crossing", offers, run, reads=reads, last=True, is_per_contact=True)
+EFFECT = Effect(
+    "crossing",
+    offered_quantities,
+    evaluate_columns,
+    input_quantities=input_quantities,
+    last=True,
+    is_per_contact=True,
+)

@@ -38,8 +38,13 @@ from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray
 from camopt.core.numerics.interval import Interval, as_interval, widen
 from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rule, box_variables
 from camopt.model.effects.effect import Setup
-from camopt.model.effects.profile_parts import position_and_speed, start_height, trace_motion, wall_designs
-from camopt.model.effects.self_crossing import find_crossing
+from camopt.model.effects.profile_parts import (
+    position_and_speed,
+    start_height,
+    trace_point_and_velocity,
+    wall_designs,
+)
+from camopt.model.effects.self_crossing import self_crossing_verdict
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
@@ -61,75 +66,84 @@ class KnownCrossings:
         self._known: list[tuple[FloatArray, float]] = []
         """Pairs of cam angles [rad], each with the side of the wall; the latest first."""
 
-    def excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> SlopedInterval:
+    def crossing_excess(self, box: Designs, inside_designs: Designs, free_sizes: Sequence[str]) -> SlopedInterval:
         """A quantity over boxes (Intervals) that is positive only where a design crosses itself or is undercut.
 
-        ``inside`` is one design of each box that can be assembled. If no known crossing shows that it crosses
-        itself, a new crossing is searched, in the box of the smallest cams.
+        ``inside_designs`` is one design of each box that can be assembled. If no known crossing shows that it
+        crosses itself, a new crossing is searched, in the box of the smallest cams.
         """
-        excess = self._box_excess(box, inside, free)
+        excess = self._box_excess(box, inside_designs, free_sizes)
         unseen = np.flatnonzero(excess.at.low <= 0.0)
-        if unseen.size and self.learn_crossing(inside.take(unseen[[np.argmin(as_interval(box.size).low[unseen])]])):
-            excess = self._box_excess(box, inside, free)
+        if unseen.size and self.learn_crossing(
+            inside_designs.take(unseen[[np.argmin(as_interval(box.size).low[unseen])]])
+        ):
+            excess = self._box_excess(box, inside_designs, free_sizes)
         return excess
 
-    def cross_at_known(self, designs: Designs) -> BoolArray:
+    def cross_at_known_angles(self, designs: Designs) -> BoolArray:
         """The designs that cross themselves at known cam angles, up to rounding."""
-        pairs, sides = self._best_pairs(designs)
+        pairs, sides = self._largest_overlap_angles(designs)
         return np.asarray(self._overlaps(designs, pairs[:, None], sides[:, None])[:, 0] > 0.0)
 
     def learn_crossing(self, design: Designs) -> bool:
         """Whether a design crosses itself; if so, its cam angles are added to the known ones."""
-        crossing = find_crossing(self._setup, design, self._programme)
+        crossing = self_crossing_verdict(self._setup, design, self._programme)
         if crossing.crosses:
-            pair = deepest_overlap(self._setup, design, self._programme, crossing.angles, crossing.side)
+            pair = largest_overlap_angles(self._setup, design, self._programme, crossing.angles, crossing.side)
             self._known = [(pair, crossing.side), *self._known][:MOST_KNOWN_CROSSINGS]
         return crossing.crosses is True
 
-    def _box_excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> SlopedInterval:
-        return box_overlap(self._setup, box, inside, free, self._programme, *self._best_pairs(inside))
+    def _box_excess(self, box: Designs, inside_designs: Designs, free_sizes: Sequence[str]) -> SlopedInterval:
+        return box_overlap(
+            self._setup,
+            box,
+            inside_designs,
+            free_sizes,
+            self._programme,
+            *self._largest_overlap_angles(inside_designs),
+        )
 
-    def _best_pairs(self, designs: Designs) -> tuple[FloatArray, FloatArray]:
+    def _largest_overlap_angles(self, designs: Designs) -> tuple[FloatArray, FloatArray]:
         """Cam angles (n, 2) [rad] of the largest overlap of each design, near known ones, with the walls' sides."""
         pairs, sides = map(np.array, zip(*(self._known or [(np.zeros(2), INNER_SIDE)]), strict=True))
         best = self._overlaps(designs, pairs[None], sides[None]).argmax(axis=1)
-        return follow_overlaps(self._setup, designs, self._programme, pairs[best], sides[best]), sides[best]
+        return refine_overlap_angles(self._setup, designs, self._programme, pairs[best], sides[best]), sides[best]
 
     def _overlaps(self, designs: Designs, angles: FloatArray, sides: FloatArray) -> FloatArray:
-        return overlaps(self._setup, designs, self._programme, angles, sides)
+        return profile_overlaps(self._setup, designs, self._programme, angles, sides)
 
 
-def overlaps(
+def profile_overlaps(
     setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, side: Any = INNER_SIDE
 ) -> FloatArray:
     """Overlap of n designs (n, m) [mm³/rad] at pairs of cam angles (n or 1, m, 2) [rad], on one side."""
     column, table = designs.take((slice(None), None)), programme.table
     motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
     start = start_height(setup, column)
-    return np.asarray(overlap(setup, wall_designs(setup, column, side), start, angles, motion, other))
+    return np.asarray(profile_overlap(setup, wall_designs(setup, column, side), start, angles, motion, other))
 
 
-def deepest_overlap(
-    setup: Setup, design: Designs, programme: Programme, near: Sequence[float], side: float = INNER_SIDE
+def largest_overlap_angles(
+    setup: Setup, design: Designs, programme: Programme, start_angles: Sequence[float], side: float = INNER_SIDE
 ) -> FloatArray:
     """Pair of cam angles (2,) [rad] with the largest overlap of one design, uphill from a pair."""
 
     def negative_overlap(pair: FloatArray) -> float:
-        return -float(overlaps(setup, design, programme, pair[None, None], side)[0, 0])
+        return -float(profile_overlaps(setup, design, programme, pair[None, None], side)[0, 0])
 
-    return np.asarray(scipy.optimize.minimize(negative_overlap, near, method="Nelder-Mead").x)
+    return np.asarray(scipy.optimize.minimize(negative_overlap, start_angles, method="Nelder-Mead").x)
 
 
-def follow_overlaps(
-    setup: Setup, designs: Designs, programme: Programme, near: FloatArray, sides: Any = INNER_SIDE
+def refine_overlap_angles(
+    setup: Setup, designs: Designs, programme: Programme, start_angles: FloatArray, sides: Any = INNER_SIDE
 ) -> FloatArray:
     """Pairs of cam angles (n, 2) [rad] with the largest overlap of n designs, by Newton's method from near ones."""
-    numbers, pairs, walls = np.arange(len(designs)), near, np.reshape(sides, (-1, 1))
+    numbers, pairs, walls = np.arange(len(designs)), start_angles, np.reshape(sides, (-1, 1))
     for away in NEWTON_OFFSETS:
-        values = overlaps(setup, designs, programme, pairs[:, None] + away * NEWTON_STENCIL, walls)
+        values = profile_overlaps(setup, designs, programme, pairs[:, None] + away * NEWTON_STENCIL, walls)
         step = np.clip(away * _newton_step(values), -LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP)
         trials = pairs[:, None] + STEP_SHARES[:, None] * step[:, None]
-        pairs = trials[numbers, overlaps(setup, designs, programme, trials, walls).argmax(axis=1)]
+        pairs = trials[numbers, profile_overlaps(setup, designs, programme, trials, walls).argmax(axis=1)]
     return pairs
 
 
@@ -144,16 +158,25 @@ def _newton_step(values: FloatArray) -> FloatArray:
     return np.asarray(np.where(step[0] * a + step[1] * b < 0.0, -step, step).T)
 
 
-def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any) -> Any:
+def profile_overlap(
+    setup: Setup,
+    designs: Designs,
+    start_position: Any,
+    angles: FloatArray,
+    displacement_and_speed: Any,
+    other_displacement: Any,
+) -> Any:
     """Overlap (2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| [mm³/rad]; numbers, ranges or ranges with slopes.
 
-    The designs are the ``wall_designs`` of a wall. ``start`` is the height or angle at displacement 0, ``angles``
-    are pairs (a, b) [rad], (..., 2), ``motion`` is (y, y') at a, and ``other`` is y at b. Vectors are in the ground
-    frame at a.
+    The designs are the ``wall_designs`` of a wall. ``start_position`` is the height or angle at displacement 0,
+    ``angles`` are pairs (a, b) [rad], (..., 2), ``displacement_and_speed`` is (y, y') at a, and
+    ``other_displacement`` is y at b. Vectors are in the ground frame at a.
     """
     assert setup.mechanism.trace_point is not None
-    (x, z), (along, up) = trace_motion(setup, designs, start + motion[0], motion[1])
-    u, w = setup.mechanism.trace_point(designs, start + other)
+    (x, z), (along, up) = trace_point_and_velocity(
+        setup, designs, start_position + displacement_and_speed[0], displacement_and_speed[1]
+    )
+    u, w = setup.mechanism.trace_point(designs, start_position + other_displacement)
     turn = designs.sense * (angles[..., 1] - angles[..., 0])
     cosine, sine = np.cos(turn), np.sin(turn)
     gap_x, gap_z = x - (u * cosine + w * sine), z - (w * cosine - u * sine)
@@ -165,8 +188,8 @@ def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, moti
 def box_overlap(
     setup: Setup,
     box: Designs,
-    inside: Designs,
-    free: Sequence[str],
+    inside_designs: Designs,
+    free_sizes: Sequence[str],
     programme: Programme,
     pairs: FloatArray,
     walls: Any = INNER_SIDE,
@@ -180,22 +203,27 @@ def box_overlap(
     (y, y1), (y_b, _) = (position_and_speed(programme.table, angles) for angles in pairs.T)
     motion, other = (_error_interval(y, error[0]), _error_interval(y1, error[1])), _error_interval(y_b, error[0])
     sizes: dict[str, Any] = box.sizes
-    sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}
+    sides = {name: (as_interval(sizes[name]), inside_designs.sizes[name]) for name in free_sizes}
     with np.errstate(all="ignore"):
-        by_size = _size_variables(sides)
-        start = start_height(setup, inside.with_values(by_size))
-        sides[SIZE_AXIS] = widen(as_interval(start_height(setup, box)), HEIGHT_ERROR), start_height(setup, inside)
-        by_start = _size_variables(sides)
+        by_size = _sloped_size_variables(sides)
+        start = start_height(setup, inside_designs.with_values(by_size))
+        sides[SIZE_AXIS] = (
+            widen(as_interval(start_height(setup, box)), HEIGHT_ERROR),
+            start_height(setup, inside_designs),
+        )
+        by_start = _sloped_size_variables(sides)
         by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
-        designs = inside.with_values({**by_start, SIZE_AXIS: inside.size})
-        over = overlap(setup, wall_designs(setup, designs, walls), by_start[SIZE_AXIS], pairs, motion, other)
+        designs = inside_designs.with_values({**by_start, SIZE_AXIS: inside_designs.size})
+        over = profile_overlap(
+            setup, wall_designs(setup, designs, walls), by_start[SIZE_AXIS], pairs, motion, other
+        )
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
         operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]
         return apply_chain_rule(over.value, over.at, list(zip(operands, partials, strict=True)))
 
 
-def _size_variables(sides: dict[str, tuple[Interval, FloatArray]]) -> dict[str, Any]:
-    return dict(zip(sides, box_variables(*zip(*sides.values(), strict=True)), strict=True))
+def _sloped_size_variables(ranges_and_points: dict[str, tuple[Interval, FloatArray]]) -> dict[str, Any]:
+    return dict(zip(ranges_and_points, box_variables(*zip(*ranges_and_points.values(), strict=True)), strict=True))
 
 
 def _error_interval(value: FloatArray, error: float) -> Interval:

@@ -12,7 +12,7 @@ SETTING_BLOCK = 256  # settings computed together, so that memory is bounded
 REMEMBERED_BLOCKS = 64  # cached results: blocks of designs often have the settings of earlier blocks
 
 
-def once_per_setting(find: Callable[..., Any]) -> Callable[..., Any]:
+def once_per_setting(function: Callable[..., Any]) -> Callable[..., Any]:
     """Decorator for a function of a programme and numbers, which is evaluated once for equal numbers.
 
     The decorated function takes arrays (settings,) and returns an array or a NamedTuple of arrays. Callers give
@@ -22,11 +22,11 @@ def once_per_setting(find: Callable[..., Any]) -> Callable[..., Any]:
     @lru_cache(maxsize=REMEMBERED_BLOCKS)
     def find_settings(programme: Programme, numbers: bytes, settings: int) -> tuple[type | None, Any]:
         table = np.frombuffer(numbers).reshape(-1, settings)
-        parts = [find(programme, *table[:, k : k + SETTING_BLOCK]) for k in range(0, settings, SETTING_BLOCK)]
+        parts = [function(programme, *table[:, k : k + SETTING_BLOCK]) for k in range(0, settings, SETTING_BLOCK)]
         columns = np.concatenate([np.atleast_2d(np.array(part)) for part in parts], axis=1)
         return (type(parts[0]) if isinstance(parts[0], tuple) else None), columns
 
-    @wraps(find)
+    @wraps(function)
     def by_design(programme: Programme, *numbers: Any) -> Any:
         table = np.array(np.broadcast_arrays(*numbers), dtype=float)
         settings, which = np.unique(table.reshape(len(table), -1), axis=1, return_inverse=True)

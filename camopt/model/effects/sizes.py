@@ -6,12 +6,12 @@ the prime circle. So the clearance is exactly the base radius minus the shaft ra
 
 from typing import Any
 
-from camopt.model.effects.contacts import least_disc_size
+from camopt.model.effects.contacts import smaller_disc_size
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.motion.stroke import RETURN, RISE
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
     names = ["law_rise", "law_return", *mechanism.size_quantities.values()]
     if mechanism.body.closed and not mechanism.flat_faced:
@@ -21,7 +21,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (*names, *setup.varied.values())
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     designs, mechanism = case.designs, case.setup.mechanism
     seconds = (each.local_designs(designs).sizes.items() for each in mechanism.further_contacts)
     sizes = designs.sizes | {f"second_{name}": size for each in seconds for name, size in each}
@@ -30,9 +30,9 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         "law_return": case.programme.law_names(RETURN),
         **{name: sizes[field] for field, name in mechanism.size_quantities.items()},
         "prime_radius_mm": designs.prime_radius,
-        "shaft_clearance_mm": least_disc_size(case.setup, designs) - (case.setup.shaft_radius or 0.0),
+        "shaft_clearance_mm": smaller_disc_size(case.setup, designs) - (case.setup.shaft_radius or 0.0),
         **{name: case.setup_per_design.given[key] for key, name in case.setup.varied.items()},
     }
 
 
-EFFECT = Effect("sizes", offers, run, is_of_sizes=True)
+EFFECT = Effect("sizes", offered_quantities, evaluate_columns, is_of_sizes=True)

@@ -42,7 +42,7 @@ import numpy as np
 from camopt.core.numerics.quadrature import GAUSS_ORDERS, gauss_rule
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.area_moments import AreaMoments, disc_moments, keyway_moments
-from camopt.model.effects.contacts import block_at_contact, follower_contacts
+from camopt.model.effects.contacts import all_follower_contacts, block_at_contact
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, SolidSizes
 from camopt.model.effects.necessary_conditions import NecessaryConditions
 from camopt.model.effects.section import JUST_ABOVE, integrate_groove, integrate_section
@@ -53,42 +53,44 @@ BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
 KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # per t, t·mm², t·mm
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     """Nothing for one flank of a rib, because the body is between both flanks."""
     mechanism = setup.mechanism
-    return () if mechanism.touches_rib and not mechanism.has_rib else BODY_FORMULAS[mechanism.body].offers
+    return (
+        () if mechanism.touches_rib and not mechanism.has_rib else BODY_FORMULAS[mechanism.body].offered_quantities
+    )
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     sizes = setup.mechanism.body.solid
     keys = tuple(f"part.{key}" for key in (*sizes, "density") if getattr(setup.solid, key) is None)
-    missing = dict.fromkeys(offers(setup), keys)
+    missing = dict.fromkeys(offered_quantities(setup), keys)
     if BALANCE[1] in missing:
         missing[BALANCE[1]] = tuple(key for key in keys if key != "part.density")
     return {name: keys for name, keys in missing.items() if keys}
 
 
-def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
     """The largest base radius for a bound on mass or inertia: every profile goes round the base circle."""
     if not setup.mechanism.body.bounded or name not in (MASS, INERTIA):
         return NecessaryConditions()
     return NecessaryConditions(most_size=_largest_base_radius(setup, name, bound))
 
 
-def _largest_base_radius(setup: Setup, name: str, most: float) -> float:
+def _largest_base_radius(setup: Setup, name: str, bound: float) -> float:
     """Largest base radius of a disc, or of the first disc of a pair whose second one is no larger than the bore."""
     solid = setup.solid
     assert solid.thickness is not None
     assert solid.density is not None
     rest = _hub_moments(solid, _disc_count(setup)).subtract(_bore_moments(solid).times(solid.thickness))
-    allowed = most / (KG if name == MASS else KG_M2) / solid.density
+    allowed = bound / (KG if name == MASS else KG_M2) / solid.density
     square = max(allowed - rest.area, 0.0) / (pi * solid.thickness)
     if name == INERTIA:
         square = sqrt(2.0 * max(allowed - rest.polar, 0.0) / (pi * solid.thickness))
     return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # if the hub alone is too heavy, no size is left
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     solid, size = case.setup.solid, case.designs.size
     assert solid.thickness is not None
     density = 1.0 if solid.density is None else solid.density
@@ -98,7 +100,7 @@ def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
         MASS: EnclosedValue(mass * KG, density * error.area * KG, np.abs(mass) * KG),
         INERTIA: EnclosedValue(inertia * KG_M2, density * error.polar * KG_M2, np.abs(inertia) * KG_M2),
     }
-    if BALANCE[0] not in offers(case.setup):
+    if BALANCE[0] not in offered_quantities(case.setup):
         return columns
     moment, scale = np.abs(body.moment), np.abs(body.area) * size
     columns[BALANCE[0]] = EnclosedValue(
@@ -115,9 +117,9 @@ def _bore_moments(solid: SolidSizes) -> AreaMoments:
     return disc_moments(solid.bore_radius).add(slot)
 
 
-def _plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
+def _plates_and_hub_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and moments of plates and hub, and their errors."""
-    solid, (first, *others) = case.setup.solid, follower_contacts(case.setup)[: _disc_count(case.setup)]
+    solid, (first, *others) = case.setup.solid, all_follower_contacts(case.setup)[: _disc_count(case.setup)]
     assert solid.thickness is not None
     sections = [_section_moments(block_at_contact(case, first))]
     sections += [_section_moments(block_at_contact(case, other), mirror=-1.0) for other in others]
@@ -146,7 +148,7 @@ def _hub_moments(solid: SolidSizes, plates: int) -> AreaMoments:
     return disc_moments(solid.hub_radius).subtract(_bore_moments(solid)).times(beside)
 
 
-def _cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
+def _grooved_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and polar moment of a cylinder with its groove, and their errors."""
     solid, designs, groove = case.setup.solid, case.designs, integrate_groove(case)
     assert solid.thickness is not None
@@ -154,7 +156,7 @@ def _cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     cylinder = (
         disc_moments(designs.size + solid.groove_depth / 2.0).subtract(_bore_moments(solid)).times(solid.thickness)
     )
-    (_, *band), (_, *errors) = (2.0 * case.setup.half_width(designs) * rows for rows in groove)
+    (_, *band), (_, *errors) = (2.0 * case.setup.pitch_to_flank_distance(designs) * rows for rows in groove)
     return cylinder.subtract(AreaMoments(band[0], 0.0, band[1])), AreaMoments(errors[0], 0.0, errors[1])
 
 
@@ -164,15 +166,17 @@ def _ribbed_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMo
     assert solid.thickness is not None
     assert solid.rib_height is not None
     core, top = (designs.size + side * solid.rib_height / 2.0 for side in (-1.0, 1.0))
-    distance = designs.roller_spacing * _share_along_axis(case) / (2.0 * pi)
+    distance = designs.roller_spacing * _axial_share_integral(case) / (2.0 * pi)
     band = disc_moments(top).subtract(disc_moments(core)).times(distance)
-    flanks = [integrate_groove(block_at_contact(case, contact)) for contact in follower_contacts(case.setup)]
-    (_, *strips), (_, *errors) = (case.setup.half_width(designs) * sum(rows) for rows in zip(*flanks, strict=True))
+    flanks = [integrate_groove(block_at_contact(case, contact)) for contact in all_follower_contacts(case.setup)]
+    (_, *strips), (_, *errors) = (
+        case.setup.pitch_to_flank_distance(designs) * sum(rows) for rows in zip(*flanks, strict=True)
+    )
     body = disc_moments(core).subtract(_bore_moments(solid)).times(solid.thickness).add(band)
     return body.subtract(AreaMoments(strips[0], 0.0, strips[1])), AreaMoments(errors[0], 0.0, errors[1])
 
 
-def _share_along_axis(case: EvaluationBlock) -> Any:
+def _axial_share_integral(case: EvaluationBlock) -> Any:
     """Integral over the turn of cos ψ, the axial share of the line through both rollers; 2π without arms."""
     table, lift = case.programme.table, case.programme.lift
     if not case.setup.angular:
@@ -199,7 +203,7 @@ def _grooved_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMome
 
 def _ribbed_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and moments of a plate with a rib on its face, and their errors."""
-    solid, contacts = case.setup.solid, follower_contacts(case.setup)
+    solid, contacts = case.setup.solid, all_follower_contacts(case.setup)
     outer, inner = (integrate_section(block_at_contact(case, contact)) for contact in contacts)
     assert solid.thickness is not None
     assert solid.rib_height is not None
@@ -220,16 +224,22 @@ class BodyFormula(NamedTuple):
 
     volume: Callable[[EvaluationBlock], tuple[AreaMoments, AreaMoments]]
     """Volume and moments, and their errors."""
-    offers: tuple[str, ...]
+    offered_quantities: tuple[str, ...]
 
 
 BODY_FORMULAS = {
-    DISC: BodyFormula(_plate_moments, (MASS, *BALANCE, INERTIA)),
+    DISC: BodyFormula(_plates_and_hub_moments, (MASS, *BALANCE, INERTIA)),
     FACE_GROOVE: BodyFormula(_grooved_plate_moments, (MASS, *BALANCE, INERTIA)),
-    CYLINDER: BodyFormula(_cylinder_moments, (MASS, INERTIA)),
+    CYLINDER: BodyFormula(_grooved_cylinder_moments, (MASS, INERTIA)),
     RIBBED_CYLINDER: BodyFormula(_ribbed_cylinder_moments, (MASS, INERTIA)),
     RIBBED_DISC: BodyFormula(_ribbed_plate_moments, (MASS, *BALANCE, INERTIA)),
 }
 """The formula of each body."""
 
-EFFECT = Effect("solid", offers, run, lacks, implies=implies)
+EFFECT = Effect(
+    "solid",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    necessary_conditions=necessary_conditions,
+)

@@ -33,17 +33,17 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.core.numerics.curves import curve_type
+from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.jet import to_power
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.loads import (
-    contact_load,
+    can_bear_load,
+    contact_load_curve,
     flank_path_curvature,
-    friction_ways,
+    friction_signs_by_stroke_kind,
     has_guide_friction,
-    is_sound,
-    normal_curve,
+    normal_force_curve,
 )
 from camopt.model.effects.peak import (
     IDENTITY_SCALE,
@@ -56,7 +56,7 @@ from camopt.model.effects.peak import (
     jumps_at_corners,
     never_jumps,
 )
-from camopt.model.effects.peak_columns import as_column, peak_column, peak_extremes, range_columns
+from camopt.model.effects.peak_columns import as_column, largest_and_least_columns, peak_column, peak_extremes
 from camopt.model.mechanisms.design import Designs, Mechanism
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
@@ -70,51 +70,51 @@ FILM_SPEED_POWER, FILM_LOAD_POWER, FILM_RADIUS_POWER = 0.7, 0.13, 0.43  # expone
 REPORTED_TURNS = 1e6
 
 
-@curve_type
-def trace_sliding(at, speed, radius, turns, turning):
+@curve_type_from_formula
+def trace_point_sliding_speed(state, speed, radius, turns, turning):
     """Sliding speed of a trace point, N_p − q·R [mm/rad], with q = turns + turning·y'."""
-    return speed - radius * (turns + turning * at.y1)
+    return speed - radius * (turns + turning * state.y1)
 
 
-@curve_type
-def spin_rate(at, speed, radius, turning):
+@curve_type_from_formula
+def roller_spin_acceleration(state, speed, radius, turning):
     """Change of the spin's speed, N_p' − R·q' [mm/rad²], with q = 1 + turning·y'; ``speed`` is N_p'."""
-    return speed - radius * turning * at.y2
+    return speed - radius * turning * state.y2
 
 
-@curve_type
-def trace_entrainment(at, speed, curvature, radius, turning, slip):
+@curve_type_from_formula
+def trace_point_entrainment_speed(state, speed, curvature, radius, turning, slip):
     """Entrainment speed, N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip`` is 0 for a roller, else 1."""
     half = 0.5 * slip
-    return speed * ((1.0 - half) - radius * curvature) + half * radius * (1.0 + turning * at.y1)
+    return speed * ((1.0 - half) - radius * curvature) + half * radius * (1.0 + turning * state.y1)
 
 
-@curve_type
-def face_entrainment(at, radius, sliding, turning):
+@curve_type_from_formula
+def flat_face_entrainment_speed(state, radius, sliding, turning):
     """Entrainment speed of a flat face, q·ρ − v/2 [mm/rad]."""
-    return (1.0 + turning * at.y1) * radius - 0.5 * sliding
+    return (1.0 + turning * state.y1) * radius - 0.5 * sliding
 
 
-@curve_type(loaded=True)
-def face_wear(at, load, sliding, turning):
+@curve_type_from_formula(reads_load=True)
+def flat_face_wear_load(state, load, sliding, turning):
     """Wear load of a flat face, N·|v|/(q·ρ) [N]; ``load`` is N/ρ."""
-    return load * np.abs(sliding) / (1.0 + turning * at.y1)
+    return load * np.abs(sliding) / (1.0 + turning * state.y1)
 
 
-@curve_type
-def relative_radius(at, curvature, roller_radius):
+@curve_type_from_formula
+def roller_relative_radius(state, curvature, roller_radius):
     """Relative radius, R = R_r·(1 − κ·R_r) [mm]."""
     return roller_radius - roller_radius * roller_radius * curvature
 
 
-@curve_type(loaded=True)
-def film_thinness(at, normal, entrainment, radius):
+@curve_type_from_formula(reads_load=True)
+def inverse_film_thickness(state, normal, entrainment, radius):
     """Inverse of the film up to a factor, N^0.13·u^−0.7·R^−0.43, from N, mm/rad and mm."""
     spread = to_power(np.square(entrainment), -0.5 * FILM_SPEED_POWER) * to_power(radius, -FILM_RADIUS_POWER)
     return to_power(normal, FILM_LOAD_POWER) * spread
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if speed_over_cam(setup.mechanism) is None:
         return ()
     if setup.mechanism.two_sided:
@@ -130,13 +130,13 @@ def offers(setup: Setup) -> tuple[str, ...]:
     )
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     bodies, speed = setup.bodies, () if setup.omega is not None else ("cam.rpm",)
     loads = force.missing_force_keys(setup)
     needs = {WEAR_DEPTH: ("wear_rate", "face_width"), FILM_THICKNESS: ("face_width", *LUBRICANT)}
     needs[FILM_RATIO] = (*needs[FILM_THICKNESS], "roughness")
     missing = {}
-    for name in offers(setup):
+    for name in offered_quantities(setup):
         keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
         if name in (FILM_THICKNESS, FILM_RATIO) and not bodies.modulus:
             keys = ("materials.cam", "materials.follower", *keys)
@@ -145,7 +145,7 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return missing
 
 
-def reads(setup: Setup) -> tuple[str, ...]:
+def input_quantities(setup: Setup) -> tuple[str, ...]:
     return (*(() if setup.is_knife else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
@@ -154,66 +154,72 @@ def speed_over_cam(mechanism: Mechanism) -> Any:
     return mechanism.sliding or mechanism.path
 
 
-def turning_factor(setup: Setup, designs: Designs) -> FloatArray:
+def relative_turning_factor(setup: Setup, designs: Designs) -> FloatArray:
     """Factor of y' in q."""
     way = -1.0 if setup.mechanism.reverses else 1.0
     return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
 
 
-def sliding_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
+def sliding_speed_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
     """Curve of the sliding speed v on the wall on one side [mm/rad]; for a roller, its speed if it did not turn."""
     sliding = speed_over_cam(setup.mechanism)(designs, programme)
     if setup.mechanism.curvature is None:
         return sliding
     turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
-    return trace_sliding(sliding, -side * designs.roller_radius, turns, turning_factor(setup, designs))
+    return trace_point_sliding_speed(
+        sliding, -side * designs.roller_radius, turns, relative_turning_factor(setup, designs)
+    )
 
 
-def spin_rate_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
+def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
     """Curve of N_p' − R·q' on the wall on one side of the trace point [mm/rad²]."""
     assert setup.mechanism.speeding is not None
     speed = setup.mechanism.speeding(designs, programme)
-    return spin_rate(speed, -side * designs.roller_radius, turning_factor(setup, designs))
+    return roller_spin_acceleration(speed, -side * designs.roller_radius, relative_turning_factor(setup, designs))
 
 
-def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def entrainment_speed_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of the entrainment speed u [mm/rad]."""
     mechanism = setup.mechanism
-    sliding, turns = speed_over_cam(mechanism)(designs, programme), turning_factor(setup, designs)
+    sliding, turns = speed_over_cam(mechanism)(designs, programme), relative_turning_factor(setup, designs)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
-        return face_entrainment(mechanism.profile_radius(designs, programme), sliding, turns)
+        return flat_face_entrainment_speed(mechanism.profile_radius(designs, programme), sliding, turns)
     slip = np.full(len(designs), 0.0 if setup.rolls else 1.0)
-    return trace_entrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
+    return trace_point_entrainment_speed(
+        sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip
+    )
 
 
-def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+def wear_load_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
     """Curve of N·|v|/c [N]; a knife edge has v = c."""
     if setup.is_knife:
-        return normal_curve(setup, designs, programme, way)
-    load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
-    return face_wear(load, sliding, turning_factor(setup, designs))
+        return normal_force_curve(setup, designs, programme, velocity_sign)
+    load, sliding = contact_load_curve(setup, designs, programme), sliding_speed_curve(setup, designs, programme)
+    return flat_face_wear_load(load, sliding, relative_turning_factor(setup, designs))
 
 
-def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
-    """Curve of ``film_factor`` over the film."""
+def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
+    """Curve of ``film_thickness_factor`` over the film."""
     mechanism = setup.mechanism
-    normal = normal_curve(setup, designs, programme, way)
-    entrainment = entrainment_curve(setup, designs, programme)
+    normal = normal_force_curve(setup, designs, programme, velocity_sign)
+    entrainment = entrainment_speed_curve(setup, designs, programme)
     if mechanism.curvature:
         curvature = flank_path_curvature(setup, designs, programme, mechanism.flanks[0])
-        return film_thinness(normal, entrainment, relative_radius(curvature, designs.roller_radius))
+        return inverse_film_thickness(normal, entrainment, roller_relative_radius(curvature, designs.roller_radius))
     assert mechanism.profile_radius is not None
-    return film_thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
+    return inverse_film_thickness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
-def wear_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
+def wear_or_film_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     """The curves of wear or film, by direction of the guide's friction."""
-    make = wear_curve if name == WEAR_DEPTH else thinness_curve
-    return tuple((partial(make, setup, way=way), kinds) for way, kinds in friction_ways(setup))
+    make = wear_load_curve if name == WEAR_DEPTH else inverse_film_curve
+    return tuple(
+        (partial(make, setup, velocity_sign=way), kinds) for way, kinds in friction_signs_by_stroke_kind(setup)
+    )
 
 
-def wear_factor(setup: Setup) -> Any:
+def wear_depth_factor(setup: Setup) -> Any:
     """Depth of wear in a million turns [µm] over N·v/c."""
     bodies = setup.bodies
     assert bodies.wear_rate is not None
@@ -221,7 +227,7 @@ def wear_factor(setup: Setup) -> Any:
     return REPORTED_TURNS * 1e3 * bodies.wear_rate / bodies.face_width
 
 
-def film_factor(setup: Setup) -> Any:
+def film_thickness_factor(setup: Setup) -> Any:
     """Film [mm] over u^0.7·R^0.43/N^0.13."""
     bodies, omega = setup.bodies, setup.omega
     assert bodies.modulus is not None
@@ -236,22 +242,24 @@ def film_factor(setup: Setup) -> Any:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if not offers(setup) or setup.omega is None:
+    if not offered_quantities(setup) or setup.omega is None:
         return {}
     return _speed_peaks(setup) | _load_peaks(setup)
 
 
 def _speed_peaks(setup: Setup) -> dict[str, Peak]:
     sliding = tuple(
-        (partial(sliding_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
+        (partial(sliding_speed_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
     )
-    carrying = partial(entrainment_curve, setup), ALL_STROKES
+    carrying = partial(entrainment_speed_curve, setup), ALL_STROKES
     jumps = never_jumps if setup.is_knife else jumps_at_corners
-    speed = scale_by_setting(setup, Multiple(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3)
+    speed = scale_per_design_if_varied(
+        setup, Multiple(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3
+    )
     scale = speed
     if setup.rolls:
         turns = 30.0 / pi * setup.omega
-        scale = scale_by_setting(
+        scale = scale_per_design_if_varied(
             setup, PerRollerRadius(turns), PerRollerRadius(1.0), lambda each: 30.0 / pi * each.omega
         )
     speeds = {
@@ -259,56 +267,68 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
         FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
         SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
     }
-    return {name: speeds[name] for name in speeds if name in offers(setup)}
+    return {name: speeds[name] for name in speeds if name in offered_quantities(setup)}
 
 
 def _load_peaks(setup: Setup) -> dict[str, Peak]:
     """Wear and film, if the scene gives the values that they need."""
-    missing = lacks(setup)
+    missing = missing_keys_by_quantity(setup)
     return {
-        name: Peak(wear_variants(name, setup), LARGEST, _wear_scale(name, setup), jumps_at_corners)
-        for name in offers(setup)
+        name: Peak(wear_or_film_variants(name, setup), LARGEST, _wear_or_film_scale(name, setup), jumps_at_corners)
+        for name in offered_quantities(setup)
         if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing
     }
 
 
-def _wear_scale(name: str, setup: Setup) -> Scale:
+def _wear_or_film_scale(name: str, setup: Setup) -> Scale:
     """The scale from the extreme of a curve to wear or film."""
     if name == WEAR_DEPTH:
-        return scale_by_setting(setup, Multiple(wear_factor(setup)), IDENTITY_SCALE, wear_factor)
+        return scale_per_design_if_varied(
+            setup, Multiple(wear_depth_factor(setup)), IDENTITY_SCALE, wear_depth_factor
+        )
 
-    def film(setup: Setup) -> Any:
+    def film_scale_factor(setup: Setup) -> Any:
         unit: Any = 1e3 if name == FILM_THICKNESS else 1.0 / setup.bodies.roughness
-        return film_factor(setup) * unit
+        return film_thickness_factor(setup) * unit
 
-    return scale_by_setting(setup, InverseScale(film(setup)), InverseScale(1.0), lambda each: 1.0 / film(each))
+    return scale_per_design_if_varied(
+        setup, InverseScale(film_scale_factor(setup)), InverseScale(1.0), lambda each: 1.0 / film_scale_factor(each)
+    )
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    known, sound = peaks(case.setup), is_sound(case)
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    known, sound = peaks(case.setup), can_bear_load(case)
     columns: dict[str, Any] = {
         name: peak_column(case, known[name]) for name in wanted & {SLIDING_SPEED, ROLLER_SPEED}
     }
     if wanted & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM_THICKNESS, FILM_RATIO}:
-        ends = range_columns(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
+        ends = largest_and_least_columns(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
         columns |= zip((FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT), ends, strict=True)
     if wanted & {FILM_THICKNESS, FILM_RATIO}:
-        columns |= _film_columns(case, known, sound & _carries_film(*ends))
+        columns |= _film_columns(case, known, sound & _entrains_in_one_direction(*ends))
     if WEAR_DEPTH in wanted:
         columns[WEAR_DEPTH] = peak_column(case, known[WEAR_DEPTH], sound)
     return columns
 
 
-def _carries_film(fastest: EnclosedValue, slowest: EnclosedValue) -> Any:
+def _entrains_in_one_direction(fastest: EnclosedValue, slowest: EnclosedValue) -> Any:
     """Mask of designs whose surfaces carry the lubricant in one direction over the whole turn."""
     return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
 
 
-def _film_columns(case: EvaluationBlock, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
+def _film_columns(case: EvaluationBlock, known: Mapping[str, Peak], carries_film: Any) -> dict[str, Any]:
     """Columns of the least film; 0 for designs whose bodies lose contact."""
     pressed = force.keeps_contact(case)
-    thinnest = peak_extremes(case, known[FILM_THICKNESS], carried & pressed)
+    thinnest = peak_extremes(case, known[FILM_THICKNESS], carries_film & pressed)
     return {name: as_column(case, known[name], thinnest) for name in (FILM_THICKNESS, FILM_RATIO) if name in known}
 
 
-EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks, is_per_contact=True)
+EFFECT = Effect(
+    "surface",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    input_quantities,
+    peaks=peaks,
+    is_per_contact=True,
+)

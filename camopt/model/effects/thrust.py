@@ -21,17 +21,17 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.loads import (
-    drag_curve,
-    driven_kinds,
-    friction_line,
-    friction_ways,
+    friction_signs_by_stroke_kind,
+    guide_drag_curve,
+    guide_friction_coefficients,
     has_guide_friction,
-    load_goal,
+    heaviest_load_goal,
+    jamming_stroke_kinds,
     motion_force_curve,
-    normal_curve,
+    normal_force_curve,
     side_thrust,
 )
 from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, OneMinus, Peak, Scale, jumps_at_corners, unit_weight
@@ -47,17 +47,17 @@ THRUST_NEEDS = {  # keys of [follower.dynamics] besides those of a force
 JAMMING = ("jamming_margin", "jamming_angle_deg")
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.flat_faced:
         return ("normal_force_max_N",)
     names = ("normal_force_max_N", "side_thrust_max_N")
     return names if setup.angular or setup.mechanism.further_contacts else (*names, *THRUST_NEEDS, *JAMMING)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     dynamics, loads = setup.dynamics, force.missing_force_keys(setup)
     missing = {}
-    for name in offers(setup):
+    for name in offered_quantities(setup):
         keys = ("friction", *GUIDE) if name in JAMMING else THRUST_NEEDS.get(name, ())
         absent = tuple(
             f"follower.dynamics.{key}" for key in keys if not getattr(dynamics, key) and key != "overhang"
@@ -70,43 +70,51 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return missing
 
 
-def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> Any:
+def side_thrust_curve(
+    setup: Setup, designs: Designs, programme: Programme, velocity_sign: float, quantity_name: str
+) -> Any:
     """Curve of S·(arm + reach·y) for a quantity of side thrust, while the follower moves in one direction."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
-    arm, reach, _ = LEVERS[of](setup.with_design_numbers(designs).dynamics)
-    return side_thrust(motion_force_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
+    arm, reach, _ = LEVERS[quantity_name](setup.with_design_numbers(designs).dynamics)
+    return side_thrust(
+        motion_force_curve(setup, designs, programme, velocity_sign), pressure, arm * ones, reach * ones
+    )
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
-    loads = {"normal_force_max_N": Peak(normal, load_goal(setup), jumps=jumps_at_corners)}
+    normal = tuple(
+        (partial(normal_force_curve, setup, velocity_sign=way), kinds)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
+    )
+    loads = {"normal_force_max_N": Peak(normal, heaviest_load_goal(setup), jumps=jumps_at_corners)}
     if has_guide_friction(setup):
-        drag = ((partial(drag_curve, setup), driven_kinds(setup)),)
+        drag = ((partial(guide_drag_curve, setup), jamming_stroke_kinds(setup)),)
         loads["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinus(), unit=unit_weight)
-    for name in thrust_quantities(setup) if setup.mechanism.curvature else ():
+    for name in available_thrust_quantities(setup) if setup.mechanism.curvature else ():
         curves = tuple(
-            (partial(thrust_curve, setup, way=way, of=name), kinds) for way, kinds in friction_ways(setup)
+            (partial(side_thrust_curve, setup, velocity_sign=way, quantity_name=name), kinds)
+            for way, kinds in friction_signs_by_stroke_kind(setup)
         )
         loads[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), jumps_at_corners)
     return loads
 
 
-def _thrust_scale(setup: Setup, of: str) -> Scale:
+def _thrust_scale(setup: Setup, quantity_name: str) -> Scale:
     """The scale from S·(arm + reach·y) to a quantity of side thrust."""
 
     def factor(setup: Setup) -> Any:
-        return LEVERS[of](setup.dynamics)[2]
+        return LEVERS[quantity_name](setup.dynamics)[2]
 
-    return scale_by_setting(setup, Multiple(factor(setup)), IDENTITY_SCALE, factor)
+    return scale_per_design_if_varied(setup, Multiple(factor(setup)), IDENTITY_SCALE, factor)
 
 
-def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, known, sound = case.setup, peaks(case.setup), True
     columns: dict[str, Any] = {}
     if has_guide_friction(setup):
         margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
         count = len(case.designs) if case.designs.numbers else 1
-        drag, _ = friction_line(case.setup_per_design.dynamics, count, 1.0)
+        drag, _ = guide_friction_coefficients(case.setup_per_design.dynamics, count, 1.0)
         angle = np.degrees(np.arctan2(1.0, drag))
         columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
@@ -130,7 +138,7 @@ LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
 """The factors of side thrust in each quantity: arm and reach of the line arm + reach·y, and a number."""
 
 
-def thrust_quantities(setup: Setup) -> tuple[str, ...]:
+def available_thrust_quantities(setup: Setup) -> tuple[str, ...]:
     """The quantities of side thrust for which the scene gives enough values."""
     dynamics = setup.dynamics
     enough = (True, bool(dynamics.guide_length), bool(dynamics.stem_diameter))
@@ -138,4 +146,11 @@ def thrust_quantities(setup: Setup) -> tuple[str, ...]:
     return tuple(name for name in names if dynamics.overhang is not None or name == "side_thrust_max_N")
 
 
-EFFECT = Effect("thrust", offers, lacks=lacks, run_on_pitch=run_on_pitch, peaks=peaks, is_per_contact=True)
+EFFECT = Effect(
+    "thrust",
+    offered_quantities,
+    missing_keys_by_quantity=missing_keys_by_quantity,
+    evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
+    peaks=peaks,
+    is_per_contact=True,
+)

@@ -13,7 +13,7 @@ The fluctuation of energy is ΔE = max W − min W, and the flywheel's inertia I
 With friction in the guide the torque is T = G·y', with the force G along the motion (``effects.loads``); its work
 over a turn includes that of the friction. It then depends on the design. Its extremes and means are computed as
 those of other curves (``effects.peak``, ``effects.mean``), and its fluctuation from polynomials on parts of panels
-(``effects.guided_torque``). It is infinite if the follower jams or the motion has a corner.
+(``effects.guided_torque_polynomials``). It is infinite if the follower jams or the motion has a corner.
 
 At a corner of the motion y' jumps, and T is infinite: positive where |y'| grows, negative where it falls; W is
 finite. With masses of a train, quantities that depend on energy are infinite too.
@@ -32,17 +32,17 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear
-from camopt.core.numerics.piecewise import carried_series, load_series
+from camopt.core.numerics.piecewise import load_series, train_inertia_series
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_by_setting
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
-from camopt.model.effects.force import add_load
-from camopt.model.effects.guided_torque import guided_torque, smooth_parts
+from camopt.model.effects.force import add_changing_load
+from camopt.model.effects.guided_torque import guided_torque_polynomials, smooth_torque_parts
 from camopt.model.effects.loads import (
-    driven_kinds,
-    friction_ways,
+    friction_signs_by_stroke_kind,
     has_guide_friction,
-    largest_drag,
+    jamming_stroke_kinds,
+    largest_guide_drag,
     shaft_torque,
     torque_curve,
 )
@@ -80,11 +80,11 @@ FLYWHEEL = "flywheel_inertia_kg_m2"
 FLUCTUATION_QUANTITIES = frozenset(("energy_fluctuation_J", FLYWHEEL))
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (*TORQUE_NAMES, FLYWHEEL)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     keys = force.missing_force_keys(setup)
     wheel = () if setup.dynamics.fluctuation is not None else ("follower.dynamics.fluctuation",)
     wanted = {**dict.fromkeys(TORQUE_NAMES, keys), FLYWHEEL: (*keys, *wheel)}
@@ -117,7 +117,7 @@ class TorqueOverTurn(NamedTuple):
 
 
 def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
-    """T on the panels [N·mm], from the factors of F (``force.force_factors``), without impulses at corners."""
+    """T on the panels [N·mm], from ``force.force_factors_with_train``, without impulses at corners."""
     return multiply_series(
         force.force_series(programme, factors), displacement_derivative(programme.table, 1)[:, None]
     )
@@ -162,7 +162,7 @@ def dissipative_force(programme: Programme, factors: Sequence[FloatArray]) -> Fl
     """Part of F whose work is not given back over a turn, on the panels; it includes the whole load of a train."""
     _, damping, _, _, carried = (each[:, None] for each in factors)
     table = programme.table
-    load = sum_series(load_series(table)[:, None], carried * carried_series(table)[:, None])
+    load = sum_series(load_series(table)[:, None], carried * train_inertia_series(table)[:, None])
     return sum_series(damping * _speed_series(programme), load)
 
 
@@ -193,9 +193,9 @@ def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mea
     return np.asarray(largest_of_series(work) - least)
 
 
-def guided_torque_extremes(case: EvaluationBlock, runs: Any, wanted: frozenset[str]) -> TorqueExtremes:
+def guided_torque_extremes(case: EvaluationBlock, jam_free: Any, wanted: frozenset[str]) -> TorqueExtremes:
     """Extremes for followers with guide friction, arrays (designs,); infinite for designs that may jam."""
-    count, index = len(case.designs), np.flatnonzero(runs)
+    count, index = len(case.designs), np.flatnonzero(jam_free)
     ends = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
     if not index.size:
         return ends
@@ -205,7 +205,9 @@ def guided_torque_extremes(case: EvaluationBlock, runs: Any, wanted: frozenset[s
     ends.largest[index], ends.least[index] = most.value, least.value
     ends.room[index] = np.maximum(most.width, least.width)
     for number in index if wanted & FLUCTUATION_QUANTITIES else ():
-        torque = guided_torque(*case.setup.absorb_design_numbers(case.designs.take([number])), case.programme)
+        torque = guided_torque_polynomials(
+            *case.setup.absorb_design_numbers(case.designs.take([number])), case.programme
+        )
         ends.fluctuation[number] = _series_fluctuation(*torque)
     return ends
 
@@ -215,13 +217,15 @@ def _is_jam_free(case: EvaluationBlock) -> Any:
     least, _ = force.contact_force_bounds(case)
     pulled, smooth = (least.value if isinstance(least, EnclosedValue) else least) < 0.0, not case.programme.corners
 
-    def is_free(kinds: int) -> Any:
-        drag = largest_drag(case, kinds)
+    def is_jam_free_on_kinds(kinds: int) -> Any:
+        drag = largest_guide_drag(case, kinds)
         return (drag.value[0] + drag.width[0] < 1.0) & smooth
 
     if np.ndim(pulled) == 0:
-        return is_free(OUTWARD | INWARD if pulled else driven_kinds(case.setup))
-    return np.where(pulled, is_free(OUTWARD | INWARD), is_free(driven_kinds(case.setup)))
+        return is_jam_free_on_kinds(OUTWARD | INWARD if pulled else jamming_stroke_kinds(case.setup))
+    return np.where(
+        pulled, is_jam_free_on_kinds(OUTWARD | INWARD), is_jam_free_on_kinds(jamming_stroke_kinds(case.setup))
+    )
 
 
 def _series_fluctuation(half_width: FloatArray, series: FloatArray) -> float:
@@ -234,17 +238,22 @@ def _series_fluctuation(half_width: FloatArray, series: FloatArray) -> float:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.omega is None:
         return {}
-    curves = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
+    curves = tuple(
+        (partial(torque_curve, setup, velocity_sign=way), kinds)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
+    )
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
     in_newton_metres = Multiple(1e-3)
-    units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": _in_watts(setup)}
+    units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {
+        "power_peak_W": _torque_to_power_scale(setup)
+    }
     return {name: Peak(curves, goal, units[name], jumps_at_corners) for name, goal in goals.items()}
 
 
-def _in_watts(setup: Setup) -> Scale:
+def _torque_to_power_scale(setup: Setup) -> Scale:
     """The scale from a torque [N·mm] to the power [W]."""
-    return scale_by_setting(
+    return scale_per_design_if_varied(
         setup, Multiple(1e-3 * setup.omega), IDENTITY_SCALE, lambda numbers: 1e-3 * numbers.omega
     )
 
@@ -252,44 +261,47 @@ def _in_watts(setup: Setup) -> Scale:
 def means(setup: Setup) -> dict[str, Mean]:
     if setup.omega is None:
         return {}
-    whole = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup))
-    units: dict[str, Scale] = {"torque_mean_N_m": Multiple(1e-3), "power_mean_W": _in_watts(setup)}
+    whole = tuple(
+        (partial(torque_curve, setup, velocity_sign=way), kinds)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
+    )
+    units: dict[str, Scale] = {"torque_mean_N_m": Multiple(1e-3), "power_mean_W": _torque_to_power_scale(setup)}
     if has_guide_friction(setup):
-        smooth = partial(smooth_parts, setup)
+        smooth = partial(smooth_torque_parts, setup)
         guided = {name: Mean(whole, 1, unit, jumps_at_corners, smooth) for name, unit in units.items()}
         return guided | {"torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners, smooth)}
-    losses = ((partial(dissipative_torque, setup), ALL_STROKES),)
+    losses = ((partial(dissipative_torque_curve, setup), ALL_STROKES),)
     return {name: Mean(losses, 1, unit, has_unknown_energy) for name, unit in units.items()} | {
         "torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners)
     }
 
 
-def dissipative_torque(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of the torque of ``dissipative_force`` [N·mm], without impulses at corners."""
     numbers, ones = setup.with_design_numbers(designs), np.ones(len(designs))
     damping = Linear(0.0 * ones, numbers.dynamics.damping * numbers.omega * ones, 0.0 * ones, 0.0 * ones)
-    return shaft_torque(add_load(damping, ones, numbers.omega**2 * ones, programme))
+    return shaft_torque(add_changing_load(damping, ones, numbers.omega**2 * ones, programme))
 
 
-def run_on_pitch(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.setup_per_design.dynamics, case.setup_per_design.omega
     assert omega is not None
     if has_guide_friction(case.setup):
         runs, known = _is_jam_free(case), means(case.setup)
         columns = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
-        return _extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | columns
+        return _torque_extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | columns
     differ = bool(case.designs.numbers and wanted & EXTREME_QUANTITIES) and not case.programme.corners
     # always the same way, so that a bound has the same digits whatever else is wanted
     ends = torque_extremes(case) if differ else None
     if ends and wanted <= EXTREME_QUANTITIES:
-        return _extreme_columns(ends, dynamics, omega)
-    turn, unit = torque_over_turn(case.programme, *force.force_factors(dynamics, omega)), 1e-3
+        return _torque_extreme_columns(ends, dynamics, omega)
+    turn, unit = torque_over_turn(case.programme, *force.force_factors_with_train(dynamics, omega)), 1e-3
     ends = ends._replace(fluctuation=turn.fluctuation) if ends else turn.extremes
     averages = {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
-    return _extreme_columns(ends, dynamics, omega) | averages | {"power_mean_W": turn.mean * (unit * omega)}
+    return _torque_extreme_columns(ends, dynamics, omega) | averages | {"power_mean_W": turn.mean * (unit * omega)}
 
 
-def _extreme_columns(ends: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
+def _torque_extreme_columns(ends: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
     """The columns of the extremes and of the fluctuation."""
     unit, power = 1e-3, 1e-3 * omega  # from N·mm to N·m, and to W
     peak, room = np.maximum(ends.largest, -ends.least), ends.room
@@ -307,9 +319,9 @@ def _extreme_columns(ends: TorqueExtremes, dynamics: FollowerDynamics, omega: An
 
 EFFECT = Effect(
     "torque",
-    offers,
-    lacks=lacks,
-    run_on_pitch=run_on_pitch,
+    offered_quantities,
+    missing_keys_by_quantity=missing_keys_by_quantity,
+    evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
     is_of_motion=lambda setup: not has_guide_friction(setup),
     peaks=peaks,
     means=means,

@@ -1,7 +1,8 @@
 """Peaks of a train: quantities that are extremes of curves of its links over the turn, for any cam.
 
 An effect declares the curves and which extreme of them counts, as with a ``Peak``. Effects compute the quantity of
-a single train by other formulas (``effects.transmission``, ``effects.joints``); boxes of trains use these curves.
+a single train by other formulas (``effects.transmission_angle``, ``effects.joint_motions``); boxes of trains use
+these curves.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,11 +17,11 @@ from camopt.model.trains.joint_forces import WeightedForce
 class TrainMotion(Protocol):
     """The motion and the forces of trains at cam angles, in any kind of number."""
 
-    def transmission(self, link: int) -> Any:
+    def transmission_angle(self, link: int) -> Any:
         """Transmission angle of a link's coupler [rad]."""
         ...
 
-    def force(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
+    def link_force_sum(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
         """Sum of forces of links [N] at a speed [rad/s]."""
         ...
 

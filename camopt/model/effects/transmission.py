@@ -27,24 +27,30 @@ LEAST_ANGLE = "transmission_angle_min_deg"
 ANGLE_ROUNDING = 1e-12  # of the angle: rounding of the positions of joints
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (LEAST_ANGLE,) if setup.train is not None and setup.train.has_couplers else ()
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     assert case.setup.train is not None
-    least = np.degrees(case.setup.train.least_transmission(*tool_travel(case.programme)))
+    least = np.degrees(case.setup.train.least_transmission_angle(*tool_travel(case.programme)))
     return {LEAST_ANGLE: EnclosedValue(least, -ANGLE_ROUNDING * least, least)}
 
 
 def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
     links = () if setup.train is None else setup.train.links
-    curves = tuple(partial(_coupler_angle, link=k) for k, link in enumerate(links) if link.couplers[0])
+    curves = tuple(
+        partial(_coupler_transmission_angle, link=k)
+        for k, link in enumerate(links)
+        if link.couplers_by_driving_side[0]
+    )
     return {LEAST_ANGLE: TrainPeak(curves, LEAST, DegreeScale(1))}
 
 
-def _coupler_angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
-    return motion.transmission(link)
+def _coupler_transmission_angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
+    return motion.transmission_angle(link)
 
 
-EFFECT = Effect("transmission", offers, run, is_of_motion=lambda setup: True, train_peaks=train_peaks)
+EFFECT = Effect(
+    "transmission", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, train_peaks=train_peaks
+)

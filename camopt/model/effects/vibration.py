@@ -32,8 +32,8 @@ from camopt.core.numerics.oscillator import Wave, is_resonant, periodic_response
 from camopt.core.numerics.piecewise import load_series
 from camopt.core.numerics.wave_extremes import WaveExtreme, wave_minimum, wave_peak_magnitude
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.force import force_weights, missing_force_keys
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.force import force_weights_and_constant, missing_force_keys
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.motion.programme import Programme, derivative_peak
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
@@ -52,7 +52,7 @@ class Vibration(NamedTuple):
 ENDLESS = Vibration(*[inf] * 5)
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     moving = (
         f"overshoot_max_{length}",
@@ -65,10 +65,10 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return moving if without else (*moving, "contact_force_elastic_min_N")
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     speed = () if setup.omega is not None else ("cam.rpm",)
     train = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
-    keys = dict.fromkeys(offers(setup), (*speed, *train))
+    keys = dict.fromkeys(offered_quantities(setup), (*speed, *train))
     if "contact_force_elastic_min_N" in keys:
         keys["contact_force_elastic_min_N"] = (*missing_force_keys(setup), *train)
     return {name: wanting for name, wanting in keys.items() if wanting}
@@ -77,10 +77,12 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 def steady_response(programme: Programme, ratio: Any, damping: Any) -> Wave:
     """Steady z = x − y on the panels of the programme, for r = ω_n/ω and ζ (rows, 1) without resonance."""
     table = programme.table
-    return periodic_response(table.coefficients.T, table.half_width, corner_sizes(programme), ratio, damping)
+    return periodic_response(
+        table.coefficients.T, table.half_width, velocity_jump_by_panel(programme), ratio, damping
+    )
 
 
-def corner_sizes(programme: Programme) -> FloatArray:
+def velocity_jump_by_panel(programme: Programme) -> FloatArray:
     """Jump of y′ at the start of each panel."""
     table = programme.table
     sizes = np.zeros(len(table.half_width))
@@ -95,7 +97,7 @@ def mass_acceleration(wave: Wave, ratio: Any) -> Wave:
 
 
 @once_per_setting
-def vibration(programme: Programme, ratio: Any, damping: Any) -> Vibration:
+def vibration_extremes(programme: Programme, ratio: Any, damping: Any) -> Vibration:
     """Extremes of the steady response; infinite at resonance."""
     response = np.full((len(Vibration._fields), ratio.size), inf)
     calm = ~is_resonant(ratio, damping)
@@ -112,18 +114,20 @@ def vibration(programme: Programme, ratio: Any, damping: Any) -> Vibration:
 def least_elastic_force(
     programme: Programme, stiffness: Any, damping: Any, mass: Any, constant: Any, ratio: Any, damping_ratio: Any
 ) -> WaveExtreme:
-    """Least F over the turn [N or N·mm] from its factors (``force.force_weights``), with its lower bound."""
+    """Least F over the turn [N or N·mm], from ``force.force_weights_and_constant``, with its lower bound."""
     least = np.full((2, ratio.size), -inf)
     calm = ~is_resonant(ratio, damping_ratio)
     if calm.any():
         factors = tuple(factor[calm, None] for factor in (stiffness, damping, mass, constant))
         least[:, calm] = wave_minimum(
-            contact_wave(programme, factors, ratio[calm, None], damping_ratio[calm, None])
+            elastic_contact_force_wave(programme, factors, ratio[calm, None], damping_ratio[calm, None])
         )
     return WaveExtreme(*least)
 
 
-def contact_wave(programme: Programme, factors: tuple[Any, ...], ratio: Any, damping_ratio: Any) -> Wave:
+def elastic_contact_force_wave(
+    programme: Programme, factors: tuple[Any, ...], ratio: Any, damping_ratio: Any
+) -> Wave:
     """Contact force of the elastic train over the turn [N or N·mm], from its factors, each (rows, 1)."""
     stiffness, damping, mass, constant = factors
     table = programme.table
@@ -144,23 +148,23 @@ def dynamic_factor(elastic: Any, rigid: float) -> Any:
     return np.where(endless, inf, over)[()]
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme, numbers = case.setup, case.programme.tool, case.setup_per_design
     train = frequency_ratio(numbers), numbers.dynamics.damping_ratio
-    response = vibration(programme, *train)
+    response = vibration_extremes(programme, *train)
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     unit = degrees(1.0) if setup.tool_turns else 1.0
     columns: dict[str, Any] = {
         f"overshoot_max_{length}": _enclose_scaled(response.overshoot, response.overshoot_bound, unit),
         f"acceleration_elastic_max_{second}": _enclose_scaled(
-            response.acceleration, response.acceleration_bound, motion_scale(numbers, 2)
+            response.acceleration, response.acceleration_bound, motion_unit_factor(numbers, 2)
         ),
         f"residual_vibration_max_{length}": response.residual * unit,
         "dynamic_factor": dynamic_factor(response.acceleration, derivative_peak(programme, 2, ALL_STROKES)),
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0
-        force = least_elastic_force(programme, *force_weights(numbers.dynamics, numbers.omega), *train)
+        force = least_elastic_force(programme, *force_weights_and_constant(numbers.dynamics, numbers.omega), *train)
         columns["contact_force_elastic_min_N"] = _enclose_scaled(force.value, force.bound, 1.0 / lever)
     return columns
 
@@ -176,4 +180,6 @@ def _enclose_scaled(value: Any, bound: Any, unit: Any) -> EnclosedValue:
     return EnclosedValue(value * unit, outward * unit, np.abs(value) * unit)
 
 
-EFFECT = Effect("vibration", offers, run, lacks, is_of_motion=lambda setup: True)
+EFFECT = Effect(
+    "vibration", offered_quantities, evaluate_columns, missing_keys_by_quantity, is_of_motion=lambda setup: True
+)

@@ -22,34 +22,42 @@ from camopt.model.mechanisms.elements import INNER_SIDE
 WALL = "hub_wall_min_mm"
 
 
-def offers(setup: Setup) -> tuple[str, ...]:
+def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (WALL,)
 
 
-def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {} if setup.solid.bore_radius else {WALL: ("part.bore",)}
 
 
-def size_for_wall(setup: Setup, wall: float) -> float:
+def cam_radius_for_wall(setup: Setup, wall: float) -> float:
     """Base or mean radius for a thickness of the wall [mm]; infinite if the hub's wall is thinner."""
     solid = setup.solid
     if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
         return inf
-    inwards = (solid.flank_height or 0.0) / 2.0 if setup.mechanism.body.developed else 0.0
+    inwards = (solid.groove_depth_or_rib_height or 0.0) / 2.0 if setup.mechanism.body.developed else 0.0
     return wall + solid.bore_reach + inwards
 
 
-def run(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     solid, designs, mechanism = case.setup.solid, case.designs, case.setup.mechanism
     inside = not mechanism.body.developed and all(flank.side > INNER_SIDE for flank in mechanism.flanks)
     # the flank of a rib is beyond its inner roller
-    beyond = designs.roller_radius + case.setup.half_width(designs) if inside else 0.0
-    wall = designs.size + beyond - size_for_wall(case.setup, 0.0)
+    beyond = designs.roller_radius + case.setup.pitch_to_flank_distance(designs) if inside else 0.0
+    wall = designs.size + beyond - cam_radius_for_wall(case.setup, 0.0)
     return {WALL: np.minimum(wall, solid.hub_radius - solid.bore_reach) if solid.hub_radius else wall}
 
 
-def implies(setup: Setup, name: str, bound: float) -> NecessaryConditions:
-    return NecessaryConditions(least_size=size_for_wall(setup, bound))
+def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+    return NecessaryConditions(least_size=cam_radius_for_wall(setup, bound))
 
 
-EFFECT = Effect("wall", offers, run, lacks, implies=implies, is_of_sizes=True, is_per_contact=True)
+EFFECT = Effect(
+    "wall",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    necessary_conditions=necessary_conditions,
+    is_of_sizes=True,
+    is_per_contact=True,
+)

@@ -69,15 +69,15 @@ class ContactShift(NamedTuple):
     """The further cam angle [rad]."""
 
 
-def cam_turn_to_point(sense: float, point: ContactPoint, cam: Shift, follower: Shift) -> Any:
+def cam_turn_to_point(sense: float, point: ContactPoint, cam_shift: Shift, follower_shift: Shift) -> Any:
     """Further cam angle at which the shifted point of a disc cam meets the shifted trace point [rad]."""
-    x, y = point.x + cam[0], point.y + cam[1]
-    across = x * (follower[1] - cam[1]) - y * (follower[0] - cam[0])
+    x, y = point.x + cam_shift[0], point.y + cam_shift[1]
+    across = x * (follower_shift[1] - cam_shift[1]) - y * (follower_shift[0] - cam_shift[0])
     return np.arcsin(across / (np.square(x) + np.square(y))) * sense
 
 
-def angle_growth(sine: Any, cosine: Any, more: Any) -> Any:
-    """Growth of an angle between −90 and 90 deg whose sine grows by ``more`` [rad]."""
-    fall = more * (sine * 2.0 + more)
+def angle_growth(sine: Any, cosine: Any, sine_growth: Any) -> Any:
+    """Growth of an angle between −90 and 90 deg whose sine grows by ``sine_growth`` [rad]."""
+    fall = sine_growth * (sine * 2.0 + sine_growth)
     nearer = np.sqrt(np.square(cosine) - fall)
-    return np.arcsin(more * cosine + sine * fall / (nearer + cosine))
+    return np.arcsin(sine_growth * cosine + sine * fall / (nearer + cosine))

@@ -21,23 +21,28 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives, rotated_derivatives
+from camopt.core.numerics.curves import (
+    curve_type_from_formula,
+    derivative_formula,
+    quotient_derivatives,
+    rotated_derivatives,
+)
 from camopt.core.numerics.trigonometry import rotate
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, without_roller
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND_TIPS
-from camopt.model.mechanisms.trace import course_over_cylinder, speed_change, trace_curvature
+from camopt.model.mechanisms.trace import cylinder_arm_velocity_components, tangential_acceleration, trace_curvature
 from camopt.model.motion.programme import Programme
 
 
-@curve_type
-def swinging_pressure(at, mean_radius, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_pressure_tangent(state, mean_radius, arm_length, cosine, sine, sense):
     """tan β; ``cosine`` and ``sine`` belong to the arm's angle at displacement 0."""
-    cosine, sine = rotate(cosine, sine, at.y)
-    return (arm_length / mean_radius * at.y1 + sense * sine) / cosine
+    cosine, sine = rotate(cosine, sine, state.y)
+    return (arm_length / mean_radius * state.y1 + sense * sine) / cosine
 
 
-@derivative_formula(swinging_pressure)
+@derivative_formula(swinging_pressure_tangent)
 def swinging_pressure_derivatives(f, i, at):
     cosine, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
@@ -50,34 +55,34 @@ def swinging_pressure_derivatives(f, i, at):
     return quotient_derivatives(w, cosine)
 
 
-@curve_type
-def swinging_path(at, mean_radius, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_path_speed(state, mean_radius, arm_length, cosine, sine, sense):
     """Length of the pitch curve per cam angle, N [mm/rad]."""
-    cosine, sine = rotate(cosine, sine, at.y)
-    swing = sense * arm_length * at.y1
+    cosine, sine = rotate(cosine, sine, state.y)
+    swing = sense * arm_length * state.y1
     return np.sqrt(np.square(mean_radius + swing * sine) + np.square(swing * cosine))
 
 
-@curve_type
-def swinging_curvature(at, mean_radius, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_curvature(state, mean_radius, arm_length, cosine, sine, sense):
     """κ of the developed pitch curve [1/mm]."""
-    w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
-    return trace_curvature(w, w1, s, s1, -sense * at.y1)
+    w, w1, s, s1 = cylinder_arm_velocity_components(state, mean_radius, arm_length, cosine, sine, sense)
+    return trace_curvature(w, w1, s, s1, -sense * state.y1)
 
 
-@curve_type
-def swinging_speed_change(at, mean_radius, arm_length, cosine, sine, sense):
-    """Derivative of ``swinging_path`` by the cam angle, N' [mm/rad²]."""
-    w, w1, s, s1 = course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense)
-    return speed_change(w, w1, s, s1)
+@curve_type_from_formula
+def swinging_tangential_acceleration(state, mean_radius, arm_length, cosine, sine, sense):
+    """Derivative of ``swinging_path_speed`` by the cam angle, N' [mm/rad²]."""
+    w, w1, s, s1 = cylinder_arm_velocity_components(state, mean_radius, arm_length, cosine, sine, sense)
+    return tangential_acceleration(w, w1, s, s1)
 
 
-def _swinging_fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
+def _swinging_curve_fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
     ones, start = np.ones(len(designs)), -programme.lift / 2
     return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
 
 
-def _swinging_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _swinging_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.size, np.pi - programme.lift
 
 
@@ -88,7 +93,7 @@ def _swinging_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any)
     return ContactPoint(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
-def _swinging_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+def _swinging_shifted_contact(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
     """The arm turns until its end is at the height of the shifted point; then the cam turns until both meet."""
     psi, l, longer, sense = y - lift / 2, design.arm_length, errors.size_error("arm_length"), design.sense  # noqa: E741
     across, up = errors.point_shift(_swinging_contact(design, lift, y * 0.0, y, y1))
@@ -98,7 +103,7 @@ def _swinging_shift(design: Designs, lift: float, y: Any, y1: Any, errors: Conta
     return ContactShift(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
 
 
-def _swinging_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
+def _swinging_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
     lift = sizes["lift"]
     if lift < 180.0:
         return None
@@ -112,14 +117,16 @@ MECHANISM = Mechanism(
     tips=ROUND_TIPS,
     sizes=("roller_radius", "arm_length"),
     name="cylindrical cam, oscillating follower",
-    pressure=lambda designs, programme: swinging_pressure(*_swinging_fields(designs, programme)),
-    curvature=lambda designs, programme: swinging_curvature(*_swinging_fields(designs, programme)),
-    path=lambda designs, programme: swinging_path(*_swinging_fields(designs, programme)),
-    speeding=lambda designs, programme: swinging_speed_change(*_swinging_fields(designs, programme)),
-    assembly_margins=_swinging_margins,
+    pressure=lambda designs, programme: swinging_pressure_tangent(*_swinging_curve_fields(designs, programme)),
+    curvature=lambda designs, programme: swinging_curvature(*_swinging_curve_fields(designs, programme)),
+    path=lambda designs, programme: swinging_path_speed(*_swinging_curve_fields(designs, programme)),
+    speeding=lambda designs, programme: swinging_tangential_acceleration(
+        *_swinging_curve_fields(designs, programme)
+    ),
+    assembly_margins=_swinging_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_swinging_contact,
-    shifted_contact=_swinging_shift,
+    shifted_contact=_swinging_shifted_contact,
     pitch=without_roller,
-    misfit=_swinging_misfit,
+    misfit=_swinging_size_fault,
 )

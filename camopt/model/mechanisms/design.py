@@ -166,7 +166,7 @@ def without_size(designs: Designs) -> Designs:
     return replace(designs, size=np.zeros(len(designs)))
 
 
-def with_central_face(designs: Designs) -> Designs:
+def with_face_through_pivot(designs: Designs) -> Designs:
     """Designs with the flat face through its pivot.
 
     A larger face offset, with a base radius larger by as much, only moves the profile along its normal.
@@ -174,7 +174,7 @@ def with_central_face(designs: Designs) -> Designs:
     return replace(designs, size=designs.size - designs.face_offset, face_offset=np.zeros(len(designs)))
 
 
-def unshared_pitch(designs: Designs) -> Designs:
+def unreduced_designs(designs: Designs) -> Designs:
     """The designs themselves; for mechanisms where no two designs share a pitch curve."""
     return designs
 
@@ -247,7 +247,7 @@ class Mechanism(NamedTuple):
     """Curve of the speed of the trace point along a groove; of a cylinder's, in its development [mm/rad]."""
     speeding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the change of the trace point's speed over the cam with the cam angle [mm/rad²]."""
-    pitch: Callable[[Designs], Designs] = unshared_pitch
+    pitch: Callable[[Designs], Designs] = unreduced_designs
     """Reduces designs to standard ones with the same pitch curve: two are equal if their pitch curves are.
 
     With a flat face, two are equal if only ``parallel`` makes a difference. Effects compute quantities of the pitch
@@ -282,7 +282,7 @@ class Mechanism(NamedTuple):
 
     def keys(self, tip: Tip) -> tuple[str, ...]:
         """The keys of a scene that give its sizes, such as ``cam.base_radius``; that of the body first."""
-        return (f"cam.{self.body.size}", *(f"follower.{key}" for key in self.follower_keys(tip)))
+        return (f"cam.{self.body.size_key}", *(f"follower.{key}" for key in self.follower_keys(tip)))
 
     @property
     def flanks(self) -> tuple[Flank, ...]:
@@ -298,13 +298,16 @@ class Mechanism(NamedTuple):
         return any(self.pressure is other.pressure for other in others)
 
     @property
-    def pitch_ignores_parallel(self) -> bool:
+    def pitch_ignores_parallel_size(self) -> bool:
         """Whether pitch curves do not depend on ``parallel``; if they do, they depend on its sum with ``size``."""
         return self.pitch in (without_roller, without_size)
 
     @property
-    def profile_or_pitch(self) -> Callable[[Designs], Designs]:
-        """Reduces designs to standard ones; two are equal if their profiles differ only by ``parallel``."""
+    def standard_profile_designs(self) -> Callable[[Designs], Designs]:
+        """Function that reduces designs to standard ones.
+
+        Two of these are equal if their profiles differ only by ``parallel``.
+        """
         return self.profile or self.pitch
 
     @property
@@ -366,7 +369,7 @@ class Mechanism(NamedTuple):
         """Whether a cutter of the roller's size cuts its flanks, as in a groove or on a cylinder."""
         return self.two_sided or self.body.developed
 
-    def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    def trace_and_normal(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""
         lift, (y, y1, *_) = programme.lift, self.contact_programme(programme).motion_at(angles)
         point = self.contact(design, lift, angles, y, y1)

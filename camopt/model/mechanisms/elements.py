@@ -36,18 +36,18 @@ class Body(NamedTuple):
     """The lowest place of the flanks, in words."""
 
     @property
-    def size(self) -> str:
+    def size_key(self) -> str:
         """The key of its size in ``[cam]``, and in ``[search]``."""
         return self.cam[0]
 
     @property
     def size_name(self) -> str:
-        return self.size.replace("_", " ")
+        return self.size_key.replace("_", " ")
 
     @property
     def size_quantity(self) -> str:
         """The quantity of its size in tables."""
-        return f"{self.size}_mm"
+        return f"{self.size_key}_mm"
 
 
 DISC = Body(
@@ -163,7 +163,7 @@ class FollowerMotion(NamedTuple):
     """The unit of its displacement in a scene."""
 
     @property
-    def dynamics(self) -> tuple[str, ...]:
+    def dynamics_keys(self) -> tuple[str, ...]:
         """The keys of ``[follower.dynamics]`` that only this motion has."""
         return tuple(each.name for each in NUMBERS if (each.turns if self.angular else each.slides))
 

@@ -30,7 +30,7 @@ def cam_curves(
 
     p = e^{∓iθ}·(trace point), profile p − R_r·n; angles in rad, lengths in mm.
     """
-    travel = mechanism.travel(design, programme, angles)
+    travel = mechanism.trace_and_normal(design, programme, angles)
     turn = np.ones_like(angles) if mechanism.body.developed else np.exp(-1j * design.sense * angles)
     pitch, normal = turn * travel.trace, turn * travel.normal
     radius = design.roller_radius[0]

@@ -17,7 +17,12 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives, rotated_derivatives
+from camopt.core.numerics.curves import (
+    curve_type_from_formula,
+    derivative_formula,
+    quotient_derivatives,
+    rotated_derivatives,
+)
 from camopt.core.numerics.stable_functions import triangle_angle
 from camopt.core.numerics.taylor import direction
 from camopt.core.numerics.trigonometry import rotate
@@ -30,19 +35,19 @@ from camopt.model.mechanisms.contact_errors import (
 )
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_point_follower
 from camopt.model.mechanisms.elements import DISC, OSCILLATING, ROUND_TIPS, SPRUNG
-from camopt.model.mechanisms.trace import course_of_arm, speed_change, trace_curvature
+from camopt.model.mechanisms.trace import disc_arm_velocity_components, tangential_acceleration, trace_curvature
 from camopt.model.motion.profile_contact import OscillatingPoint
 from camopt.model.motion.programme import Programme
 
 
-@curve_type
-def oscillating_pressure(at, centre_distance, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def oscillating_pressure_tangent(state, centre_distance, arm_length, cosine, sine, sense):
     """tan β; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
-    cosine, sine = rotate(cosine, sine, at.y)
-    return (arm_length * (1.0 + sense * at.y1) - centre_distance * cosine) / (centre_distance * sine)
+    cosine, sine = rotate(cosine, sine, state.y)
+    return (arm_length * (1.0 + sense * state.y1) - centre_distance * cosine) / (centre_distance * sine)
 
 
-@derivative_formula(oscillating_pressure)
+@derivative_formula(oscillating_pressure_tangent)
 def oscillating_pressure_derivatives(f, i, at):
     (c, c1, c2, c3), (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     ratio = f.arm_length[i] / f.centre_distance[i]
@@ -51,37 +56,37 @@ def oscillating_pressure_derivatives(f, i, at):
     return quotient_derivatives(w, (s, s1, s2, s3))
 
 
-@curve_type
-def oscillating_speed(at, centre_distance, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def oscillating_trace_speed(state, centre_distance, arm_length, cosine, sine, sense):
     """N [mm/rad]."""
-    cosine, sine = rotate(cosine, sine, at.y)
-    w = arm_length * (1.0 + sense * at.y1) - centre_distance * cosine
+    cosine, sine = rotate(cosine, sine, state.y)
+    w = arm_length * (1.0 + sense * state.y1) - centre_distance * cosine
     return np.sqrt(np.square(w) + np.square(centre_distance * sine))
 
 
-@curve_type
-def oscillating_curvature(at, centre_distance, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def oscillating_curvature(state, centre_distance, arm_length, cosine, sine, sense):
     """κ of the pitch curve [1/mm]."""
-    w, w1, s, s1 = course_of_arm(at, centre_distance, arm_length, cosine, sine, sense)
-    return trace_curvature(w, w1, s, s1, 1.0 + sense * at.y1)
+    w, w1, s, s1 = disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sine, sense)
+    return trace_curvature(w, w1, s, s1, 1.0 + sense * state.y1)
 
 
-@curve_type
-def oscillating_speed_change(at, centre_distance, arm_length, cosine, sine, sense):
+@curve_type_from_formula
+def oscillating_tangential_acceleration(state, centre_distance, arm_length, cosine, sine, sense):
     """N' [mm/rad²]."""
-    w, w1, s, s1 = course_of_arm(at, centre_distance, arm_length, cosine, sine, sense)
-    return speed_change(w, w1, s, s1)
+    w, w1, s, s1 = disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sine, sense)
+    return tangential_acceleration(w, w1, s, s1)
 
 
-@curve_type
-def oscillating_outline(at, centre_distance, arm_length, cosine, sine, roller_radius):
+@curve_type_from_formula
+def oscillating_outline(state, centre_distance, arm_length, cosine, sine, roller_radius):
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
-    cosine, sine = rotate(cosine, sine, at.y)
+    cosine, sine = rotate(cosine, sine, state.y)
     across = np.square(arm_length - centre_distance * cosine)
     return np.sqrt(across + np.square(centre_distance * sine)) - roller_radius
 
 
-def first_angle(designs: Designs) -> FloatArray:
+def start_arm_angle(designs: Designs) -> FloatArray:
     """Angle ψ₀ of the arm at displacement 0 [rad]."""
     angle: FloatArray = triangle_angle(
         designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius
@@ -89,20 +94,20 @@ def first_angle(designs: Designs) -> FloatArray:
     return angle
 
 
-def _oscillating_fields(designs: Designs) -> tuple[FloatArray, ...]:
-    start = first_angle(designs)
+def _oscillating_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
+    start = start_arm_angle(designs)
     sense = np.full(len(designs), designs.sense)
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
 def _oscillating_outline_curve(designs: Designs, programme: Programme, beyond: Any) -> Any:
-    c, l, cosine, sine, _ = _oscillating_fields(designs)  # noqa: E741
+    c, l, cosine, sine, _ = _oscillating_curve_fields(designs)  # noqa: E741
     return oscillating_outline(c, l, cosine, sine, -beyond)
 
 
-def _oscillating_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _oscillating_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
-    return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - first_angle(designs)
+    return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - start_arm_angle(designs)
 
 
 def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
@@ -113,7 +118,7 @@ def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
 
 def _oscillating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     """The contact; its normal is p − σ·y'·(c − p), with the trace point p and the pivot c."""
-    return _trace_contact(design, *trace_point(design, y + first_angle(design)), y1)
+    return _trace_contact(design, *trace_point(design, y + start_arm_angle(design)), y1)
 
 
 def _trace_contact(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
@@ -121,9 +126,11 @@ def _trace_contact(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoin
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
-def _oscillating_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+def _oscillating_shifted_contact(
+    design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors
+) -> ContactShift:
     """From the law of cosines for the triangle with errors in its sides: cos ψ falls by ``fall``."""
-    angle = y + first_angle(design)
+    angle = y + start_arm_angle(design)
     cosine, sine = direction(angle)
     c, l, dc, dl = (  # noqa: E741
         design.centre_distance,
@@ -142,7 +149,7 @@ def _oscillating_shift(design: Designs, lift: float, y: Any, y1: Any, errors: Co
     return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), tip))
 
 
-def _oscillating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
+def _oscillating_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
     arm, centre, prime = sizes["arm_length"], sizes["centre_distance"], sizes["size"] + sizes["roller_radius"]
     lift = sizes["lift"]
     if not abs(centre - arm) < prime < centre + arm:
@@ -154,7 +161,7 @@ def _oscillating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     return "motion.lift", None, f"the arm starts at {start:g} deg and rises by {lift:g}: it must stay below 180 deg"
 
 
-def _oscillating_on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
+def _oscillating_profile_contact(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
     return OscillatingPoint(sizes["roller_radius"], sizes["centre_distance"], sizes["arm_length"], sense)
 
 
@@ -165,18 +172,18 @@ MECHANISM = Mechanism(
     tips=ROUND_TIPS,
     sizes=("centre_distance", "arm_length", "roller_radius"),
     name="disc cam, oscillating follower with a trace point",
-    pressure=lambda designs, programme: oscillating_pressure(*_oscillating_fields(designs)),
-    sliding=lambda designs, programme: oscillating_speed(*_oscillating_fields(designs)),
-    speeding=lambda designs, programme: oscillating_speed_change(*_oscillating_fields(designs)),
-    curvature=lambda designs, programme: oscillating_curvature(*_oscillating_fields(designs)),
+    pressure=lambda designs, programme: oscillating_pressure_tangent(*_oscillating_curve_fields(designs)),
+    sliding=lambda designs, programme: oscillating_trace_speed(*_oscillating_curve_fields(designs)),
+    speeding=lambda designs, programme: oscillating_tangential_acceleration(*_oscillating_curve_fields(designs)),
+    curvature=lambda designs, programme: oscillating_curvature(*_oscillating_curve_fields(designs)),
     outline=_oscillating_outline_curve,
-    start=first_angle,
+    start=start_arm_angle,
     trace_point=trace_point,
-    assembly_margins=_oscillating_margins,
+    assembly_margins=_oscillating_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle at every displacement",
     contact=_oscillating_contact,
-    shifted_contact=_oscillating_shift,
+    shifted_contact=_oscillating_shifted_contact,
     pitch=with_point_follower,
-    misfit=_oscillating_misfit,
-    on_profile=_oscillating_on_profile,
+    misfit=_oscillating_size_fault,
+    on_profile=_oscillating_profile_contact,
 )

@@ -14,42 +14,47 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives, rotated_derivatives
+from camopt.core.numerics.curves import (
+    curve_type_from_formula,
+    derivative_formula,
+    quotient_derivatives,
+    rotated_derivatives,
+)
 from camopt.core.numerics.trigonometry import rotate
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
-from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_central_face
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_face_through_pivot
 from camopt.model.mechanisms.elements import DISC, FLAT, OSCILLATING, SPRUNG
 from camopt.model.motion.profile_contact import OscillatingFace
 from camopt.model.motion.programme import Programme
 
 
-@curve_type
-def swinging_face_sliding(at, face_offset, centre_distance, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_face_sliding_speed(state, face_offset, centre_distance, cosine, sine, sense):
     """Sliding speed [mm/rad]; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
-    _, sine = rotate(cosine, sine, at.y)
-    return (1.0 + sense * at.y1) * face_offset + centre_distance * sine
+    _, sine = rotate(cosine, sine, state.y)
+    return (1.0 + sense * state.y1) * face_offset + centre_distance * sine
 
 
-@curve_type
-def swinging_face_pressure(at, face_offset, centre_distance, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_face_pressure_tangent(state, face_offset, centre_distance, cosine, sine, sense):
     """tan β."""
-    cosine, _ = rotate(cosine, sine, at.y)
-    return face_offset / (centre_distance * cosine) * (1.0 + sense * at.y1)
+    cosine, _ = rotate(cosine, sine, state.y)
+    return face_offset / (centre_distance * cosine) * (1.0 + sense * state.y1)
 
 
-@curve_type
-def swinging_face_radius(at, face_offset, centre_distance, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_face_profile_radius(state, face_offset, centre_distance, cosine, sine, sense):
     """Radius of curvature of the profile, ρ [mm]."""
-    cosine, sine = rotate(cosine, sine, at.y)
-    q = 1.0 + sense * at.y1
-    return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (at.y2 / (q * q * q)))
+    cosine, sine = rotate(cosine, sine, state.y)
+    q = 1.0 + sense * state.y1
+    return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (state.y2 / (q * q * q)))
 
 
-@curve_type
-def swinging_face_reach(at, face_offset, centre_distance, cosine, sine, sense):
+@curve_type_from_formula
+def swinging_face_reach(state, face_offset, centre_distance, cosine, sine, sense):
     """Distance of the contact from the pivot along the face, t [mm]."""
-    cosine, _ = rotate(cosine, sine, at.y)
-    return centre_distance * cosine / (1.0 + sense * at.y1)
+    cosine, _ = rotate(cosine, sine, state.y)
+    return centre_distance * cosine / (1.0 + sense * state.y1)
 
 
 @derivative_formula(swinging_face_reach)
@@ -60,27 +65,27 @@ def swinging_face_reach_derivatives(f, i, at):
     return quotient_derivatives((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
 
 
-@curve_type
-def swinging_face_outline(at, face_offset, centre_distance, cosine, sine):
+@curve_type_from_formula
+def swinging_face_outline(state, face_offset, centre_distance, cosine, sine):
     """Distance of the face from the cam's axis [mm]."""
-    _, sine = rotate(cosine, sine, at.y)
+    _, sine = rotate(cosine, sine, state.y)
     return face_offset + centre_distance * sine
 
 
-def first_sine(designs: Designs) -> FloatArray:
+def start_angle_sine(designs: Designs) -> FloatArray:
     """sin ψ₀."""
     return (designs.size - designs.face_offset) / designs.centre_distance
 
 
-def _swinging_face_fields(designs: Designs) -> tuple[FloatArray, ...]:
-    sine = np.minimum(np.maximum(first_sine(designs), -1.0), 1.0)
+def _swinging_face_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
+    sine = np.minimum(np.maximum(start_angle_sine(designs), -1.0), 1.0)
     cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
     sense = np.full(len(designs), designs.sense)
     return designs.face_offset, designs.centre_distance, cosine, sine, sense
 
 
-def _swinging_face_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-    sine = first_sine(designs)
+def _swinging_face_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    sine = start_angle_sine(designs)
     first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
     return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, least_turning_rate(designs.sense, programme)
 
@@ -91,14 +96,16 @@ def least_turning_rate(sense: float, programme: Programme) -> float:
 
 
 def _swinging_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    psi = y + np.arcsin(first_sine(design))
+    psi = y + np.arcsin(start_angle_sine(design))
     cosine, sine = np.cos(psi), np.sin(psi)
     c, f = design.centre_distance, design.face_offset
     t = cosine * c / (y1 * design.sense + 1.0)
     return ContactPoint(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
-def _swinging_face_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+def _swinging_face_shifted_contact(
+    design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors
+) -> ContactShift:
     """The distance of the face from the axis, f + c·sin ψ, grows by δn; the cam turns back with the face."""
     point, wider = _swinging_face_contact(design, lift, 0.0, y, y1), errors.size_error("centre_distance")
     more = errors.profile_error(point) - errors.size_error("face_offset") - point.across * wider
@@ -106,7 +113,7 @@ def _swinging_face_shift(design: Designs, lift: float, y: Any, y1: Any, errors: 
     return ContactShift(moved, -(moved * design.sense))
 
 
-def _swinging_face_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
+def _swinging_face_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
     base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
     if not abs(base - face) < centre:
         why = f"must be above the difference between base radius and face offset ({abs(base - face):g})"
@@ -117,7 +124,7 @@ def _swinging_face_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
     return "motion.lift", None, f"the face starts at {start:g} deg and rises by {lift:g}: it must stay below 90 deg"
 
 
-def _swinging_face_on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
+def _swinging_face_profile_contact(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
     return OscillatingFace(sizes["centre_distance"], sizes["face_offset"], sense)
 
 
@@ -128,17 +135,17 @@ MECHANISM = Mechanism(
     tips=(FLAT,),
     sizes=("centre_distance", "face_offset"),
     name="disc cam, oscillating flat-faced follower",
-    pressure=lambda designs, programme: swinging_face_pressure(*_swinging_face_fields(designs)),
-    profile_radius=lambda designs, programme: swinging_face_radius(*_swinging_face_fields(designs)),
-    sliding=lambda designs, programme: swinging_face_sliding(*_swinging_face_fields(designs)),
-    reach=lambda designs, programme: swinging_face_reach(*_swinging_face_fields(designs)),
-    outline=lambda designs, programme, beyond: swinging_face_outline(*_swinging_face_fields(designs)[:4]),
-    assembly_margins=_swinging_face_margins,
+    pressure=lambda designs, programme: swinging_face_pressure_tangent(*_swinging_face_curve_fields(designs)),
+    profile_radius=lambda designs, programme: swinging_face_profile_radius(*_swinging_face_curve_fields(designs)),
+    sliding=lambda designs, programme: swinging_face_sliding_speed(*_swinging_face_curve_fields(designs)),
+    reach=lambda designs, programme: swinging_face_reach(*_swinging_face_curve_fields(designs)),
+    outline=lambda designs, programme, beyond: swinging_face_outline(*_swinging_face_curve_fields(designs)[:4]),
+    assembly_margins=_swinging_face_assembly_margins,
     assembly="the face has to touch the base circle, and to swing slower than the cam turns",
     contact=_swinging_face_contact,
-    shifted_contact=_swinging_face_shift,
-    misfit=_swinging_face_misfit,
-    profile=with_central_face,
+    shifted_contact=_swinging_face_shifted_contact,
+    misfit=_swinging_face_size_fault,
+    profile=with_face_through_pivot,
     parallel="face_offset",
-    on_profile=_swinging_face_on_profile,
+    on_profile=_swinging_face_profile_contact,
 )

@@ -31,10 +31,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_formula, field_value, value_of
+from camopt.core.numerics.curves import curve_formula, curve_or_number_value, curve_value
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import oscillating, translating, translating_flat
-from camopt.model.mechanisms.design import Designs, FurtherContact, Mechanism, unshared_pitch
+from camopt.model.mechanisms.design import Designs, FurtherContact, Mechanism, unreduced_designs
 from camopt.model.mechanisms.elements import BREADTH_YOKE, CONJUGATE, DIAMETER_YOKE, ROLLER
 from camopt.model.motion.programme import Programme
 
@@ -54,10 +54,12 @@ class ReversedCurve(NamedTuple):
 
 @curve_formula(ReversedCurve)
 def reversed_curve(f, i, at):
-    return value_of(f.curve, i, State(field_value(f.lift, i, at) - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4))
+    return curve_value(
+        f.curve, i, State(curve_or_number_value(f.lift, i, at) - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4)
+    )
 
 
-def _reversing_maker(make: Callable[..., Any]) -> Callable[..., ReversedCurve]:
+def _reversed_motion_curve_maker(make: Callable[..., Any]) -> Callable[..., ReversedCurve]:
     """A maker of curves, from one for the reversed motion to one for the motion itself."""
 
     def make_reversed(designs: Designs, programme: Programme, *more: Any) -> ReversedCurve:
@@ -66,7 +68,7 @@ def _reversing_maker(make: Callable[..., Any]) -> Callable[..., ReversedCurve]:
     return make_reversed
 
 
-def second_discs(designs: Designs) -> Designs:
+def second_disc_designs(designs: Designs) -> Designs:
     """The second discs of pairs, mirrored."""
 
     def second_size(name: str) -> Any:
@@ -83,10 +85,10 @@ def second_discs(designs: Designs) -> Designs:
     )
 
 
-def _opposed_mechanism(mechanism: Mechanism) -> Mechanism:
+def _reversed_motion_mechanism(mechanism: Mechanism) -> Mechanism:
     """The mechanism of a second contact: its curves take the follower's motion and reverse it."""
     curves: dict[str, Any] = {
-        name: _reversing_maker(make) for name in CONTACT_CURVES if (make := getattr(mechanism, name))
+        name: _reversed_motion_curve_maker(make) for name in CONTACT_CURVES if (make := getattr(mechanism, name))
     }
     return mechanism._replace(**curves, way=-1.0, reverses=True)
 
@@ -101,7 +103,7 @@ class HalfTurnMisfit(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def half_turn_misfit(programme: Programme) -> HalfTurnMisfit:
+def largest_half_turn_misfit(programme: Programme) -> HalfTurnMisfit:
     """Largest misfit of the two contacts of a yoke with this motion, and its place."""
     angles = np.linspace(0.0, np.pi, HALF_TURN_SAMPLES)
     misfits = np.abs(
@@ -118,33 +120,33 @@ def with_second_contact(
 ) -> Mechanism:
     """A mechanism with a second contact; ``local_designs`` gives the sizes at that contact."""
 
-    def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         second_margins = second.assembly_margins(local_designs(designs), programme)
         return *mechanism.assembly_margins(designs, programme), *second_margins
 
-    contact = FurtherContact(second._replace(pitch=unshared_pitch), local_designs)
+    contact = FurtherContact(second._replace(pitch=unreduced_designs), local_designs)
     return mechanism._replace(
-        assembly_margins=margins, further_contacts=(contact,), pitch=unshared_pitch, **changes
+        assembly_margins=assembly_margins, further_contacts=(contact,), pitch=unreduced_designs, **changes
     )
 
 
 def _yoke_mechanism(mechanism: Mechanism, **changes: Any) -> Mechanism:
     """A mechanism with both contacts on one disc; the motion has to allow it."""
-    paired = with_second_contact(mechanism, _opposed_mechanism(mechanism), second_discs, **changes)
+    paired = with_second_contact(mechanism, _reversed_motion_mechanism(mechanism), second_disc_designs, **changes)
 
-    def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        margin = SAME_HALVES * programme.lift - half_turn_misfit(programme).off
+    def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+        margin = SAME_HALVES * programme.lift - largest_half_turn_misfit(programme).off
         return *paired.assembly_margins(designs, programme), designs.size * 0.0 + margin
 
-    return paired._replace(assembly_margins=margins, assembly=f"{paired.assembly}, and {HALVES_HAVE_TO}")
+    return paired._replace(assembly_margins=assembly_margins, assembly=f"{paired.assembly}, and {HALVES_HAVE_TO}")
 
 
 def _pair_mechanism(mechanism: Mechanism, *sizes: str) -> Mechanism:
     """Two discs, each with a roller of one follower; ``sizes`` may differ at the second disc."""
     drive = CONJUGATE._replace(keys=(*CONJUGATE.keys, *sizes))
     name = f"conjugate pair, {mechanism.motion.name} follower with two rollers"
-    opposed = _opposed_mechanism(mechanism)
-    return with_second_contact(mechanism, opposed, second_discs, drive=drive, tips=(ROLLER,), name=name)
+    opposed = _reversed_motion_mechanism(mechanism)
+    return with_second_contact(mechanism, opposed, second_disc_designs, drive=drive, tips=(ROLLER,), name=name)
 
 
 PAIR_MECHANISMS = (

@@ -40,7 +40,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_formula, field_value, value_of
+from camopt.core.numerics.curves import curve_formula, curve_or_number_value, curve_value
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import cylindrical, cylindrical_oscillating, oscillating, translating
@@ -70,19 +70,19 @@ class ShiftedCurve(NamedTuple):
 
 @curve_formula(ShiftedCurve)
 def shifted_curve(f, i, at):
-    return field_value(f.factor, i, at) * value_of(
+    return curve_or_number_value(f.factor, i, at) * curve_value(
         f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4)
     )
 
 
-def roller_advance(mechanism: Mechanism, designs: Designs) -> Any:
-    """How far the first roller is ahead of the second: d [mm], or δ of an oscillating follower [rad]."""
+def roller_spacing_as_displacement(mechanism: Mechanism, designs: Designs) -> Any:
+    """Distance of the two rollers as a displacement of the follower: d [mm], or the angle δ of its arms [rad]."""
     spacing = designs.roller_spacing
     return 2.0 * np.arcsin(0.5 * spacing / designs.arm_length) if mechanism.motion.angular else spacing
 
 
-def _roller_advance_error(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
-    """Error of ``roller_advance`` that errors of the follower's sizes cause [mm or rad]."""
+def _roller_spacing_error(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
+    """Error of ``roller_spacing_as_displacement`` that errors of the follower's sizes cause [mm or rad]."""
     wider = errors.size_error("roller_spacing")
     if not mechanism.motion.angular:
         return wider
@@ -92,21 +92,23 @@ def _roller_advance_error(mechanism: Mechanism, designs: Designs, errors: Contac
     return angle_growth(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
 
 
-def _roller_mechanism(mechanism: Mechanism, share: float, included: float = 0.0) -> Mechanism:
-    """The mechanism of a roller that is ahead of its follower by a share of ``roller_advance``.
+def _advanced_roller_mechanism(
+    mechanism: Mechanism, spacing_share: float, included_share: float = 0.0
+) -> Mechanism:
+    """The mechanism of a roller that is ahead of its follower by a share of ``roller_spacing_as_displacement``.
 
-    ``included`` is the share that the sizes of designs include already.
+    ``included_share`` is the share that the sizes of designs include already.
     """
 
     def roller_shift(design: Designs) -> Any:
-        return (share - included) * roller_advance(mechanism, design)
+        return (spacing_share - included_share) * roller_spacing_as_displacement(mechanism, design)
 
     def contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
         return mechanism.contact(design, lift, angle, y + roller_shift(design), y1)
 
     def shifted_contact(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
         shift = mechanism.shifted_contact(design, lift, y + roller_shift(design), y1, errors)
-        return shift._replace(moved=shift.moved - _roller_advance_error(mechanism, design, errors) * share)
+        return shift._replace(moved=shift.moved - _roller_spacing_error(mechanism, design, errors) * spacing_share)
 
     return mechanism._replace(contact=contact, shifted_contact=shifted_contact)
 
@@ -119,16 +121,16 @@ def same_designs(designs: Designs) -> Designs:
 def _inner_roller_start(mechanism: Mechanism, designs: Designs) -> Any:
     """Height [mm] or angle [rad] of a disc's inner roller at displacement 0."""
     assert mechanism.start is not None
-    return mechanism.start(designs) - roller_advance(mechanism, designs)
+    return mechanism.start(designs) - roller_spacing_as_displacement(mechanism, designs)
 
 
-def inner_cam_on_line(designs: Designs) -> Designs:
+def translating_inner_cam_designs(designs: Designs) -> Designs:
     """The open disc cam whose roller is the inner roller of a translating follower."""
     height = _inner_roller_start(translating.MECHANISM, designs)
     return _with_prime_radius(designs, np.sqrt(np.square(height) + np.square(designs.offset)))
 
 
-def inner_cam_on_arm(designs: Designs) -> Designs:
+def oscillating_inner_cam_designs(designs: Designs) -> Designs:
     """The open disc cam whose roller is the inner roller of an oscillating follower."""
     c, l = designs.centre_distance, designs.arm_length  # noqa: E741
     half = np.sin(0.5 * _inner_roller_start(oscillating.MECHANISM, designs))
@@ -140,12 +142,12 @@ def _with_prime_radius(designs: Designs, prime: Any) -> Designs:
     return replace(designs, size=prime - designs.roller_radius)
 
 
-def _shifted_maker(make: Any, by: Callable[[Designs], Any], factor: float) -> Any:
+def _shifted_curve_maker(make: Any, motion_shift: Callable[[Designs], Any], factor: float) -> Any:
     """A maker of curves, from one for the shifted motion to one for the motion itself, times a factor."""
 
     def make_shifted(designs: Designs, programme: Programme) -> ShiftedCurve:
         zero = designs.size * 0.0
-        return ShiftedCurve(make(designs, programme), by(designs) + zero, zero + factor)
+        return ShiftedCurve(make(designs, programme), motion_shift(designs) + zero, zero + factor)
 
     return make_shifted
 
@@ -160,7 +162,9 @@ def _rib_side_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechan
     The sign of the curvature is that seen from the roller.
     """
     curvature = (
-        mechanism.curvature if wall.bulge > 0.0 else _shifted_maker(mechanism.curvature, _zero_shift, wall.bulge)
+        mechanism.curvature
+        if wall.bulge > 0.0
+        else _shifted_curve_maker(mechanism.curvature, _zero_shift, wall.bulge)
     )
     flanks = (Flank("", wall.side, 1.0),)
     return mechanism._replace(
@@ -174,7 +178,7 @@ def _rib_side_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechan
     )
 
 
-def _rib_misfit(mechanism: Mechanism, sizes: Mapping[str, float]) -> SizeFault | None:
+def _rib_size_fault(mechanism: Mechanism, sizes: Mapping[str, float]) -> SizeFault | None:
     """Why a design has no space for a rib between its rollers, or no arms; None if it has both."""
     if fault := mechanism.misfit(sizes):
         return fault
@@ -186,7 +190,7 @@ def _rib_misfit(mechanism: Mechanism, sizes: Mapping[str, float]) -> SizeFault |
     return None
 
 
-def _rib_margins(mechanism: Mechanism, designs: Designs) -> tuple[Any, ...]:
+def _rib_assembly_margins(mechanism: Mechanism, designs: Designs) -> tuple[Any, ...]:
     """Numbers that are positive if there is space for a rib between the rollers, and for arms."""
     arms = (2.0 * designs.arm_length - designs.roller_spacing,) if mechanism.motion.angular else ()
     return designs.roller_spacing - 2.0 * designs.roller_radius, *arms
@@ -195,57 +199,57 @@ def _rib_margins(mechanism: Mechanism, designs: Designs) -> tuple[Any, ...]:
 ROLLERS_STAND_APART = "the rollers have to stand apart by more than their diameter"
 
 
-def _on_cylinder(mechanism: Mechanism) -> Mechanism:
+def _cylinder_rib_mechanism(mechanism: Mechanism) -> Mechanism:
     """The mechanism of a rib on a cylinder, from that of a groove."""
 
-    def mechanism_at(wall: Flank) -> Mechanism:
+    def roller_mechanism_beyond_wall(wall: Flank) -> Mechanism:
         """The mechanism of the roller that is beyond a wall of the groove."""
 
         def wall_shift(designs: Designs) -> Any:
-            return -0.5 * wall.side * roller_advance(mechanism, designs)
+            return -0.5 * wall.side * roller_spacing_as_displacement(mechanism, designs)
 
-        def shift_curve(make: Any) -> Any:  # curves of translating followers do not depend on y
-            return _shifted_maker(make, wall_shift, 1.0) if mechanism.motion.angular else make
+        def shift_curve_if_angular(make: Any) -> Any:  # curves of translating followers do not depend on y
+            return _shifted_curve_maker(make, wall_shift, 1.0) if mechanism.motion.angular else make
 
-        placed = _roller_mechanism(mechanism, -0.5 * wall.side)._replace(
-            pressure=shift_curve(mechanism.pressure),
-            curvature=shift_curve(mechanism.curvature),
-            path=shift_curve(mechanism.path),
-            speeding=shift_curve(mechanism.speeding),
+        placed = _advanced_roller_mechanism(mechanism, -0.5 * wall.side)._replace(
+            pressure=shift_curve_if_angular(mechanism.pressure),
+            curvature=shift_curve_if_angular(mechanism.curvature),
+            path=shift_curve_if_angular(mechanism.path),
+            speeding=shift_curve_if_angular(mechanism.speeding),
         )
         return _rib_side_mechanism(placed, RIBBED_CYLINDER, wall)
 
-    def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        return *mechanism.assembly_margins(designs, programme), *_rib_margins(mechanism, designs)
+    def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+        return *mechanism.assembly_margins(designs, programme), *_rib_assembly_margins(mechanism, designs)
 
     below, above = GROOVE_WALLS
     return with_second_contact(
-        mechanism_at(below)._replace(
-            assembly_margins=margins,
+        roller_mechanism_beyond_wall(below)._replace(
+            assembly_margins=assembly_margins,
             assembly=f"{mechanism.assembly}, and {ROLLERS_STAND_APART}",
-            misfit=lambda sizes: _rib_misfit(mechanism, sizes),
+            misfit=lambda sizes: _rib_size_fault(mechanism, sizes),
         ),
-        mechanism_at(above),
+        roller_mechanism_beyond_wall(above),
         same_designs,
     )
 
 
-def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mechanism:
+def _disc_rib_mechanism(mechanism: Mechanism, inner_cam_designs: Callable[[Designs], Designs]) -> Mechanism:
     """The mechanism of a rib on the face of a disc, from that of an open disc cam."""
 
-    def margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        reach = closer(designs).size
+    def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+        reach = inner_cam_designs(designs).size
         return (
             *mechanism.assembly_margins(designs, programme),
-            *_rib_margins(mechanism, designs),
+            *_rib_assembly_margins(mechanism, designs),
             _inner_roller_start(mechanism, designs),
             reach,
         )
 
-    def misfit(sizes: Mapping[str, float]) -> SizeFault | None:
-        if fault := _rib_misfit(mechanism, sizes):
+    def size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
+        if fault := _rib_size_fault(mechanism, sizes):
             return fault
-        spacing, most = sizes["roller_spacing"], _most_spacing(mechanism.motion.angular, sizes)
+        spacing, most = sizes["roller_spacing"], _roller_spacing_reaching_axis(mechanism.motion.angular, sizes)
         if spacing < most:
             return None
         why = f"must be below {most:g}: the inner roller would reach the axis of the cam"
@@ -253,17 +257,17 @@ def _on_disc(mechanism: Mechanism, closer: Callable[[Designs], Designs]) -> Mech
 
     inner, outer = FACE_WALLS
     return with_second_contact(
-        _rib_side_mechanism(_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
-            assembly_margins=margins,
+        _rib_side_mechanism(_advanced_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
+            assembly_margins=assembly_margins,
             assembly=f"{mechanism.assembly}, {ROLLERS_STAND_APART}, and the inner one has to stay off the axis",
-            misfit=misfit,
+            misfit=size_fault,
         ),
-        _rib_side_mechanism(_roller_mechanism(mechanism, -1.0, included=-1.0), RIBBED_DISC, outer),
-        closer,
+        _rib_side_mechanism(_advanced_roller_mechanism(mechanism, -1.0, included_share=-1.0), RIBBED_DISC, outer),
+        inner_cam_designs,
     )
 
 
-def _most_spacing(angular: bool, sizes: Mapping[str, float]) -> Any:
+def _roller_spacing_reaching_axis(angular: bool, sizes: Mapping[str, float]) -> Any:
     """Distance of the rollers at which the inner one reaches the axis of the cam [mm]."""
     prime, radius = sizes["size"] + sizes["roller_radius"], sizes["roller_radius"]
     if not angular:
@@ -275,8 +279,8 @@ def _most_spacing(angular: bool, sizes: Mapping[str, float]) -> Any:
 
 
 RIB_MECHANISMS = (
-    _on_cylinder(cylindrical.MECHANISM),
-    _on_cylinder(cylindrical_oscillating.MECHANISM),
-    _on_disc(translating.MECHANISM, inner_cam_on_line),
-    _on_disc(oscillating.MECHANISM, inner_cam_on_arm),
+    _cylinder_rib_mechanism(cylindrical.MECHANISM),
+    _cylinder_rib_mechanism(cylindrical_oscillating.MECHANISM),
+    _disc_rib_mechanism(translating.MECHANISM, translating_inner_cam_designs),
+    _disc_rib_mechanism(oscillating.MECHANISM, oscillating_inner_cam_designs),
 )

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.kernels.marks import chosen_by_type, overload_in_kernels
+from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.trigonometry import rotate
 
 
-@overload_in_kernels
-def speed_change(w, w1, s, s1):
+@inline_in_kernels_by_overload
+def tangential_acceleration(w, w1, s, s1):
     """N' from w, s and their derivatives by the cam angle."""
     return (w * w1 + s * s1) / np.sqrt(np.square(w) + np.square(s))
 
@@ -47,15 +47,15 @@ def _compiled_turning_and_speed(w, w1, s, s1):
     return _dual_turning_and_speed if w is Dual and s1 is Dual else _turning_and_speed
 
 
-@overload_in_kernels
+@inline_in_kernels_by_overload
 def trace_curvature(w, w1, s, s1, frame):
     """κ from w, s, their derivatives by the cam angle, and the rate at which the frame turns."""
     turn, speed = turning_and_speed(w, w1, s, s1)
     return (frame - turn) / speed
 
 
-@overload_in_kernels
-def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
+@inline_in_kernels_by_overload
+def disc_arm_velocity_components(at, centre_distance, arm_length, cosine, sine, sense):
     """w and s of an oscillating follower on a disc, each with its derivative by the cam angle."""
     cosine, sine = rotate(cosine, sine, at.y)
     s, along = centre_distance * sine, centre_distance * cosine
@@ -63,8 +63,8 @@ def course_of_arm(at, centre_distance, arm_length, cosine, sine, sense):
     return w, arm_length * at.y2 + sense * s * at.y1, s, along * at.y1
 
 
-@overload_in_kernels
-def course_over_cylinder(at, mean_radius, arm_length, cosine, sine, sense):
+@inline_in_kernels_by_overload
+def cylinder_arm_velocity_components(at, mean_radius, arm_length, cosine, sine, sense):
     """w and s of an oscillating follower on a cylinder, each with its derivative by the cam angle."""
     cosine, sine = rotate(cosine, sine, at.y)
     s, across = mean_radius * cosine, mean_radius * sine

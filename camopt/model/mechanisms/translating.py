@@ -15,65 +15,67 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import curve_type, derivative_formula, quotient_derivatives
+from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula, quotient_derivatives
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, cam_turn_to_point
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_point_follower
 from camopt.model.mechanisms.elements import DISC, ROUND_TIPS, SPRUNG, TRANSLATING
-from camopt.model.mechanisms.trace import speed_change, trace_curvature
+from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvature
 from camopt.model.motion.profile_contact import TranslatingPoint
 from camopt.model.motion.programme import Programme
 
 
-@curve_type
-def translating_pressure(at, lead, height):
+@curve_type_from_formula
+def translating_pressure_tangent(state, lead, height):
     """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
-    return (at.y1 - lead) / (at.y + height)
+    return (state.y1 - lead) / (state.y + height)
 
 
-@derivative_formula(translating_pressure)
+@derivative_formula(translating_pressure_tangent)
 def translating_pressure_derivatives(f, i, at):
     return quotient_derivatives((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
 
 
-@curve_type
-def translating_speed(at, lead, height):
+@curve_type_from_formula
+def translating_trace_speed(state, lead, height):
     """Speed of the trace point over the cam, N [mm/rad]."""
-    return np.sqrt(np.square(at.y + height) + np.square(at.y1 - lead))
+    return np.sqrt(np.square(state.y + height) + np.square(state.y1 - lead))
 
 
-@curve_type
-def translating_speed_change(at, lead, height):
+@curve_type_from_formula
+def translating_tangential_acceleration(state, lead, height):
     """Derivative of that speed by the cam angle, N' [mm/rad²]."""
-    return speed_change(at.y1 - lead, at.y2, at.y + height, at.y1)
+    return tangential_acceleration(state.y1 - lead, state.y2, state.y + height, state.y1)
 
 
-@curve_type
-def translating_curvature(at, lead, height):
+@curve_type_from_formula
+def translating_curvature(state, lead, height):
     """κ of the pitch curve [1/mm]."""
-    return trace_curvature(at.y1 - lead, at.y2, at.y + height, at.y1, 1.0)
+    return trace_curvature(state.y1 - lead, state.y2, state.y + height, state.y1, 1.0)
 
 
-@curve_type
-def translating_outline(at, lead, height, roller_radius):
+@curve_type_from_formula
+def translating_outline(state, lead, height, roller_radius):
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
-    return np.sqrt(np.square(at.y + height) + np.square(lead)) - roller_radius
+    return np.sqrt(np.square(state.y + height) + np.square(lead)) - roller_radius
 
 
-def trace_height(designs: Designs) -> FloatArray:
+def start_trace_height(designs: Designs) -> FloatArray:
     """Least height of the trace point above the cam centre, s₀ [mm]."""
     return designs.height
 
 
-def _translating_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _translating_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
 def _translating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    s = y + trace_height(design)
+    s = y + start_trace_height(design)
     return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
-def _translating_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+def _translating_shifted_contact(
+    design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors
+) -> ContactShift:
     """The cam turns until its point is on the follower's line, x = e + δe; its distance from the axis stays."""
     point, wide = _translating_contact(design, lift, 0.0, y, y1), errors.size_error("offset")
     across, up = errors.point_shift(point)
@@ -82,7 +84,7 @@ def _translating_shift(design: Designs, lift: float, y: Any, y1: Any, errors: Co
     return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), (wide, moved)))
 
 
-def _translating_misfit(sizes: Mapping[str, float]) -> SizeFault | None:
+def _translating_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
     prime, offset = sizes["size"] + sizes["roller_radius"], sizes["offset"]
     if abs(offset) < prime:
         return None
@@ -96,18 +98,22 @@ MECHANISM = Mechanism(
     tips=ROUND_TIPS,
     sizes=("roller_radius", "offset"),
     name="disc cam, translating follower with a trace point",
-    pressure=lambda designs, programme: translating_pressure(designs.lead, trace_height(designs)),
-    sliding=lambda designs, programme: translating_speed(designs.lead, trace_height(designs)),
-    speeding=lambda designs, programme: translating_speed_change(designs.lead, trace_height(designs)),
-    curvature=lambda designs, programme: translating_curvature(designs.lead, trace_height(designs)),
-    outline=lambda designs, programme, beyond: translating_outline(designs.lead, trace_height(designs), -beyond),
-    start=trace_height,
+    pressure=lambda designs, programme: translating_pressure_tangent(designs.lead, start_trace_height(designs)),
+    sliding=lambda designs, programme: translating_trace_speed(designs.lead, start_trace_height(designs)),
+    speeding=lambda designs, programme: translating_tangential_acceleration(
+        designs.lead, start_trace_height(designs)
+    ),
+    curvature=lambda designs, programme: translating_curvature(designs.lead, start_trace_height(designs)),
+    outline=lambda designs, programme, beyond: translating_outline(
+        designs.lead, start_trace_height(designs), -beyond
+    ),
+    start=start_trace_height,
     trace_point=lambda designs, height: (designs.offset, height),
-    assembly_margins=_translating_margins,
+    assembly_margins=_translating_assembly_margins,
     assembly="the offset has to be smaller than the prime radius",
     contact=_translating_contact,
-    shifted_contact=_translating_shift,
+    shifted_contact=_translating_shifted_contact,
     pitch=with_point_follower,
-    misfit=_translating_misfit,
+    misfit=_translating_size_fault,
     on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),
 )

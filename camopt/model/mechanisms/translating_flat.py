@@ -27,7 +27,9 @@ def _flat_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any
     return ContactPoint(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
 
 
-def _flat_face_shift(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
+def _flat_face_shifted_contact(
+    design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors
+) -> ContactShift:
     """The tilted face is at the distance R_b + y + δn from the axis; the stem moves where the face crosses it."""
     point, half = _flat_face_contact(design, lift, 0.0, y, y1), np.sin(errors.tilt * 0.5)
     stem, sine, cosine = design.offset + errors.size_error("offset"), np.sin(errors.tilt), np.cos(errors.tilt)
@@ -50,7 +52,7 @@ MECHANISM = Mechanism(
     assembly_margins=lambda designs, programme: (designs.size * 0.0 + 1.0,),
     assembly="the base radius has to be above 0",
     contact=_flat_face_contact,
-    shifted_contact=_flat_face_shift,
+    shifted_contact=_flat_face_shifted_contact,
     pitch=without_size,
     parallel="size",
     on_profile=lambda sizes, sense: TranslatingFace(),

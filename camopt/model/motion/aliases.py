@@ -63,7 +63,7 @@ def canonical_segment(name: str) -> str:
     return _SEGMENTS.get(_name_letters(name), name)
 
 
-def nearest_law(name: str, known: Iterable[str]) -> str:
+def suggest_law_names(name: str, known: Iterable[str]) -> str:
     """The end of a message on an unknown law: the known law with the most similar name, or all known laws."""
     by_letters = _names_by_letters(known := (*known,), ALIASES)
     close = get_close_matches(_name_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)

@@ -41,7 +41,7 @@ class SkewedLaw:
         inner = [x for x in self.law.BREAKS if x < 0.5]
         return (*(before * x for x in inner), self.crossing, *(1.0 - after * x for x in reversed(inner)))
 
-    def _from_ends(self, x: ArrayLike) -> tuple[BoolArray, FloatArray, FloatArray]:
+    def _map_to_first_half(self, x: ArrayLike) -> tuple[BoolArray, FloatArray, FloatArray]:
         """A mask of x beyond the crossing, the stretch factor there, and x mapped to the first half of S."""
         x = np.asarray(x, dtype=float)
         beyond = x > self.crossing
@@ -49,20 +49,20 @@ class SkewedLaw:
         return beyond, stretch, np.where(beyond, 1.0 - x, x) / stretch
 
     def displacement(self, x: ArrayLike, /) -> FloatArray:
-        beyond, stretch, near = self._from_ends(x)
+        beyond, stretch, near = self._map_to_first_half(x)
         s = stretch * self.law.displacement(near)
         return np.where(beyond, 1.0 - s, s)
 
     def velocity(self, x: ArrayLike, /) -> FloatArray:
-        return self.law.velocity(self._from_ends(x)[2])
+        return self.law.velocity(self._map_to_first_half(x)[2])
 
     def acceleration(self, x: ArrayLike, /) -> FloatArray:
-        beyond, stretch, near = self._from_ends(x)
+        beyond, stretch, near = self._map_to_first_half(x)
         a = self.law.acceleration(near) / stretch
         return np.where(beyond, -a, a)
 
     def jerk(self, x: ArrayLike, /) -> FloatArray:
-        _, stretch, near = self._from_ends(x)
+        _, stretch, near = self._map_to_first_half(x)
         return self.law.jerk(near) / stretch**2
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.core.mistakes import BadInput, Mistake, line_of, shorten
+from camopt.core.mistakes import BadInput, Mistake, shorten, to_terminal_line
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.law import UNIT_SAMPLES, BySeries, Law, law_derivatives
 from camopt.model.motion.polynomial import PolynomialLaw
@@ -47,7 +47,7 @@ class InstalledLaw(BySeries):
             with np.errstate(all="ignore"):
                 fault = f"lacks {', '.join(missing)}" if missing else _law_fault(law)
         except Exception as error:  # anything may happen in a foreign module and its functions
-            fault = f"fails: {type(error).__name__}: {shorten(line_of(str(error)))}"
+            fault = f"fails: {type(error).__name__}: {shorten(to_terminal_line(str(error)))}"
         if fault:
             key = f"entry point {self.NAME} of {LAW_ENTRY_POINTS}"
             raise BadInput([Mistake(f"package {self.package}", key, None, fault, bare=True)])

@@ -4,7 +4,7 @@
 derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included. At a break a
 function may return either one-sided value, so motion tables evaluate laws only between breaks.
 
-A law need not rest at its ends. ``motion_task`` names its motion at both ends by the letters of VDI 2143.
+A law need not rest at its ends. ``vdi_motion_task`` names its motion at both ends by the letters of VDI 2143.
 
 A new law needs four things: a module of this folder or a member of a family; its name in the list of
 ``motion/__init__.py``; its exact form for the tests of proofs, in ``tests/support/balls/laws.py``; and its formula
@@ -95,7 +95,7 @@ UNIT_SAMPLES = np.linspace(0.0, 1.0, 257)
 LAW_ROUNDING = 1e-9  # of the largest value: less is rounding
 
 
-def motion_task(law: Law) -> str:
+def vdi_motion_task(law: Law) -> str:
     """The motion task of a law by VDI 2143, such as R-G, from its velocity and acceleration at both ends."""
     ends = [
         np.abs(verb([0.0, 1.0])) > LAW_ROUNDING * np.abs(verb(UNIT_SAMPLES)).max()
@@ -106,9 +106,9 @@ def motion_task(law: Law) -> str:
     )
 
 
-def is_still(law: Law) -> bool:
+def rests_at_both_ends(law: Law) -> bool:
     """Whether the velocity of a law is zero at both ends, so that it makes no corner beside a dwell."""
-    return not {"G", "B"} & set(motion_task(law))
+    return not {"G", "B"} & set(vdi_motion_task(law))
 
 
 def is_symmetric(law: Law) -> bool:

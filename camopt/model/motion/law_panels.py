@@ -11,7 +11,7 @@ from numpy.polynomial import polynomial
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.numerics.piecewise import sign_changes
-from camopt.core.numerics.quadrature import chebyshev_projection, chebyshev_series
+from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_nodes_to_powers
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.motion.law import Law, law_derivatives
 
@@ -19,11 +19,11 @@ JERK_DEGREE = TABLE_DEGREE - 3
 SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is the same but for rounding
 KEPT_JERK = 1e-14  # share of a law's jerk: panels whose polynomial misses more are halved
 MOST_HALVINGS = 8
-JERK_NODES, JERK_TO_POWERS = chebyshev_projection(JERK_DEGREE)
-JERK_CHECK_NODES, TO_CHEBYSHEV = chebyshev_series(JERK_DEGREE + 4)
+JERK_NODES, JERK_TO_POWERS = chebyshev_nodes_to_powers(JERK_DEGREE)
+JERK_CHECK_NODES, TO_CHEBYSHEV = chebyshev_nodes_and_matrix(JERK_DEGREE + 4)
 
 
-def cut_breaks(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
+def breaks_with_cuts(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
     """The breaks of a unit stroke and further cuts, in order."""
     return tuple(
         sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME_BREAK)})
@@ -49,7 +49,7 @@ class JerkCheck(NamedTuple):
     """By how much the terms beyond the table's degree may exceed the effect of rounding x."""
 
 
-def _check_jerks(
+def _jerk_series_checks(
     law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]
 ) -> dict[int, JerkCheck]:
     """The checks of some pieces, by their numbers."""
@@ -62,11 +62,11 @@ def _check_jerks(
     return dict(zip(pieces, map(JerkCheck, *rows), strict=True))
 
 
-def _fine_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list[int]:
+def _refined_panel_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list[int]:
     """Numbers of panels of the pieces, doubled until the table's degree holds the jerk up to rounding."""
     checks, coarse = dict[int, JerkCheck](), list(range(len(counts)))
     for _ in range(MOST_HALVINGS):
-        checks |= _check_jerks(law, breaks, counts, coarse)
+        checks |= _jerk_series_checks(law, breaks, counts, coarse)
         most = KEPT_JERK * max(check.size for check in checks.values())
         coarse = [k for k, check in checks.items() if check.excess > most]
         if not coarse:
@@ -76,7 +76,7 @@ def _fine_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list
 
 
 @lru_cache(maxsize=256)
-def stroke_coefficients(
+def law_panel_polynomials(
     law: Law, panels: int, cuts: tuple[float, ...]
 ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
     """A law as polynomials on panels of the unit stroke.
@@ -87,9 +87,9 @@ def stroke_coefficients(
     ``panels`` is the least number of panels; ``cuts`` are further ends of pieces. Returns the coefficients
     (P, TABLE_DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of panels in each piece.
     """
-    breaks = cut_breaks(law.BREAKS, cuts)
+    breaks = breaks_with_cuts(law.BREAKS, cuts)
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
-    counts = _fine_counts(law, breaks, counts)
+    counts = _refined_panel_counts(law, breaks, counts)
     low, centre, half = _piece_panels(pairwise(breaks), counts)
     series = matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_NODES), JERK_TO_POWERS.T)
     for constant in reversed(law_derivatives(law, centre, 2)):
@@ -103,7 +103,7 @@ def stroke_coefficients(
 @lru_cache(maxsize=256)
 def turning_points(law: Law, panels: int) -> tuple[float, ...]:
     """Places where a law turns back, x from 0 to 1: its velocity changes sign there. None if it is monotone."""
-    series, ends, _ = stroke_coefficients(law, panels, ())
+    series, ends, _ = law_panel_polynomials(law, panels, ())
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half
     turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]

@@ -20,18 +20,18 @@ from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray
 from camopt.core.numerics.load_tables import ForceTable, LoadTable, TrainLoadTable, tabulated_load
 from camopt.core.numerics.panels import TABLE_DEGREE, derivatives
 from camopt.core.numerics.piecewise import MotionTable, panel_end_values, table_ranges
-from camopt.core.numerics.quadrature import chebyshev_projection, chebyshev_series
+from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_nodes_to_powers
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import Load, TrainForces
 from camopt.core.numerics.taylor import Series, Taylor
-from camopt.model.motion.stroke import motion_ways
+from camopt.model.motion.stroke import motion_directions
 from camopt.model.trains.carried_load import FollowerLoad
 from camopt.model.trains.joint_forces import WeightedForce
 from camopt.model.trains.train import Train
 
-LOAD_NODES, LOAD_TO_POWERS = chebyshev_projection(TABLE_DEGREE - 1)
+LOAD_NODES, LOAD_TO_POWERS = chebyshev_nodes_to_powers(TABLE_DEGREE - 1)
 LOAD_FIT_NODES = np.array([0.0, *LOAD_NODES])
-LOAD_CHECK_NODES, _ = chebyshev_series(TABLE_DEGREE + 3)
+LOAD_CHECK_NODES, _ = chebyshev_nodes_and_matrix(TABLE_DEGREE + 3)
 BETWEEN_NODES_FACTOR = 2.0  # the error between checked places may be larger than at them by this factor
 ERROR_MAGNIFIER = 2.0**20  # factor on the errors of the motion, so that their effect on the load exceeds rounding
 LOAD_ROUNDING = 64.0  # error of the formulas, in roundings of the largest value in the turn
@@ -59,12 +59,12 @@ class ExternalLoad:
         return tuple(load * self.unit for _, load in self.rows)
 
     @property
-    def largest(self) -> float:
+    def largest_load_magnitude(self) -> float:
         """Largest magnitude of the load [N or N·mm]."""
         return max(map(abs, self.loads))
 
     @property
-    def highest(self) -> float:
+    def largest_signed_load(self) -> float:
         """Largest load, with its sign [N or N·mm]."""
         return max(self.loads)
 
@@ -81,14 +81,16 @@ class ExternalLoad:
         slope = (loads[left + 1] - loads[left]) / (corners[left + 1] - corners[left])
         return loads[left] + slope * (angles - corners[left]), slope
 
-    def state(self, angles: FloatArray, motion: FloatArray, way: FloatArray) -> Load:
+    def state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> Load:
         """The load as curves take it; it does not depend on the motion."""
         return Load(*self.load_and_slope(angles))
 
-    def panel_table(self, table: MotionTable, strokes: IntArray) -> LoadTable:
+    def panel_table(self, table: MotionTable, stroke_numbers: IntArray) -> LoadTable:
         """The load on the panels of a turn; panels end at its corners."""
         centre, slope = self.load_and_slope(table.centre)
-        return tabulated_load(centre, slope, self.largest, table.half_width, table.first_panel, table.group)
+        return tabulated_load(
+            centre, slope, self.largest_load_magnitude, table.half_width, table.first_panel, table.group
+        )
 
 
 class ReflectedLoad(NamedTuple):
@@ -120,7 +122,7 @@ class TrainLoad:
     @property
     def reflected_load(self) -> ReflectedLoad:
         """The load on the follower of a train whose ratios are constant."""
-        ratios = [float(joint.ratio.terms[0]) for joint in self.train.joints(Taylor([0.0, 1.0]))]
+        ratios = [float(joint.ratio.terms[0]) for joint in self.train.joint_motions(Taylor([0.0, 1.0]))]
         carried = [(part, ratios[part.joint]) for part in self.train.carried]
         stiffness = sum(part.stiffness * ratio**2 for part, ratio in carried)
         mass = sum(part.mass * ratio**2 for part, ratio in carried)
@@ -128,29 +130,31 @@ class TrainLoad:
         external = sum(max(ratios[joint] * row for row in load.loads) for joint, load in self.loads)
         return ReflectedLoad(stiffness, mass, force + external + stiffness * self.zero)
 
-    def follower_load(self, train: Train, follower: Series, way: Any, loads: Mapping[int, Series]) -> FollowerLoad:
+    def follower_load(
+        self, train: Train, follower: Series, velocity_sign: Any, loads: Mapping[int, Series]
+    ) -> FollowerLoad:
         """S and I, in the kind of number of ``train``.
 
-        ``way`` is the sign of the follower's velocity: 1, −1, or 0 at rest.
+        ``velocity_sign`` is the sign of the follower's velocity: 1, −1, or 0 at rest.
         """
-        ways = [way * sense for sense in self.train.senses]
+        ways = [velocity_sign * sense for sense in self.train.joint_motion_signs]
         if self.parts:
-            return train.force_in(self.parts, follower, ways, loads)
+            return train.sum_joint_forces(self.parts, follower, ways, loads)
         return train.load_at_follower(follower, ways, loads)
 
-    def state(self, angles: FloatArray, motion: FloatArray, way: FloatArray) -> TrainForces:
+    def state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> TrainForces:
         """The load as curves take it, from a motion (4, …) at cam angles and the sign of its velocity."""
         y, y1, y2, y3 = motion
         loads = {joint: Taylor([*load.load_and_slope(angles), 0.0, 0.0]) for joint, load in self.loads}
         follower = Taylor([y + self.zero, y1, y2 / 2.0, y3 / 6.0])
-        still, carried = self.follower_load(self.train, follower, way, loads)
+        still, carried = self.follower_load(self.train, follower, velocity_sign, loads)
         rows = (*still.terms[:2], *carried.terms[:2])
         return TrainForces(*(np.broadcast_to(row, y.shape) for row in rows))
 
-    def panel_table(self, table: MotionTable, strokes: IntArray) -> TrainLoadTable:
+    def panel_table(self, table: MotionTable, stroke_numbers: IntArray) -> TrainLoadTable:
         """The load on the panels of a turn, which end at its corners.
 
-        ``strokes`` has the stroke number of each panel.
+        ``stroke_numbers`` has the stroke number of each panel.
         """
         fitted = self._panel_forces(table, LOAD_FIT_NODES)
         errors = ERROR_MAGNIFIER * table.error[: len(table.centre), :4].T
@@ -161,7 +165,7 @@ class TrainLoad:
         for k in (0, 2):
             series = polynomial.polyint(matrix_product(fitted[k + 1][:, 1:], LOAD_TO_POWERS.T).T) * table.half_width
             series[0] = fitted[k][:, 0]
-            tables.append(_force_table(table, strokes, series.T, checked[k : k + 2], effects[k : k + 2]))
+            tables.append(_force_table(table, stroke_numbers, series.T, checked[k : k + 2], effects[k : k + 2]))
         return TrainLoadTable(*tables)
 
     def _panel_forces(self, table: MotionTable, u: FloatArray, shifts: FloatArray | None = None) -> FloatArray:
@@ -175,7 +179,9 @@ class TrainLoad:
         if shifts is not None:
             motion = motion[:, None] + shifts[..., None]
         kinds = np.repeat(table.kind, np.diff(table.first_panel))
-        return np.array(self.state(angles, motion, np.broadcast_to(motion_ways(kinds)[:, None], angles.shape)))
+        return np.array(
+            self.state(angles, motion, np.broadcast_to(motion_directions(kinds)[:, None], angles.shape))
+        )
 
 
 def _force_table(

@@ -15,7 +15,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.motion.law import Law
-from camopt.model.motion.move_run import MoveRun, solve_run, states_to_bernstein
+from camopt.model.motion.move_run import MoveRun, solve_move_run, states_to_bernstein_matrix
 from camopt.model.motion.polynomial import PolynomialLaw
 from camopt.model.motion.segments import MOVE
 from camopt.model.motion.spline import SplineLaw
@@ -39,8 +39,8 @@ def _join_stroke_moves(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     for places in _move_runs(strokes):
         moves = [strokes[i] for i in places]
         run = MoveRun(moves, strokes[places[0] - 1], strokes[(places[-1] + 1) % len(strokes)], strokes[0].low)
-        run, states = solve_run(run)
-        for i, move, (first, last) in zip(places, moves, run.spans, strict=True):
+        run, states = solve_move_run(run)
+        for i, move, (first, last) in zip(places, moves, run.move_spans, strict=True):
             law = _move_law(states[first : last + 1], run.angles[first:last])
             joined[i] = replace(move, law=law)
             if any(other.wanted and other.wanted[0] for other in moves):
@@ -58,12 +58,16 @@ def _place_move(move: Stroke, start: float, before: float, after: float) -> Stro
 def _move_runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
     """The runs of consecutive moves round the turn, as indices of strokes."""
     count = len(strokes)
-    starts = [i for i, stroke in enumerate(strokes) if stroke.is_open and not strokes[i - 1].is_open]
-    if not starts and count and strokes[0].is_open:
+    starts = [
+        i
+        for i, stroke in enumerate(strokes)
+        if stroke.law_follows_from_neighbours and not strokes[i - 1].law_follows_from_neighbours
+    ]
+    if not starts and count and strokes[0].law_follows_from_neighbours:
         starts = [0]
     for start in starts:
         run = [start]
-        while len(run) < count and strokes[(run[-1] + 1) % count].is_open:
+        while len(run) < count and strokes[(run[-1] + 1) % count].law_follows_from_neighbours:
             run.append((run[-1] + 1) % count)
         yield run
 
@@ -78,7 +82,7 @@ def _move_law(states: FloatArray, angles: FloatArray) -> Law:
     degree = 2 * states.shape[1] - 1
     coefficients = [0.0]
     for angle, ends in zip(angles, pairwise(from_start), strict=True):
-        coefficients += matrix_product(states_to_bernstein(states.shape[1], angle), np.concatenate(ends))[
+        coefficients += matrix_product(states_to_bernstein_matrix(states.shape[1], angle), np.concatenate(ends))[
             1:
         ].tolist()
     cuts = np.cumsum(angles)[:-1] / angles.sum()

@@ -101,7 +101,7 @@ class MoveRun:
         return np.diff(self.cuts)
 
     @property
-    def spans(self) -> list[tuple[int, int]]:
+    def move_spans(self) -> list[tuple[int, int]]:
         """The indices of the cuts where each move starts and ends."""
         ends = [self._cut_place(end) for end in np.cumsum([0.0, *(move.angle for move in self.moves)])]
         return list(pairwise(ends))
@@ -110,7 +110,7 @@ class MoveRun:
         return int(np.abs(self.cuts - angle).argmin())
 
     @property
-    def count(self) -> int:
+    def state_size(self) -> int:
         """Count of a state's numbers; with a condition on the jerk at an angle the jerk is one of them."""
         jerks = any(each.order == TO_JERK - 1 and each.start == each.end for each in self.conditions)
         return TO_JERK if jerks else TO_ACCELERATION
@@ -118,15 +118,15 @@ class MoveRun:
     @property
     def is_closed(self) -> bool:
         """Whether the turn consists of these moves only, so that the run ends where it starts."""
-        return self.before.is_open
+        return self.before.law_follows_from_neighbours
 
-    def states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
+    def least_integral_states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
         """The states at the cuts with the least integral that meet the conditions (of some keys, or all)."""
-        return self._allowed_states(keys, _identity_weights).least_states()
+        return self._allowed_states(keys, _single_coefficient_weights).least_integral_states()
 
-    def is_impossible(self, keys: Sequence[str] | None = None) -> bool:
+    def is_proved_impossible(self, keys: Sequence[str] | None = None) -> bool:
         """Whether it is proved that no motion meets the conditions (of some keys, or all)."""
-        return self._allowed_states(keys, means_between).are_impossible()
+        return self._allowed_states(keys, derivative_mean_weights).are_proved_impossible()
 
     def _allowed_states(self, keys: Sequence[str] | None, weights: BernsteinWeights) -> States:
         """The states that the conditions of some keys (None for all) allow.
@@ -136,45 +136,49 @@ class MoveRun:
         low, high = self._state_ranges()
         limits: list[LimitRows] = []
         for each in (each for each in self.conditions if keys is None or each.key in keys):
-            if each.start == each.end and each.order < self.count:
+            if each.start == each.end and each.order < self.state_size:
                 place = self._cut_place(each.start), each.order
                 low[place], high[place] = max(low[place], each.low), min(high[place], each.high)
             elif each.end > each.start:
-                limits += self._range_limits(each, low.shape, weights)
+                limits += self._range_condition_limits(each, low.shape, weights)
         if self.is_closed:
             low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
         return States(low, high, limits, self.angles, self.is_closed)
 
     def _state_ranges(self) -> tuple[FloatArray, FloatArray]:
         """Ranges of the states' numbers: fixed at both ends of the run and where a position is a number."""
-        low, high = np.full((2, self.cuts.size, self.count), [[[-np.inf]], [[np.inf]]])
+        low, high = np.full((2, self.cuts.size, self.state_size), [[[-np.inf]], [[np.inf]]])
         changes = [move.given.change if move.given else 0.0 for move in self.moves]
         positions = np.cumsum([0.0, *changes])
-        for (_, end), move, position in zip(self.spans, self.moves, positions[1:], strict=True):
+        for (_, end), move, position in zip(self.move_spans, self.moves, positions[1:], strict=True):
             if not (move.wanted and move.wanted[0]):
                 low[end, 0] = high[end, 0] = position
         low[0, 0] = high[0, 0] = 0.0
         if not self.is_closed:
             unit = self.moves[0].size
-            low[0, 1:] = high[0, 1:] = _end_state(self.before, 1.0)[1 : self.count] / unit
+            low[0, 1:] = high[0, 1:] = _stroke_end_state(self.before, 1.0)[1 : self.state_size] / unit
             last = self.cuts.size - 1
             required = [each.order for each in self.conditions if self._cut_place(each.start) == last]
-            orders = [order for order in range(1, self.count) if order not in required]
-            low[-1, orders] = high[-1, orders] = _end_state(self.after, 0.0)[orders] / unit
+            orders = [order for order in range(1, self.state_size) if order not in required]
+            low[-1, orders] = high[-1, orders] = _stroke_end_state(self.after, 0.0)[orders] / unit
         return low, high
 
-    def _range_limits(
+    def _range_condition_limits(
         self, condition: Condition, shape: tuple[int, ...], weights: BernsteinWeights
     ) -> list[LimitRows]:
         """The limits that a condition over a range of angles sets on the states at its cuts."""
         first, last = self._cut_place(condition.start), self._cut_place(condition.end)
         limits = []
         for place, angle in zip(range(first, last), self.angles[first:last], strict=True):
-            sums = weights(self.count, condition.order)
+            sums = weights(self.state_size, condition.order)
             values = np.zeros((len(sums), *shape))
             per = angle**condition.order  # numbers of all orders then have one scale
-            here = sums @ bernstein_derivative(self.count, condition.order) @ states_to_bernstein(self.count, angle)
-            values[:, place : place + 2] = here.reshape(len(here), 2, self.count)
+            here = (
+                sums
+                @ bernstein_derivative_matrix(self.state_size, condition.order)
+                @ states_to_bernstein_matrix(self.state_size, angle)
+            )
+            values[:, place : place + 2] = here.reshape(len(here), 2, self.state_size)
             sides = ((1.0, condition.low), (-1.0, condition.high))
             equal = condition.low == condition.high
             for side, end in sides[: 1 if equal else 2]:
@@ -184,7 +188,7 @@ class MoveRun:
         return limits
 
 
-def solve_run(run: MoveRun) -> tuple[MoveRun, FloatArray]:
+def solve_move_run(run: MoveRun) -> tuple[MoveRun, FloatArray]:
     """A run with its ranges in as many parts as it needs, and its states.
 
     Raises
@@ -194,19 +198,20 @@ def solve_run(run: MoveRun) -> tuple[MoveRun, FloatArray]:
     """
     for parts in RANGE_PARTS:
         finer = replace(run, parts=parts)
-        if (states := finer.states()) is not None:
+        if (states := finer.least_integral_states()) is not None:
             return finer, states
         if parts == RANGE_PARTS[0]:
-            _raise_if_impossible(replace(run, parts=RANGE_PARTS[-1]))
+            _raise_if_proved_impossible(replace(run, parts=RANGE_PARTS[-1]))
     raise InfeasibleMoves(
-        irreducible_set(_condition_keys(run), lambda keys: finer.states(keys) is not None), proved=False
+        irreducible_set(_condition_keys(run), lambda keys: finer.least_integral_states(keys) is not None),
+        proved=False,
     )
 
 
-def _raise_if_impossible(run: MoveRun) -> None:
-    if run.is_impossible():
+def _raise_if_proved_impossible(run: MoveRun) -> None:
+    if run.is_proved_impossible():
         raise InfeasibleMoves(
-            irreducible_set(_condition_keys(run), lambda keys: not run.is_impossible(keys)), proved=True
+            irreducible_set(_condition_keys(run), lambda keys: not run.is_proved_impossible(keys)), proved=True
         )
 
 
@@ -214,20 +219,20 @@ def _condition_keys(run: MoveRun) -> list[str]:
     return list(dict.fromkeys(each.key for each in run.conditions))
 
 
-def _add_cuts(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
-    """The cuts with those of others that are further than ``apart`` from all cuts."""
+def _add_cuts(cuts: FloatArray, others: FloatArray, least_distance: float) -> FloatArray:
+    """The cuts with those of others that are further than ``least_distance`` from all cuts."""
     for angle in others:
-        if np.abs(cuts - angle).min() > apart:
+        if np.abs(cuts - angle).min() > least_distance:
             cuts = np.append(cuts, angle)
     return cuts
 
 
-def _end_state(stroke: Stroke, x: float) -> FloatArray:
+def _stroke_end_state(stroke: Stroke, x: float) -> FloatArray:
     """y, y', y'', y''' at the start (x = 0) or the end (x = 1) of a stroke."""
     return stroke.motion(np.array([stroke.start + x * stroke.angle]))[:, 0]
 
 
-def states_to_bernstein(count: int, angle: float) -> FloatArray:
+def states_to_bernstein_matrix(count: int, angle: float) -> FloatArray:
     """Matrix from the states at both ends of an angle to the Bernstein coefficients of the motion between."""
     degree = 2 * count - 1
     half = np.array(
@@ -238,20 +243,20 @@ def states_to_bernstein(count: int, angle: float) -> FloatArray:
     return np.block([[half, none], [none, (half * signs)[::-1]]])
 
 
-def bernstein_derivative(count: int, order: int) -> FloatArray:
+def bernstein_derivative_matrix(count: int, order: int) -> FloatArray:
     """Matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
     degree = 2 * count - 1
     return np.asarray(perm(degree, order) * np.diff(np.eye(degree + 1), order, axis=0))
 
 
-def _identity_weights(count: int, order: int) -> FloatArray:
+def _single_coefficient_weights(count: int, order: int) -> FloatArray:
     """Weights of single Bernstein coefficients: if all are within bounds, the motion is."""
     return np.eye(2 * count - order)
 
 
 @cache
-def means_between(count: int, order: int) -> FloatArray:
-    """Weights of Bernstein coefficients for means of a derivative that the states at both ends determine.
+def derivative_mean_weights(count: int, order: int) -> FloatArray:
+    """Weights of Bernstein coefficients that give weighted means of a derivative between two states.
 
     The means are k! times divided differences of the motion: means of its k-th derivative with the weight
     (1 − x)ⁱ⁻¹xʲ⁻¹, i + j = k + 1, x from 0 to 1 over the range. For any motion they are within the bounds of that

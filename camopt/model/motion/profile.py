@@ -53,7 +53,7 @@ class ProfilePiece(NamedTuple):
     end: ProfileJoint
 
     @property
-    def sweep(self) -> float:
+    def normal_sweep_angle(self) -> float:
         """Angle by which the normal turns, anticlockwise; negative on a hollow arc [rad]."""
         if self.radius is None:
             return 0.0
@@ -62,30 +62,32 @@ class ProfilePiece(NamedTuple):
         return _turn_between(self.start.normal, self.end.normal, self.radius > 0.0)
 
     @property
-    def height(self) -> float:
+    def line_distance_from_axis(self) -> float:
         """Distance of a line from the axis, along its normal [mm]."""
-        return _height_along(self.start.point, self.start.normal)
+        return _distance_along_normal(self.start.point, self.start.normal)
 
     @property
     def is_concentric(self) -> bool:
         """Whether it is an arc about the axis, where the follower dwells."""
         return self.radius is not None and abs(self.centre) <= TOUCHING_SHARE * abs(self.radius)
 
-    def heights(self) -> list[float]:
+    def extreme_distances_from_axis(self) -> list[float]:
         """Least and greatest distance from the axis inside the element [mm]; negative if the axis is outside."""
         if self.radius is None:
             start, end = ((joint.point - self.centre) / (1j * joint.normal) for joint in (self.start, self.end))
             room = TOUCHING_SHARE * abs(self.centre)
-            return [self.height] if start.real <= room and end.real >= -room else []
+            return [self.line_distance_from_axis] if start.real <= room and end.real >= -room else []
         if self.is_concentric:
             return [self.radius]
         away = self.centre / abs(self.centre)
-        return [_height_along(self.centre, n) + self.radius for n in (away, -away) if self._contains_normal(n)]
+        return [
+            _distance_along_normal(self.centre, n) + self.radius for n in (away, -away) if self._contains_normal(n)
+        ]
 
     def _contains_normal(self, normal: complex) -> bool:
         """Whether the arc has a point with this normal, up to rounding."""
-        turned = abs(_turn_between(self.start.normal, normal, self.sweep > 0.0))
-        return turned <= abs(self.sweep) + TOUCHING_SHARE or turned >= 2 * pi - TOUCHING_SHARE
+        turned = abs(_turn_between(self.start.normal, normal, self.normal_sweep_angle > 0.0))
+        return turned <= abs(self.normal_sweep_angle) + TOUCHING_SHARE or turned >= 2 * pi - TOUCHING_SHARE
 
 
 def phase(z: complex) -> float:
@@ -93,13 +95,13 @@ def phase(z: complex) -> float:
     return atan2(z.imag, z.real)
 
 
-def _height_along(point: complex, normal: complex) -> float:
+def _distance_along_normal(point: complex, normal: complex) -> float:
     """Distance of a point along a normal [mm]."""
     return (point * normal.conjugate()).real
 
 
 def _turn_between(start: complex, end: complex, forward: bool) -> float:
-    """Angle from one direction to another [rad]: in [0, 2π) if ``forward``, else in (−2π, 0]."""
+    """Angle from one direction to another [rad]: in [0, 2π) if ``driven_displacement``, else in (−2π, 0]."""
     angle = phase(end / start)
     return angle % (2 * pi) if forward else -(-angle % (2 * pi))
 
@@ -115,14 +117,18 @@ def place_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
     if len(elements) == 1:
         return [_eccentric_circle(elements[0])]
     fixed = [_arc_centre(elements, k) for k in range(len(elements))]
-    joints = [_element_joint(elements, fixed, k) for k in range(len(elements))]
+    joints = [_joint_to_next_element(elements, fixed, k) for k in range(len(elements))]
     parts = []
     for k, element in enumerate(elements):
         start, end = joints[k - 1][1], joints[k][0]
-        centre = fixed[k] if element.radius is not None else _height_along(start.point, start.normal) * start.normal
+        centre = (
+            fixed[k]
+            if element.radius is not None
+            else _distance_along_normal(start.point, start.normal) * start.normal
+        )
         assert centre is not None
         parts.append(ProfilePiece(element.radius, centre, start, end))
-    if round(sum(part.sweep for part in parts) / (2 * pi)) != 1:
+    if round(sum(part.normal_sweep_angle for part in parts) / (2 * pi)) != 1:
         raise ProfileFault(0, "the elements do not go round the cam exactly once")
     return parts
 
@@ -164,7 +170,7 @@ def _neighbour_arcs(elements: Sequence[ElementSpec], k: int) -> list[tuple[float
     return arcs
 
 
-def _element_joint(
+def _joint_to_next_element(
     elements: Sequence[ElementSpec], centres: Sequence[complex | None], k: int
 ) -> tuple[ProfileJoint, ProfileJoint]:
     """The end of an element and the start of the next; both are the same point up to rounding."""
@@ -199,7 +205,7 @@ def _line_ends(elements: Sequence[ElementSpec], k: int) -> tuple[ProfileJoint, P
     return ProfileJoint(c1 + r1 * normal, normal), ProfileJoint(c2 + r2 * normal, normal)
 
 
-def least_radius(parts: Sequence[ProfilePiece]) -> float:
+def least_distance_from_axis(parts: Sequence[ProfilePiece]) -> float:
     """Least distance of a profile from the axis [mm].
 
     Raises
@@ -207,7 +213,7 @@ def least_radius(parts: Sequence[ProfilePiece]) -> float:
     ProfileFault
         If the axis is not inside the profile.
     """
-    least = min((height for part in parts for height in part.heights()), key=abs)
+    least = min((height for part in parts for height in part.extreme_distances_from_axis()), key=abs)
     if least <= 0.0:
         raise ProfileFault(0, "the axis of the cam (0, 0) is outside the profile")
     base = [part.radius for part in parts if part.is_concentric and part.radius is not None]

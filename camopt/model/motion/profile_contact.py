@@ -21,7 +21,7 @@ from math import asin, cos, nan, pi, sin
 from typing import ClassVar, NamedTuple, Protocol
 
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
-from camopt.core.numerics.taylor import Series, angle_of, direction, series_quotient, series_root
+from camopt.core.numerics.taylor import Series, direction, series_quotient, series_root, vector_angle
 from camopt.model.motion.profile import ProfileJoint, phase
 
 
@@ -44,8 +44,8 @@ class ProfileContact(Protocol):
     @property
     def is_flat(self) -> bool: ...
     def position_at_joint(self, joint: ProfileJoint) -> JointPosition: ...
-    def on_arc(self, radius: float, distance: float, angle: Series) -> Series: ...
-    def on_line(self, distance: float, angle: Series) -> Series: ...
+    def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series: ...
+    def position_on_line(self, distance: float, angle: Series) -> Series: ...
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class TranslatingPoint:
         turned = phase(point / complex(height, e))
         return JointPosition(turned, height, cos(phase(joint.normal) - turned))
 
-    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+    def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         along, across = (each * distance for each in direction(angle))
-        u, side = across + self.eccentricity, _arc_side(radius)
+        u, side = across + self.eccentricity, _convexity_sign(radius)
         return along + series_root(-((u - radius) * (u + radius))) * side
 
-    def on_line(self, distance: float, angle: Series) -> Series:
+    def position_on_line(self, distance: float, angle: Series) -> Series:
         along, across = direction(angle)
         return series_quotient(across * self.eccentricity + distance, along)
 
@@ -94,16 +94,16 @@ class OscillatingPoint:
         upwards = -1j * self.sense * arm / l
         return JointPosition(turned, psi, cos(phase(joint.normal) - turned - phase(upwards)))
 
-    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+    def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         to_pivot, square, l = *_vector_to_pivot(self.centre_distance, distance, angle), self.arm_length  # noqa: E741
         near = square + (l - radius) * (l + radius)
         far = series_root(square * (4.0 * l * l) - near * near)
-        return to_pivot * self.sense + angle_of(near, far) * _arc_side(radius)
+        return to_pivot * self.sense + vector_angle(near, far) * _convexity_sign(radius)
 
-    def on_line(self, distance: float, angle: Series) -> Series:
+    def position_on_line(self, distance: float, angle: Series) -> Series:
         l = self.arm_length  # noqa: E741
         along = direction(angle).cosine * self.centre_distance - distance
-        return angle_of(along, series_root(-((along - l) * (along + l)))) - angle * self.sense
+        return vector_angle(along, series_root(-((along - l) * (along + l)))) - angle * self.sense
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,10 @@ class TranslatingFace:
     def position_at_joint(self, joint: ProfileJoint) -> JointPosition:
         return JointPosition(phase(joint.normal), (joint.point * joint.normal.conjugate()).real, 1.0)
 
-    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+    def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         return direction(angle).cosine * distance + radius
 
-    def on_line(self, distance: float, angle: Series) -> Series:
+    def position_on_line(self, distance: float, angle: Series) -> Series:
         raise NotImplementedError("a flat face rests on a line at one cam angle only")
 
 
@@ -143,12 +143,12 @@ class OscillatingFace:
         from_pivot = self.centre_distance - joint.point * complex(cos(turned), -sin(turned))
         return JointPosition(turned, psi, (from_pivot * face.conjugate()).real)
 
-    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
+    def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         to_pivot, square = _vector_to_pivot(self.centre_distance, distance, angle)
         far = radius - self.face_offset
-        return to_pivot * self.sense + angle_of(series_root(square - far * far), square * 0.0 + far)
+        return to_pivot * self.sense + vector_angle(series_root(square - far * far), square * 0.0 + far)
 
-    def on_line(self, distance: float, angle: Series) -> Series:
+    def position_on_line(self, distance: float, angle: Series) -> Series:
         raise NotImplementedError("a flat face rests on a line at one cam angle only")
 
 
@@ -156,9 +156,9 @@ def _vector_to_pivot(centre_distance: float, distance: float, angle: Series) -> 
     """Angle and squared length of the vector from the centre of an arc to the pivot."""
     along, across = (each * distance for each in direction(angle))
     x = -along + centre_distance
-    return angle_of(x, across), x * x + across * across
+    return vector_angle(x, across), x * x + across * across
 
 
-def _arc_side(radius: float) -> float:
+def _convexity_sign(radius: float) -> float:
     """1 for a convex arc, −1 for a hollow one."""
     return 1.0 if radius > 0.0 else -1.0

@@ -15,7 +15,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, Taylor
 from camopt.model.motion.law import BySeries
 from camopt.model.motion.load import ExternalLoad
-from camopt.model.motion.profile import ProfileFault, ProfileJoint, ProfilePiece, least_radius, phase
+from camopt.model.motion.profile import ProfileFault, ProfileJoint, ProfilePiece, least_distance_from_axis, phase
 from camopt.model.motion.profile_contact import JointPosition, ProfileContact
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, ExactNumbers, Stroke
@@ -50,21 +50,21 @@ class ProfileLaw(BySeries):
     SOURCE = "Rothbart, Cam Design Handbook, ch. 3"
     BREAKS = (0.0, 1.0)
 
-    def position(self, angle: Series) -> Series:
+    def follower_position(self, angle: Series) -> Series:
         """Position of the follower, by δ."""
         if self.radius is None:
-            return self.contact.on_line(self.distance, angle)
-        return self.contact.on_arc(self.radius, self.distance, angle)
+            return self.contact.position_on_line(self.distance, angle)
+        return self.contact.position_on_arc(self.radius, self.distance, angle)
 
     def _derivatives_to_order(self, x: ArrayLike, order: int) -> list[FloatArray]:
         x, turn = np.asarray(x, dtype=float), radians(self.turn)
         rates = (turn, *(0.0,) * (STATE_ORDERS - 2))
-        start = self.position(Taylor([self.first])).terms[0]
-        motion = self.position(Taylor([self.first + turn * x, *rates])) - start
+        start = self.follower_position(Taylor([self.first])).terms[0]
+        motion = self.follower_position(Taylor([self.first + turn * x, *rates])) - start
         return [np.asarray(motion.derivative(k)) for k in range(order + 1)]
 
     @property
-    def is_steady(self) -> bool:
+    def has_finite_motion(self) -> bool:
         """Whether the follower has a position and a finite speed everywhere on the element.
 
         The radicands are least at the ends, or where δ is a multiple of a right angle.
@@ -72,7 +72,7 @@ class ProfileLaw(BySeries):
         ends = sorted([self.first, self.first + radians(self.turn)])
         square = np.arange(ceil(ends[0] / (pi / 2)), floor(ends[1] / (pi / 2)) + 1) * (pi / 2)
         with np.errstate(invalid="ignore", divide="ignore"):
-            motion = self.position(Taylor([np.array([*ends, *square]), 1.0]))
+            motion = self.follower_position(Taylor([np.array([*ends, *square]), 1.0]))
         return bool(np.isfinite(motion.terms).all())
 
 
@@ -86,8 +86,8 @@ def programme_on_profile(
     ProfileFault
         If the axis is outside the profile, or the follower bridges a hollow flank, jumps, or cannot be driven.
     """
-    least = least_radius(parts)
-    positions = [_position_on_piece(part, contact, k) for k, part in enumerate(parts, start=1)]
+    least = least_distance_from_axis(parts)
+    positions = [_start_position_on_piece(part, contact, k) for k, part in enumerate(parts, start=1)]
     lowest = contact.position_at_joint(ProfileJoint(complex(least), 1.0 + 0.0j)).position
     farthest = max(abs(at.position) for at in positions)
     levels = [at.position - lowest for at in positions]
@@ -98,7 +98,7 @@ def programme_on_profile(
         start = strokes[-1].end if strokes else 0.0
         strokes.append(_piece_stroke(part, contact, at.turned, turn, start, levels[k - 1], levels[k % len(parts)]))
         law = strokes[-1].law
-        if isinstance(law, ProfileLaw) and not law.is_steady:
+        if isinstance(law, ProfileLaw) and not law.has_finite_motion:
             raise ProfileFault(k, TOO_STEEP)
     if round(strokes[-1].end / (2 * pi)) != 1:
         raise ProfileFault(0, "the contact does not go round the cam exactly once")
@@ -117,7 +117,7 @@ TOO_STEEP = (
 )
 
 
-def _position_on_piece(part: ProfilePiece, contact: ProfileContact, number: int) -> JointPosition:
+def _start_position_on_piece(part: ProfilePiece, contact: ProfileContact, number: int) -> JointPosition:
     """The position of a follower at the start of an element; raises ``ProfileFault`` if it has none."""
     if part.radius is None or part.radius < 0.0:
         element = "a line" if part.radius is None else "a hollow flank"
@@ -141,7 +141,7 @@ def _piece_stroke(
     if part.is_concentric:
         return Stroke(DWELL, None, start, radians(turn), low, low, ExactNumbers(turn, 0.0, angular=False))
     if part.radius is None:
-        radius, distance, towards = None, part.height + contact.radius, part.start.normal
+        radius, distance, towards = None, part.line_distance_from_axis + contact.radius, part.start.normal
     else:
         radius, distance, towards = part.radius + contact.radius, abs(part.centre), part.centre
     law = ProfileLaw(contact, radius, distance, turned - phase(towards), turn)

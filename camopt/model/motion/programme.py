@@ -14,13 +14,13 @@ from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.numerics.piecewise import (
     MotionTable,
-    bernstein,
-    carried_series,
-    groups_of,
     load_series,
     panel_end_values,
+    panel_groups,
     places_of_sign_change,
+    powers_to_bernstein_matrix,
     table_ranges,
+    train_inertia_series,
 )
 from camopt.core.numerics.quadrature import gauss_rule
 from camopt.core.numerics.stable_functions import matrix_product
@@ -28,7 +28,7 @@ from camopt.core.numerics.state import State
 from camopt.model.motion import LAWS
 from camopt.model.motion.installed_laws import InstalledLaw
 from camopt.model.motion.law import Law
-from camopt.model.motion.law_panels import cut_breaks, stroke_coefficients, turning_points
+from camopt.model.motion.law_panels import breaks_with_cuts, law_panel_polynomials, turning_points
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.move_joints import join_moves
 from camopt.model.motion.segments import MotionSegment, build_strokes
@@ -43,7 +43,7 @@ from camopt.model.motion.stroke import (
     RISE,
     WAY_OF,
     Stroke,
-    motion_ways,
+    motion_directions,
 )
 
 TURN_PANELS = 24
@@ -180,7 +180,7 @@ class Programme:
         return _build_table(self)
 
     @property
-    def starts(self) -> FloatArray:
+    def piece_starts(self) -> FloatArray:
         """Cam angle at which each piece of the table starts [rad]."""
         first = self.table.first_panel[:-1]
         return np.asarray(self.table.centre[first] - self.table.half_width[first])
@@ -191,8 +191,8 @@ class Programme:
         return tuple(find_jumps(self, (1, 2)))
 
     @cached_property
-    def unseen_jump(self) -> float:
-        """Largest jump of y'' that counts as rounding."""
+    def acceleration_jump_rounding(self) -> float:
+        """Largest jump of y'' that counts as rounding and not as a jump."""
         return LEAST_JUMP * float(self.table.most[:, 2].max()) + 2.0 * float(self.table.error[:, 2].max())
 
     @cached_property
@@ -226,21 +226,23 @@ class Programme:
     def state(self, angles: FloatArray) -> State:
         """The state of the follower at cam angles, which curves take."""
         motion = self.motion_at(angles)
-        load = None if self.load is None else self.load.state(angles, motion, motion_ways(self.kinds_at(angles)))
+        load = (
+            None if self.load is None else self.load.state(angles, motion, motion_directions(self.kinds_at(angles)))
+        )
         y, y1, y2, y3 = motion
         return State(y, y1, y2, y3, load)
 
     def least_speed(self, sense: float) -> float:
         """Least y' of the turn; with the sense −1 that of the turn run backwards [mm or rad per rad]."""
-        return min(sense * speed for speed in weighted_range(self, (0, 1), ALL_STROKES))
+        return min(sense * speed for speed in weighted_derivative_range(self, (0, 1), ALL_STROKES))
 
-    def panels_of(self, kinds: int) -> BoolArray:
+    def panels_with_kinds(self, kinds: int) -> BoolArray:
         """Mask of the table's panels in pieces of some kinds or directions."""
         return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
 
     def kinds_at(self, angles: FloatArray) -> IntArray:
         """Kinds and directions of the pieces at cam angles."""
-        return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
+        return np.asarray(self.table.kind[np.searchsorted(self.piece_starts[1:], angles, side="right")])
 
     def one_sided_angles(self, angles: FloatArray, kinds: int) -> FloatArray:
         """Cam angles just before and just after others, (2, …), for both one-sided values at a jump.
@@ -248,7 +250,7 @@ class Programme:
         All are in pieces of some kinds. An angle outside them is replaced by that of the other side, or else by the
         middle of such a piece. (0, …) if there is no such piece.
         """
-        table, starts = self.table, self.starts
+        table, starts = self.table, self.piece_starts
         pieces = np.flatnonzero(table.kind & kinds)
         if not pieces.size:
             return np.empty((0, *angles.shape))
@@ -257,7 +259,7 @@ class Programme:
         inside = (self.kinds_at(sides) & kinds) != 0
         return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
 
-    def cuts(self, stroke: Stroke) -> tuple[float, ...]:
+    def stroke_cuts(self, stroke: Stroke) -> tuple[float, ...]:
         """Turning points of the motion and corners of the load, as shares of a stroke; corners outside it too."""
         corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
         return corners if stroke.law is None else (*turning_points(stroke.law, TURN_PANELS), *corners)
@@ -269,11 +271,13 @@ def _build_table(programme: Programme) -> MotionTable:
     numbers: list[IntArray] = []
     for stroke in programme.strokes:
         if stroke.law is None:
-            ends = np.array(cut_breaks((0.0, 1.0), programme.cuts(stroke)))
+            ends = np.array(breaks_with_cuts((0.0, 1.0), programme.stroke_cuts(stroke)))
             counts: tuple[int, ...] = (1,) * (len(ends) - 1)
             coefficients = np.zeros((len(counts), TABLE_DEGREE + 1))
         else:
-            coefficients, ends, counts = stroke_coefficients(stroke.law, TURN_PANELS, programme.cuts(stroke))
+            coefficients, ends, counts = law_panel_polynomials(
+                stroke.law, TURN_PANELS, programme.stroke_cuts(stroke)
+            )
         row = coefficients * stroke.size
         # the direction of motion of each piece of a stroke, from its coefficients (panels, powers)
         last = np.cumsum(counts) - 1
@@ -290,7 +294,7 @@ def _build_table(programme: Programme) -> MotionTable:
             kinds.append(_piece_kind(stroke, way) | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
     first_panel, number = np.array(pieces), np.concatenate(numbers)
-    group = groups_of(first_panel)
+    group = panel_groups(first_panel)
     low, high, most, error = table_ranges(coefficients, half_width, number, group)
     table = MotionTable(
         coefficients,
@@ -310,9 +314,9 @@ def _build_table(programme: Programme) -> MotionTable:
     return table if programme.load is None else table._replace(load=programme.load.panel_table(table, number))
 
 
-def _piece_kind(stroke: Stroke, way: int) -> int:
+def _piece_kind(stroke: Stroke, direction: int) -> int:
     """The kind of a piece: that of its stroke, or in a move the kind of its direction."""
-    return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
+    return next(kind for kind in WAY_OF if WAY_OF[kind] == direction) if stroke.is_move else stroke.kind
 
 
 def find_jumps(programme: Programme, orders: Sequence[int]) -> list[Jump]:
@@ -341,7 +345,7 @@ def derivative_peak(programme: Programme, order: int, kinds: int) -> float:
     """
     if any(j.order < order and j.kinds & kinds for j in programme.jumps):
         return inf
-    least, largest = weighted_range(programme, (0.0,) * order + (1.0,), kinds)
+    least, largest = weighted_derivative_range(programme, (0.0,) * order + (1.0,), kinds)
     return max(-least, largest, 0.0)
 
 
@@ -349,19 +353,23 @@ USUAL_ORDERS = 4  # up to the jerk: all are computed together, as callers seldom
 
 
 @lru_cache(maxsize=4096)
-def weighted_range(
-    programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0, carried: float = 0.0
+def weighted_derivative_range(
+    programme: Programme,
+    weights: tuple[float, ...],
+    kinds: int,
+    load_weight: float = 0.0,
+    inertia_weight: float = 0.0,
 ) -> tuple[float, float]:
     """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over strokes of some kinds.
 
-    ``load`` is the weight of a changing external load, ``carried`` that of the inertia of a train. The values are
-    exact: extremes of the panels' polynomials, from the roots of their derivatives, and one-sided values at jumps.
-    (inf, -inf) if there is no such stroke.
+    ``load_weight`` is the weight of a changing external load, ``inertia_weight`` that of the inertia of a train.
+    The values are exact: extremes of the panels' polynomials, from the roots of their derivatives, and one-sided
+    values at jumps. (inf, -inf) if there is no such stroke.
     """
-    arrays = _derivative_bounds(programme, max(len(weights), USUAL_ORDERS), kinds)
+    arrays = _derivative_polynomials_and_bounds(programme, max(len(weights), USUAL_ORDERS), kinds)
     if arrays is None:
         return inf, -inf
-    factors, terms = np.array((*weights, load, carried)), [*range(len(weights)), -2, -1]
+    factors, terms = np.array((*weights, load_weight, inertia_weight)), [*range(len(weights)), -2, -1]
     series, slope, ends, slopes, bounds = (_weighted_sum(factors, array[terms]) for array in arrays)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
     least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
@@ -372,7 +380,9 @@ def weighted_range(
 
 
 @lru_cache(maxsize=256)
-def _derivative_bounds(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
+def _derivative_polynomials_and_bounds(
+    programme: Programme, orders: int, kinds: int
+) -> tuple[FloatArray, ...] | None:
     """Polynomials of y, y', y'' …, load and inertia on panels of some kinds, with their slopes and bounds.
 
     Returns the coefficients, those of the slopes, the values at the ends, bounds of the slopes and bounds of the
@@ -380,18 +390,18 @@ def _derivative_bounds(programme: Programme, orders: int, kinds: int) -> tuple[F
     coefficients: if those of a slope have one sign, it has no root.
     """
     table = programme.table
-    panels = programme.panels_of(kinds)
+    panels = programme.panels_with_kinds(kinds)
     if not panels.any():
         return None
     y, h = table.coefficients[panels].T, table.half_width[panels]
     series = np.zeros((orders + 2, *y.shape))
     for order in range(orders):
         series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
-    for place, force in enumerate((load_series(table), carried_series(table)), start=orders):
+    for place, force in enumerate((load_series(table), train_inertia_series(table)), start=orders):
         series[place, : len(force)] = force[:, panels]
     slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
     by_powers, slopes = np.moveaxis(series, 1, 0), np.moveaxis(slope, 1, 0)
-    bounds = (matrix_product(bernstein(len(each) - 1), each) for each in (slopes, by_powers))
+    bounds = (matrix_product(powers_to_bernstein_matrix(len(each) - 1), each) for each in (slopes, by_powers))
     ends = polynomial.polyval(np.array([-1.0, 1.0]), by_powers)
     return series, slope, ends, *(np.moveaxis(each, 1, 0) for each in bounds)
 
@@ -407,7 +417,7 @@ def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     return [float(polynomial.polyval(u, series)) for u in places_of_sign_change(slope)]
 
 
-def mean_of_powers(programme: Programme, order: int, power: int) -> float:
+def derivative_power_mean(programme: Programme, order: int, power: int) -> float:
     """Mean of a power of a derivative over the turn, 1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ with p = 1 or 2.
 
     Gauss's rule on each panel is exact for its polynomial.
@@ -419,14 +429,14 @@ def mean_of_powers(programme: Programme, order: int, power: int) -> float:
     return float(powers.sum() / (2 * pi))
 
 
-def root_mean_square(programme: Programme, order: int) -> float:
+def derivative_root_mean_square(programme: Programme, order: int) -> float:
     """Root mean square of a derivative over the turn, √(1/2π·∫ (y⁽ᵏ⁾)² dθ)."""
-    return sqrt(mean_of_powers(programme, order, 2))
+    return sqrt(derivative_power_mean(programme, order, 2))
 
 
-def law_range(law: Law) -> tuple[float, float]:
+def law_displacement_range(law: Law) -> tuple[float, float]:
     """Least and largest displacement of a law's unit stroke; exactly 0 and 1 up to rounding."""
-    least, largest = weighted_range(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
+    least, largest = weighted_derivative_range(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
     return least if least < -OVERSHOOT else 0.0, largest if largest > 1.0 + OVERSHOOT else 1.0
 
 
@@ -447,8 +457,10 @@ def law_peaks(law: Law) -> dict[str, float | str]:
     }
 
 
-def peaks_inside(law: Law) -> dict[str, float]:
+def law_peaks_inside_stroke(law: Law) -> dict[str, float]:
     """Peak velocity, acceleration and jerk within a law's unit stroke; jumps at its ends do not count."""
     stroke = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
-    ranges = {name: weighted_range(stroke, (0.0,) * order + (1.0,), RISE) for name, order in LAW_PEAKS.items()}
+    ranges = {
+        name: weighted_derivative_range(stroke, (0.0,) * order + (1.0,), RISE) for name, order in LAW_PEAKS.items()
+    }
     return {name: max(abs(least), abs(largest)) for name, (least, largest) in ranges.items()}

@@ -39,26 +39,28 @@ class States:
         """Whether any range is empty."""
         return bool(np.any(self.low > self.high))
 
-    def least_states(self) -> FloatArray | None:
+    def least_integral_states(self) -> FloatArray | None:
         """The states of the least integral that meet all limits, or None."""
         if self.is_empty:
             return None
-        size = 1.0 / np.linalg.norm(self.factor[:, self.free_places], axis=0)
-        (same, values), (rows, least) = (self._limits(equal) for equal in (True, False))
-        solutions = solve_equations(same * size, values, self.largest)
+        size = 1.0 / np.linalg.norm(self.integral_factor[:, self.free_number_index], axis=0)
+        (same, values), (rows, least) = (self._free_number_limits(equal) for equal in (True, False))
+        solutions = solve_equations(same * size, values, self.largest_number)
         if solutions is None:
             return None
-        (start, basis), factor = solutions, self.factor[:, self.free_places] * size
-        offset, rows = self.factor @ self.fixed_numbers + factor @ start, rows * size
-        best = constrained_least_squares(factor @ basis, offset, rows @ basis, least - rows @ start, self.largest)
+        (start, basis), factor = solutions, self.integral_factor[:, self.free_number_index] * size
+        offset, rows = self.integral_factor @ self.fixed_numbers + factor @ start, rows * size
+        best = constrained_least_squares(
+            factor @ basis, offset, rows @ basis, least - rows @ start, self.largest_number
+        )
         return None if best is None else self._full_states(size * (start + basis @ best))
 
-    def are_impossible(self) -> bool:
+    def are_proved_impossible(self) -> bool:
         """Whether all states miss a limit by more than the error of a solver."""
         if self.is_empty:
             return True
-        size = 1.0 / np.linalg.norm(self.factor[:, self.free_places], axis=0)
-        (same, values), (rows, least) = (self._limits(equal) for equal in (True, False))
+        size = 1.0 / np.linalg.norm(self.integral_factor[:, self.free_number_index], axis=0)
+        (same, values), (rows, least) = (self._free_number_limits(equal) for equal in (True, False))
         return least_violation(rows * size, least, same * size, values) > CERTAIN_MISS
 
     @property
@@ -68,7 +70,7 @@ class States:
         return np.tile(self.angles.mean() ** np.arange(count), joints)
 
     @cached_property
-    def place(self) -> IntArray:
+    def number_index(self) -> IntArray:
         """Index of each of the states' numbers; the last joint of a closed run has the indices of the first."""
         joints, count = self.low.shape
         place = np.arange(joints * count).reshape(joints, count)
@@ -77,14 +79,14 @@ class States:
         return place
 
     @cached_property
-    def factor(self) -> FloatArray:
+    def integral_factor(self) -> FloatArray:
         """Matrix from the numbers to a vector whose square is the integral."""
         count = self.low.shape[1]
-        factor = np.zeros((self.angles.size * count, self.place.size))
+        factor = np.zeros((self.angles.size * count, self.number_index.size))
         for i, share in enumerate(self.angles / self.angles.mean()):
             powers = np.tile(share ** np.arange(count), 2)
             rows = factor[i * count : (i + 1) * count]
-            np.add.at(rows.T, self.place[i : i + 2].ravel(), (_integral_factor(count) * powers).T)
+            np.add.at(rows.T, self.number_index[i : i + 2].ravel(), (_unit_integral_factor(count) * powers).T)
             rows *= share ** (0.5 - count)
         return factor
 
@@ -93,13 +95,13 @@ class States:
         return self.low.ravel() * self._order_scale, self.high.ravel() * self._order_scale
 
     @property
-    def largest(self) -> float:
+    def largest_number(self) -> float:
         return float(np.abs(np.nan_to_num(self.number_ranges, posinf=0.0, neginf=0.0)).max())
 
     @cached_property
     def is_fixed(self) -> BoolArray:
         low, high = self.number_ranges
-        return np.asarray(high - low <= SINGLE_NUMBER * self.largest)
+        return np.asarray(high - low <= SINGLE_NUMBER * self.largest_number)
 
     @property
     def fixed_numbers(self) -> FloatArray:
@@ -107,21 +109,23 @@ class States:
         return np.where(self.is_fixed, self.number_ranges[0], 0.0)
 
     @cached_property
-    def free_places(self) -> IntArray:
-        return np.unique(self.place.ravel()[~self.is_fixed])
+    def free_number_index(self) -> IntArray:
+        return np.unique(self.number_index.ravel()[~self.is_fixed])
 
-    def _limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
+    def _free_number_limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
         """Linear limits on the free numbers, as rows and their least (or equal) values; ranges are among them."""
         limits = [limit for limit in self.limits if limit.equal == equal]
-        spread = np.eye(self.place.size)[self.place.ravel()]  # from distinct numbers to all numbers of the states
-        rows = np.concatenate([np.empty((0, self.place.size)), *(limit.rows for limit in limits)])
+        spread = np.eye(self.number_index.size)[
+            self.number_index.ravel()
+        ]  # from distinct numbers to all numbers of the states
+        rows = np.concatenate([np.empty((0, self.number_index.size)), *(limit.rows for limit in limits)])
         rows = rows / self._order_scale @ spread
         least = np.concatenate([np.empty(0), *(limit.least for limit in limits)]) - rows @ self.fixed_numbers
-        rows = rows[:, self.free_places]
-        low, high = (end[self.free_places] for end in self.number_ranges)
+        rows = rows[:, self.free_number_index]
+        low, high = (end[self.free_number_index] for end in self.number_ranges)
         for side, end in () if equal else ((1.0, low), (-1.0, -high)):
             bounded = np.isfinite(end)
-            rows = np.concatenate([rows, side * np.eye(self.free_places.size)[bounded]])
+            rows = np.concatenate([rows, side * np.eye(self.free_number_index.size)[bounded]])
             least = np.concatenate([least, end[bounded]])
         return rows, least
 
@@ -129,12 +133,12 @@ class States:
         """The states, from the free numbers."""
         low, high = self.number_ranges
         states = self.fixed_numbers
-        states[self.free_places] = np.clip(numbers, low[self.free_places], high[self.free_places])
-        return np.asarray((states[self.place.ravel()] / self._order_scale).reshape(self.low.shape))
+        states[self.free_number_index] = np.clip(numbers, low[self.free_number_index], high[self.free_number_index])
+        return np.asarray((states[self.number_index.ravel()] / self._order_scale).reshape(self.low.shape))
 
 
 @cache
-def _integral_factor(count: int) -> FloatArray:
+def _unit_integral_factor(count: int) -> FloatArray:
     """Matrix from p, p', … at 0 and at 1 to a vector with the square ∫₀¹ (p⁽ᵏ⁾)² dx.
 
     k is ``count``, and the polynomial p has the degree 2k − 1.

@@ -44,7 +44,7 @@ class MotionSegment(NamedTuple):
     """The key of the segment in its scene."""
 
     @property
-    def change(self) -> float:
+    def signed_lift(self) -> float:
         """Change of displacement by its lift."""
         return LIFT_SIGNS[self.segment] * self.lift
 
@@ -53,7 +53,7 @@ def start_position(segments: Sequence[MotionSegment]) -> float:
     """Position at the start of a turn: the last given position plus the lifts after it; 0 without positions."""
     position = 0.0
     for segment in segments:
-        position = position + segment.change if segment.to is None else segment.to
+        position = position + segment.signed_lift if segment.to is None else segment.to
     return position if any(segment.to is not None for segment in segments) else 0.0
 
 
@@ -61,8 +61,8 @@ def segment_lifts(segments: Sequence[MotionSegment]) -> list[float]:
     """Change of displacement in each segment."""
     position, changes = start_position(segments), []
     for segment in segments:
-        changes.append(segment.change if segment.to is None else segment.to - position)
-        position = position + segment.change if segment.to is None else segment.to
+        changes.append(segment.signed_lift if segment.to is None else segment.to - position)
+        position = position + segment.signed_lift if segment.to is None else segment.to
     return changes
 
 
@@ -84,7 +84,7 @@ def build_strokes(
     for segment, change in zip(segments, segment_lifts(segments), strict=True):
         if segment.angle < NO_DWELL:
             continue
-        through = tuple(_relative_passing(each, start) for each in segment.through)
+        through = tuple(_relative_passing_condition(each, start) for each in segment.through)
         segment = segment._replace(
             wanted=(_relative_position(start, segment.between), *segment.wanted), through=through
         )
@@ -100,7 +100,7 @@ def _relative_position(start: float, required: RequiredValue) -> RequiredValue:
     return (required[0] - start, required[1] - start) if isinstance(required, tuple) else required - start
 
 
-def _relative_passing(through: PassingCondition, start: float) -> PassingCondition:
+def _relative_passing_condition(through: PassingCondition, start: float) -> PassingCondition:
     """A condition at cam angles in rad, with positions relative to ``start``."""
     position, *others = through.required_values
     return PassingCondition(

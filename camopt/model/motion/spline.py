@@ -79,7 +79,7 @@ class EndCondition(Enum):
     """Velocity and acceleration make ∫ s‴² least."""
 
     @property
-    def level(self) -> int:
+    def equal_end_coefficient_count(self) -> int:
         """Number of equal coefficients at the end: 1 plus the number of leading derivatives that are zero."""
         return 1 + sum(order == place for place, order in enumerate(self.value, start=1))
 
@@ -97,6 +97,6 @@ def fit_table_spline(
     zero: Any = tuple([(order, 0.0) for order in end.value] for end in ends)
     spline = make_interp_spline(x, s, k=QUINTIC, bc_type=zero)
     coefficients = spline.c
-    at_start, at_end = (end.level for end in ends)
+    at_start, at_end = (end.equal_end_coefficient_count for end in ends)
     coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # as zero derivatives require, without rounding
     return SplineLaw(name, QUINTIC, tuple(spline.t.tolist()), tuple(coefficients.tolist()), sampled=True)

@@ -25,7 +25,7 @@ END_TOLERANCE = 1e-9  # of a stroke: an angle this near to its end counts as the
 RANGE_SAMPLES = 2001  # angles of a range at which a condition is checked
 
 
-def motion_ways(kinds: IntArray) -> FloatArray:
+def motion_directions(kinds: IntArray) -> FloatArray:
     """Direction of the follower in pieces of some kinds: out (1), in (−1), or at rest (0)."""
     return np.asarray(((kinds & OUTWARD) != 0) * 1.0 - ((kinds & INWARD) != 0))
 
@@ -37,7 +37,7 @@ def reversed_kinds(kinds: Any) -> Any:
     return sum(others, kinds & ~reversible)
 
 
-def stroke_ways(kinds: int) -> int:
+def stroke_direction_bits(kinds: int) -> int:
     """Directions of the follower in strokes of some kinds, as bits."""
     return sum(way for kind, way in WAY_OF.items() if kind & kinds)
 
@@ -131,12 +131,12 @@ class Stroke:
         return self.kind == ALL_STROKES
 
     @property
-    def is_open(self) -> bool:
+    def law_follows_from_neighbours(self) -> bool:
         """Whether it is a move whose law follows from its neighbours."""
         return self.wanted is not None and not self.named
 
     @property
-    def is_free(self) -> bool:
+    def is_law_replaceable(self) -> bool:
         """Whether another law may replace its law: not in a dwell, nor at constant velocity."""
         return self.wanted is not None if self.is_move else self.kind != DWELL
 
@@ -152,7 +152,7 @@ class Stroke:
         kind, given = int(reversed_kinds(self.kind)), self.given and self.given._replace(change=-self.given.change)
         return replace(self, kind=kind, low=lift - self.low, high=lift - self.high, given=given, way=-self.way)
 
-    def required_conditions(self, start: float) -> Iterator[Condition]:
+    def conditions_in_mm_or_rad(self, start: float) -> Iterator[Condition]:
         """The conditions on a move or on a segment of constant velocity, in mm (rad) per radᵏ.
 
         ``start`` is the displacement at the start of the turn.
@@ -175,8 +175,8 @@ class Stroke:
                 key = f"{self.key}.through.{number}.{name}"
                 yield from _conditions_of_order(key, order, passing.start, passing.end, passing.required_values)
 
-    def part_under(self, condition: Condition) -> tuple[float, float] | None:
-        """The range of x in this stroke to which a condition applies, or None.
+    def part_under_condition(self, condition: Condition) -> tuple[float, float] | None:
+        """Range of x (0 to 1) of this stroke to which a condition applies, or None.
 
         A condition at the angle where the stroke starts applies to the stroke before.
         """
@@ -186,9 +186,9 @@ class Stroke:
             return (low, high) if 0.0 < low <= 1.0 else None
         return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
 
-    def values_at(self, condition: Condition) -> FloatArray:
+    def values_under_condition(self, condition: Condition) -> FloatArray:
         """The values that a condition bounds, at its angle or at samples of its range; empty outside the stroke."""
-        part = self.part_under(condition)
+        part = self.part_under_condition(condition)
         if part is None:
             return np.empty(0)
         low, high = part  # the jerk may jump at the ends of a range

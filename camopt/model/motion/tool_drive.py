@@ -18,7 +18,7 @@ from camopt.model.motion.law_panels import turning_points
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ExactNumbers, Stroke, reversed_kinds
-from camopt.model.trains.link import value_at_end
+from camopt.model.trains.link import formula_value_at_end
 from camopt.model.trains.train import StageFault, Train
 
 
@@ -62,38 +62,38 @@ class DrivenLaw(BySeries):
     def _derivatives_to_order(self, x: ArrayLike, order: int) -> list[FloatArray]:
         first, *rates = (self.factor * values for values in law_derivatives(self.law, x, order))
         terms = [self.zero + self.low + first, *(rate / k for rate, k in zip(rates, (1.0, 2.0, 6.0), strict=False))]
-        motion = self.train.follower(Taylor(terms)) - self.start
+        motion = self.train.follower_displacement(Taylor(terms)) - self.start
         return [np.asarray(motion.derivative(k) / self.size) for k in range(order + 1)]
 
 
 @turning_points.register
-def _turnings_of_tool(law: DrivenLaw, panels: int) -> tuple[float, ...]:
+def _tool_turning_points(law: DrivenLaw, panels: int) -> tuple[float, ...]:
     """The turning points of the tool's law: between dead points, a train turns back where the tool does."""
     return turning_points(law.law, panels)
 
 
 @lru_cache(maxsize=512)
 def follower_programme(
-    tool: Programme, train: Train, zero: float, load: ExternalLoad | TrainLoad | None = None
+    tool: Programme, train: Train, lowest_tool_position: float, load: ExternalLoad | TrainLoad | None = None
 ) -> Programme:
     """The turn of the follower that drives a tool.
 
-    ``zero`` is the lowest position of the tool, from the start position of the train [mm or rad]. ``load`` is an
-    external load at the follower, or the load of the train.
+    ``lowest_tool_position`` is the lowest position of the tool, from the start position of the train [mm or rad].
+    ``load`` is an external load at the follower, or the load of the train.
 
     Raises
     ------
     StageFault
         If the tool goes beyond a dead point.
     """
-    low, high = (zero + level for level in tool.levels)
-    for side, end, at in zip((-1.0, 1.0), train.tool_reach, (low, high), strict=True):
+    low, high = (lowest_tool_position + level for level in tool.levels)
+    for side, end, at in zip((-1.0, 1.0), train.tool_travel_ends, (low, high), strict=True):
         if not side * at < side * end.at:
             raise StageFault(end.stage, f"the tool goes beyond a dead point: {end.why} there")
     ends = {end for stroke in tool.strokes for end in (stroke.low, stroke.high)}
-    levels = {end: value_at_end(train.follower, zero + end) for end in ends}
+    levels = {end: formula_value_at_end(train.follower_displacement, lowest_tool_position + end) for end in ends}
     base = levels[tool.strokes[0].low]
-    strokes = tuple(_follower_stroke(stroke, train, zero, levels, base) for stroke in tool.strokes)
+    strokes = tuple(_follower_stroke(stroke, train, lowest_tool_position, levels, base) for stroke in tool.strokes)
     turn = Programme(strokes, load, tool_programme=tool).on_base_circle()
     if not isinstance(load, TrainLoad):
         return turn
@@ -101,46 +101,47 @@ def follower_programme(
 
 
 def programme_with_tool(
-    follower: Programme, train: Train, zero: float, load: ExternalLoad | TrainLoad | None = None
+    follower: Programme, train: Train, lowest_follower_position: float, load: ExternalLoad | TrainLoad | None = None
 ) -> Programme:
     """The turn of a follower whose motion is known, with the tool that it drives.
 
-    ``zero`` is the lowest position of the follower, from the start position of the train [mm or rad].
+    ``lowest_follower_position`` is the lowest position of the follower, from the start position of the train [mm or
+    rad].
 
     Raises
     ------
     StageFault
         If the follower goes beyond a dead point.
     """
-    tool = follower_programme(replace(follower, load=None), train.reversed_train, zero)
+    tool = follower_programme(replace(follower, load=None), train.reversed_train, lowest_follower_position)
     if isinstance(load, TrainLoad):
-        load = replace(load, zero=zero)
+        load = replace(load, zero=lowest_follower_position)
     return replace(follower, load=load, tool_programme=replace(tool, tool_programme=None), given_at_follower=True)
 
 
 def tool_travel(turn: Programme) -> tuple[float, float]:
     """Lowest and highest position of the tool, from the start position of the train [mm or rad]."""
-    low, high = (_tool_zero(turn) + level for level in turn.tool.levels)
+    low, high = (_lowest_tool_position(turn) + level for level in turn.tool.levels)
     return low, high
 
 
 def tool_position(turn: Programme, angles: FloatArray) -> FloatArray:
     """Position of the tool at cam angles, from the start position of the train [mm or rad]."""
-    return np.asarray(_tool_zero(turn) + turn.tool.motion_at(angles)[0])
+    return np.asarray(_lowest_tool_position(turn) + turn.tool.motion_at(angles)[0])
 
 
 def follower_series(train: Train, turn: Programme, angles: FloatArray) -> Series:
     """Position of the follower at cam angles, from the start position of the train, as a series [mm or rad]."""
     _, z1, z2, _ = turn.tool.motion_at(angles)
-    return train.follower(Taylor([tool_position(turn, angles), z1, z2 / 2]))
+    return train.follower_displacement(Taylor([tool_position(turn, angles), z1, z2 / 2]))
 
 
 def train_ratio_series(train: Train, turn: Programme, angles: FloatArray) -> Series:
     """Velocity ratio of the train at cam angles, as a series."""
-    return train.joints(follower_series(train, turn, angles))[-1].ratio
+    return train.joint_motions(follower_series(train, turn, angles))[-1].ratio
 
 
-def _tool_zero(turn: Programme) -> float:
+def _lowest_tool_position(turn: Programme) -> float:
     """Lowest position of the tool, from the start position of the train [mm or rad]."""
     if turn.given_at_follower:
         return next(s.law.start - s.low for s in turn.tool.strokes if isinstance(s.law, DrivenLaw))

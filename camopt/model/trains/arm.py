@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.taylor import Series, angle_of, direction, series_root
-from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, require_positive, unit_series
-from camopt.model.trains.sketch import LinkSketch, Port, Support, bar, sliding_member
+from camopt.core.numerics.taylor import Series, direction, series_root, vector_angle
+from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, constant_one_series, require_positive
+from camopt.model.trains.sketch import LinkSketch, Port, Support, bar_member, sliding_member
 
 ARM_IN_LINE = "the arm points along the motion of the slide"
 
@@ -36,37 +36,39 @@ class Arm:
     """Cosine of the start angle."""
     sine: Any
     """Sine of the start angle."""
-    couplers = NO_COUPLERS
-    forces = (Force("roller", "joint", unit_series, touches=True),)
+    couplers_by_driving_side = NO_COUPLERS
+    joint_forces = (Force("roller", "joint", constant_one_series, touches=True),)
 
     @property
-    def turns(self) -> tuple[bool, bool]:
+    def driver_and_driven_angular(self) -> tuple[bool, bool]:
         return True, False
 
     @property
-    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+    def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
         return DeadPoint(-pi / 2 - self.start, ARM_IN_LINE), DeadPoint(pi / 2 - self.start, ARM_IN_LINE)
 
-    def forward(self, driver: Series) -> Series:
+    def driven_displacement(self, driver: Series) -> Series:
         cosine, sine = direction(driver)
         return (sine * self.cosine + (cosine - 1.0) * self.sine) * self.length
 
-    def backward(self, driven: Series) -> Series:
+    def driver_displacement(self, driven: Series) -> Series:
         sine = driven / self.length + self.sine
         cosine = series_root(-((sine - 1.0) * (sine + 1.0)))
-        return angle_of(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
+        return vector_angle(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
 
-    def ratio(self, driver: Series) -> Series:
+    def velocity_ratio(self, driver: Series) -> Series:
         cosine, sine = direction(driver)
         return (cosine * self.cosine - sine * self.sine) * self.length
 
-    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(
+        self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
+    ) -> LinkSketch:
         """The arm with its roller and the slide; if the slide drives the arm, the link before draws it."""
         end = self.length * np.exp(1j * (self.start + driver))
         first, roller = complex(rect(self.length, self.start)), 0.035 * size
-        members = [bar((np.zeros_like(end), end)), sliding_member("roller", np.array([roller]), end)]
+        members = [bar_member((np.zeros_like(end), end)), sliding_member("roller", np.array([roller]), end)]
         standing = [Support("pivot", 0.0)]
-        if back:
+        if driven_backwards:
             return LinkSketch(members, standing, Port(0.0, -1.0), Port(first - 1j * roller, 1j))
         thick, half, travel = 0.03 * size, 0.02 * size, float(np.ptp(driven))
         guide, low, high = 2 * thick + travel, end.real.min() - first.real, end.real.max() - first.real
@@ -83,7 +85,7 @@ class Arm:
         )
 
 
-def arm(length: Any, angle: Any) -> Arm:
+def assemble_arm(length: Any, angle: Any) -> Arm:
     """An arm from its length [mm] and its start angle [deg].
 
     Raises

@@ -4,14 +4,14 @@ Its first arm is lifted by a roller or pad (``trains.arm``). An oscillating foll
 arm is a crank (``trains.crank``).
 """
 
-from camopt.model.trains.crank import crank
+from camopt.model.trains.crank import assemble_crank
 from camopt.model.trains.link import Keys, Link, StageKind
-from camopt.model.trains.rocker import input_links
+from camopt.model.trains.rocker import input_arm_links
 
 
-def _bell_crank_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
-    output = crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
-    return (*input_links(keys, turns), output)
+def _bell_crank_links(keys: Keys, input_angular: bool) -> tuple[Link, ...]:
+    output = assemble_crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
+    return (*input_arm_links(keys, input_angular), output)
 
 
 STAGE = StageKind(

@@ -47,18 +47,21 @@ class FollowerLoad(NamedTuple):
 
 
 def sum_follower_load(
-    joints: list[TrainJoint], carried: tuple[CarriedLoad, ...], ways: Sequence[Any], loads: Mapping[int, Series]
+    joints: list[TrainJoint],
+    carried: tuple[CarriedLoad, ...],
+    velocity_signs: Sequence[Any],
+    loads: Mapping[int, Series],
 ) -> FollowerLoad:
     """S and I, from the joints as series by the cam angle.
 
-    ``ways`` has the sign of each joint's velocity: 1, −1, or 0 at rest. ``loads`` are forces that change over the
-    turn, by joint.
+    ``velocity_signs`` has the sign of each joint's velocity: 1, −1, or 0 at rest. ``loads`` are forces that change
+    over the turn, by joint.
     """
     static = joints[0].displacement * 0.0
     inertia = series_slope(series_slope(static))
     for part in carried:
         displacement, ratio = joints[part.joint]
-        force = displacement * part.stiffness + (ways[part.joint] * part.friction + part.force)
+        force = displacement * part.stiffness + (velocity_signs[part.joint] * part.friction + part.force)
         static = static + force * ratio
         inertia = inertia + series_slope(series_slope(displacement)) * ratio * part.mass
     for joint, load in loads.items():

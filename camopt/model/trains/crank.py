@@ -23,7 +23,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import difference_of_squares_root
-from camopt.core.numerics.taylor import Series, angle_of, direction, series_quotient, series_root
+from camopt.core.numerics.taylor import Series, direction, series_quotient, series_root, vector_angle
 from camopt.model.trains.link import (
     FLAT_TOLERANCE,
     RADIAN,
@@ -33,13 +33,13 @@ from camopt.model.trains.link import (
     Force,
     Vector,
     acute_angle,
-    nearest_ends,
-    position_at,
+    constant_one_series,
+    formula_value_at,
+    nearest_dead_points,
+    perpendicular_direction,
     require_positive,
-    square_direction,
-    unit_series,
 )
-from camopt.model.trains.sketch import LinkSketch, Port, Support, bar, sliding_member
+from camopt.model.trains.sketch import LinkSketch, Port, Support, bar_member, sliding_member
 
 CRANK_IN_LINE = "crank and coupler are in line"
 COUPLER_SQUARE = "the coupler is square to the slide"
@@ -59,11 +59,11 @@ class Crank:
     """The crank when the slide drives it."""
 
     @property
-    def turns(self) -> tuple[bool, bool]:
+    def driver_and_driven_angular(self) -> tuple[bool, bool]:
         return True, False
 
     @property
-    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+    def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
         a, b, e = self.crank, self.coupler, self.offset
         places = [DeadPoint(asin(e / (a + b)), CRANK_IN_LINE)]
         if abs(e) <= abs(a - b) and a != b:
@@ -72,43 +72,43 @@ class Crank:
             if abs(across) <= a + FLAT_TOLERANCE * (a + b + abs(e)):
                 angle = atan2(across, difference_of_squares_root(a, across))
                 places += [DeadPoint(angle, COUPLER_SQUARE), DeadPoint(pi - angle, COUPLER_SQUARE)]
-        return nearest_ends(each._replace(at=each.at - self.start) for each in places)
+        return nearest_dead_points(each._replace(at=each.at - self.start) for each in places)
 
-    def forward(self, driver: Series) -> Series:
+    def driven_displacement(self, driver: Series) -> Series:
         cosine, sine = direction(driver + self.start)
         across = sine * self.crank - self.offset
         return cosine * self.crank + series_root(-((across - self.coupler) * (across + self.coupler))) - self.place
 
-    def ratio(self, driver: Series) -> Series:
+    def velocity_ratio(self, driver: Series) -> Series:
         cosine, sine = direction(driver + self.start)
-        along, across = self._along_and_across(sine)
+        along, across = self._coupler_along_and_across(sine)
         return (sine + series_quotient(across * cosine, along)) * -self.crank
 
-    def _along_and_across(self, sine: Series) -> tuple[Series, Series]:
+    def _coupler_along_and_across(self, sine: Series) -> tuple[Series, Series]:
         """Q and S, the parts of the coupler along and across the slide's motion."""
         across = sine * self.crank - self.offset
         return series_root(-((across - self.coupler) * (across + self.coupler))), across
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def joint_forces(self) -> tuple[Force, ...]:
         """b/Q in the coupler, and S/Q on the guide of the slide."""
-        guide = Force("guide", "guide", self._guide_share, way=square_direction)
-        return Force("coupler", "joint", self._coupler_share, way=self._coupler_direction), guide
+        guide = Force("guide", "guide", self._guide_force_share, way=perpendicular_direction)
+        return Force("coupler", "joint", self._coupler_force_share, way=self._coupler_direction), guide
 
     def _coupler_direction(self, driver: FloatArray) -> FloatArray:
         along, across = self._coupler_vector(driver + self.start)
         return np.asarray(np.arctan2(across, along))
 
-    def _coupler_share(self, driver: Series) -> Series:
-        along, _ = self._along_and_across(direction(driver + self.start).sine)
-        return series_quotient(unit_series(driver) * self.coupler, along)
+    def _coupler_force_share(self, driver: Series) -> Series:
+        along, _ = self._coupler_along_and_across(direction(driver + self.start).sine)
+        return series_quotient(constant_one_series(driver) * self.coupler, along)
 
-    def _guide_share(self, driver: Series) -> Series:
-        along, across = self._along_and_across(direction(driver + self.start).sine)
+    def _guide_force_share(self, driver: Series) -> Series:
+        along, across = self._coupler_along_and_across(direction(driver + self.start).sine)
         return series_quotient(across, along)
 
     @property
-    def couplers(self) -> tuple[Coupler, Coupler]:
+    def couplers_by_driving_side(self) -> tuple[Coupler, Coupler]:
         """The coupler driven by the crank, and driven by the slide.
 
         The first angle is that to the line square to the slide's motion, the second that to the crank.
@@ -117,37 +117,43 @@ class Crank:
         by_crank = Coupler(
             lambda driver: acute_angle((0.0, 1.0), self._coupler_vector(driver + self.start)), tuple(places)
         )
-        return by_crank, Coupler(self._angle_to_crank, (-self.place,))
+        return by_crank, Coupler(self._transmission_angle_to_crank, (-self.place,))
 
     def _coupler_vector(self, angle: Any) -> Vector:
         """The coupler from the crank's pin to the slide's."""
         across = self.crank * np.sin(angle) - self.offset
         return np.sqrt((self.coupler - across) * (self.coupler + across)), -across
 
-    def _angle_to_crank(self, slide: Any) -> Any:
-        angle = position_at(self.backward, slide) + self.start
+    def _transmission_angle_to_crank(self, slide: Any) -> Any:
+        angle = formula_value_at(self.driver_displacement, slide) + self.start
         return acute_angle((np.cos(angle), np.sin(angle)), self._coupler_vector(angle))
 
-    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(
+        self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
+    ) -> LinkSketch:
         pin = self.crank * np.exp(1j * (self.start + driver))
         slide, half = driven + self.place + 1j * self.offset, 0.035 * size
         block = half * np.array([-1.8 - 1j, 1.8 - 1j, 1.8 + 1j, -1.8 + 1j])
         first, way = complex(self.place, self.offset), complex(float(np.ptp(driven)) / 2 + 3 * half)
         middle = first + float(driven.min() + driven.max()) / 2
         return LinkSketch(
-            [sliding_member("slide", block, slide), bar((np.zeros_like(pin), pin)), bar((pin, slide))],
+            [
+                sliding_member("slide", block, slide),
+                bar_member((np.zeros_like(pin), pin)),
+                bar_member((pin, slide)),
+            ],
             [Support("guide", middle, way), Support("pivot", 0.0)],
             Port(0.0, 1.0),
             Port(first, 1.0),
         )
 
-    def backward(self, driven: Series) -> Series:
+    def driver_displacement(self, driven: Series) -> Series:
         x = driven + self.place
-        towards = angle_of(x * self.place + self.offset * self.offset, driven * -self.offset)
+        towards = vector_angle(x * self.place + self.offset * self.offset, driven * -self.offset)
         return self.bar.angle(towards, x * x + self.offset * self.offset)
 
 
-def crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
+def assemble_crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
     """A crank from its lengths [mm] and its start angle [deg].
 
     Raises

@@ -22,7 +22,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import triangle_angle
-from camopt.core.numerics.taylor import Series, angle_of, direction, series_quotient
+from camopt.core.numerics.taylor import Series, direction, series_quotient, vector_angle
 from camopt.model.trains.crank import CRANK_IN_LINE
 from camopt.model.trains.link import (
     FLAT_TOLERANCE,
@@ -36,14 +36,14 @@ from camopt.model.trains.link import (
     StageKind,
     Vector,
     acute_angle,
-    choose_form,
-    nearest_ends,
-    position_at,
+    choose_formula_by_sign,
+    constant_one_series,
+    formula_value_at,
+    formula_value_at_start,
+    nearest_dead_points,
     require_positive,
-    unit_series,
-    value_at_start,
 )
-from camopt.model.trains.sketch import LinkSketch, Port, Support, bar
+from camopt.model.trains.sketch import LinkSketch, Port, Support, bar_member
 
 ROCKER_IN_LINE = "coupler and rocker are in line"
 
@@ -60,15 +60,15 @@ class FourBar:
     rocker: Bar
 
     @property
-    def turns(self) -> tuple[bool, bool]:
+    def driver_and_driven_angular(self) -> tuple[bool, bool]:
         return True, True
 
     @property
-    def ends(self) -> tuple[DeadPoint, DeadPoint]:
-        places = [*self._in_line_with_rocker(), *self._in_line_with_crank()]
-        return nearest_ends(each._replace(at=each.at - self.start) for each in places)
+    def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
+        places = [*self._rocker_in_line_dead_points(), *self._crank_in_line_dead_points()]
+        return nearest_dead_points(each._replace(at=each.at - self.start) for each in places)
 
-    def _in_line_with_rocker(self) -> Iterator[DeadPoint]:
+    def _rocker_in_line_dead_points(self) -> Iterator[DeadPoint]:
         """Dead points with coupler and rocker in line, |A| = |b ± c|."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (b + c, abs(b - c)):
@@ -76,7 +76,7 @@ class FourBar:
                 angle = float(triangle_angle(a, d, far))
                 yield from (DeadPoint(sign * angle, ROCKER_IN_LINE) for sign in (1.0, -1.0))
 
-    def _in_line_with_crank(self) -> Iterator[DeadPoint]:
+    def _crank_in_line_dead_points(self) -> Iterator[DeadPoint]:
         """Dead points with crank and coupler in line, |B| = |a ± b|, on the branch of the start position."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
         for far in (a + b, a - b):
@@ -86,10 +86,12 @@ class FourBar:
                 if phase(arm / (rect(a, turned) - d)) * self.rocker.side >= 0.0:
                     yield DeadPoint(turned, CRANK_IN_LINE)
 
-    def forward(self, driver: Series) -> Series:
-        return self.rocker.angle(*_aim_from_origin(driver + self.start, self.crank.length, -self.ground))
+    def driven_displacement(self, driver: Series) -> Series:
+        return self.rocker.angle(
+            *_direction_and_squared_distance(driver + self.start, self.crank.length, -self.ground)
+        )
 
-    def ratio(self, driver: Series) -> Series:
+    def velocity_ratio(self, driver: Series) -> Series:
         """Velocity ratio ψ'/φ', as both ends of the coupler have the same velocity along it.
 
         With the coupler at the angle δ, a·φ'·sin(φ − δ) = c·ψ'·sin(ψ − δ).
@@ -98,25 +100,28 @@ class FourBar:
 
     def _coupler_moments(self, driver: Series) -> tuple[Series, Series]:
         """Moments of a force b along the coupler about both pivots: b·a·sin(δ − φ) and b·c·sin(δ − ψ)."""
-        (c1, s1), (c2, s2) = direction(driver + self.start), direction(self.forward(driver) + self.rocker_start)
+        (c1, s1), (c2, s2) = (
+            direction(driver + self.start),
+            direction(self.driven_displacement(driver) + self.rocker_start),
+        )
         a, c = self.crank.length, self.rocker.length
         along, across = c2 * c - c1 * a + self.ground, s2 * c - s1 * a
         return (c1 * across - s1 * along) * a, (c2 * across - s2 * along) * c
 
     @property
-    def forces(self) -> tuple[Force]:
+    def joint_forces(self) -> tuple[Force]:
         """The force in the coupler, 1/(c·sin(δ − ψ))."""
-        return (Force("coupler", "joint", self._coupler_share, way=self._coupler_direction),)
+        return (Force("coupler", "joint", self._coupler_force_share, way=self._coupler_direction),)
 
     def _coupler_direction(self, driver: FloatArray) -> FloatArray:
         _, (along, across) = self._rocker_and_coupler(driver)
         return np.asarray(np.arctan2(across, along))
 
-    def _coupler_share(self, driver: Series) -> Series:
-        return series_quotient(unit_series(driver) * self.crank.other, self._coupler_moments(driver)[1])
+    def _coupler_force_share(self, driver: Series) -> Series:
+        return series_quotient(constant_one_series(driver) * self.crank.other, self._coupler_moments(driver)[1])
 
     @property
-    def couplers(self) -> tuple[Coupler, None]:
+    def couplers_by_driving_side(self) -> tuple[Coupler, None]:
         """The coupler driven by the crank, with its angle to the rocker; no train drives the rocker."""
         places = tuple(k * pi - self.start for k in range(-2, 3))
         return Coupler(lambda driver: acute_angle(*self._rocker_and_coupler(driver)), places), None
@@ -124,23 +129,27 @@ class FourBar:
     def _rocker_and_coupler(self, driver: Any) -> tuple[Vector, Vector]:
         """The rocker from its pivot to its pin, and the coupler from the crank's pin to the rocker's."""
         a, c, phi = self.crank.length, self.rocker.length, driver + self.start
-        psi = position_at(self.forward, driver) + self.rocker_start
+        psi = formula_value_at(self.driven_displacement, driver) + self.rocker_start
         x, y = np.cos(psi) * c, np.sin(psi) * c
         return (x, y), (x + self.ground - np.cos(phi) * a, y - np.sin(phi) * a)
 
-    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(
+        self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
+    ) -> LinkSketch:
         pin = self.crank.length * np.exp(1j * (self.start + driver))
         end = self.ground + self.rocker.length * np.exp(1j * (self.rocker_start + driven))
         fixed = np.zeros_like(pin)
         return LinkSketch(
-            [bar((fixed, pin)), bar((fixed + self.ground, end)), bar((pin, end))],
+            [bar_member((fixed, pin)), bar_member((fixed + self.ground, end)), bar_member((pin, end))],
             [Support("pivot", 0.0), Support("pivot", self.ground)],
             Port(0.0, 1.0),
             Port(self.ground, 1.0),
         )
 
-    def backward(self, driven: Series) -> Series:
-        return self.crank.angle(*_aim_from_origin(driven + self.rocker_start, self.rocker.length, self.ground))
+    def driver_displacement(self, driven: Series) -> Series:
+        return self.crank.angle(
+            *_direction_and_squared_distance(driven + self.rocker_start, self.rocker.length, self.ground)
+        )
 
 
 def _forms_triangle(one: float, other: float, far: float) -> bool:
@@ -149,7 +158,7 @@ def _forms_triangle(one: float, other: float, far: float) -> bool:
     return abs(one - other) - tolerance <= far <= one + other + tolerance
 
 
-def _aim_from_origin(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
+def _direction_and_squared_distance(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:
     """Direction [rad] and squared distance of the point r·e^{iθ} + d, seen from the origin.
 
     The direction is the angle of the larger summand plus what the smaller one adds, less than a right angle: so it
@@ -157,15 +166,15 @@ def _aim_from_origin(angle: Series, radius: Any, offset: Any) -> tuple[Series, S
     """
     cosine, sine = direction(angle)
     square = cosine * (radius * offset * 2.0) + (radius * radius + offset * offset)
-    towards = choose_form(
+    towards = choose_formula_by_sign(
         radius - abs(offset),
-        lambda: angle + angle_of(cosine * offset + radius, sine * -offset),
-        lambda: angle_of(cosine * (radius / offset) + 1.0, sine * (radius / offset)),
+        lambda: angle + vector_angle(cosine * offset + radius, sine * -offset),
+        lambda: vector_angle(cosine * (radius / offset) + 1.0, sine * (radius / offset)),
     )
     return towards, square
 
 
-def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, crossed: bool) -> FourBar:
+def assemble_four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, crossed: bool) -> FourBar:
     """A four-bar linkage from its lengths [mm] and the crank's start angle [deg].
 
     Raises
@@ -186,15 +195,18 @@ def four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle: Any, *, 
     pin = np.cos(psi) * rocker + ground, np.sin(psi) * rocker
     bars = Bar(crank, coupler, np.sign(sine * pin[0] - cosine * pin[1])), Bar(rocker, coupler, side)
     linkage = FourBar(ground, start, psi, *bars)
-    zeros = value_at_start(linkage.backward, discriminant), value_at_start(linkage.forward, discriminant)
+    zeros = (
+        formula_value_at_start(linkage.driver_displacement, discriminant),
+        formula_value_at_start(linkage.driven_displacement, discriminant),
+    )
     return FourBar(ground, start, psi, *(replace(bar, zero=zero) for bar, zero in zip(bars, zeros, strict=True)))
 
 
-def _four_bar_links(keys: Keys, turns: bool) -> tuple[FourBar]:
-    if not turns:
+def _four_bar_links(keys: Keys, input_angular: bool) -> tuple[FourBar]:
+    if not input_angular:
         raise AssemblyFault("it is driven by a length, but its crank needs an angle")
     sizes = (keys[name] for name in FOUR_BAR_KEYS)
-    return (four_bar(*sizes, crossed=keys.get("crossed", False)),)
+    return (assemble_four_bar(*sizes, crossed=keys.get("crossed", False)),)
 
 
 FOUR_BAR_KEYS = ("crank", "coupler", "rocker", "ground", "angle")

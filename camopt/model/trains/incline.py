@@ -21,9 +21,9 @@ from camopt.model.trains.link import (
     Force,
     Keys,
     StageKind,
+    constant_one_series,
+    perpendicular_direction,
     require_positive,
-    square_direction,
-    unit_series,
 )
 from camopt.model.trains.sketch import LinkSketch, Port, Support, sliding_member
 
@@ -42,26 +42,26 @@ class Wedge(ConstantRatio):
     """Force on the guide of the slide, cos(γ + α)/sin(γ + α)."""
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def joint_forces(self) -> tuple[Force, ...]:
         return (
             Force(
                 "face",
                 "joint",
-                lambda driver: unit_series(driver) * self.face_force,
+                lambda driver: constant_one_series(driver) * self.face_force,
                 touches=True,
                 way=self._face_direction,
             ),
             Force(
                 "guide of the wedge",
                 "guide",
-                lambda driver: unit_series(driver) * self.wedge_thrust,
-                way=square_direction,
+                lambda driver: constant_one_series(driver) * self.wedge_thrust,
+                way=perpendicular_direction,
             ),
             Force(
                 "guide of the slide",
                 "guide",
-                lambda driver: unit_series(driver) * self.slide_thrust,
-                way=square_direction,
+                lambda driver: constant_one_series(driver) * self.slide_thrust,
+                way=perpendicular_direction,
             ),
         )
 
@@ -69,7 +69,9 @@ class Wedge(ConstantRatio):
         """Direction of the face's normal, from the slide's motion [rad]."""
         return np.asarray(np.zeros_like(driver) + (pi / 2 - self.incline - self.guide))
 
-    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(
+        self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
+    ) -> LinkSketch:
         """The wedge, and on its incline a block that moves along the guide."""
         along, lifted, half = rect(1.0, -self.incline), rect(1.0, self.guide), 0.03 * size
         travel = float(np.ptp(driver))
@@ -93,8 +95,8 @@ LEAST_INCLINE = 1e-9
 """Smallest incline [deg]: a smaller one lifts less than doubles resolve."""
 
 
-def _incline_links(keys: Keys, turns: bool) -> tuple[Wedge]:
-    if turns:
+def _incline_links(keys: Keys, input_angular: bool) -> tuple[Wedge]:
+    if input_angular:
         raise AssemblyFault("it is driven by an angle, but its wedge needs a length")
     incline, guide = keys["angle"], keys.get("guide", 90.0)
     together = guide + incline

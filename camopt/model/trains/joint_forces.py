@@ -5,7 +5,7 @@ tool, by virtual work (``trains.carried_load``). The force in each joint of the 
 on the position:
 
     coupler b of a crank    Q·b/√(b² − S²), and S/√(b² − S²)·Q across the slide    (``trains.crank``)
-    coupler of a four-bar   Q/(c·sin(δ − ψ)), δ the coupler's angle               (``trains.four_bar``)
+    coupler of a four-bar   Q/(c·sin(δ − ψ)), δ the coupler's angle               (``trains.assemble_four_bar``)
     roller or pad of an arm, end of a lever, pinion and rack                       Q along the motion
     face of an incline      Q/sin(γ + α)
 
@@ -46,8 +46,8 @@ class JointForce(NamedTuple):
     parts: tuple[WeightedForce, ...]
 
     @property
-    def sums(self) -> tuple[tuple[WeightedForce, ...], ...]:
-        """The signed sums whose largest magnitude is that of this force.
+    def signed_sums(self) -> tuple[tuple[WeightedForce, ...], ...]:
+        """Sums of the signed parts; the largest magnitude among them is that of this force.
 
         |a| + |b| is the larger of |a + b| and |a − b|.
         """
@@ -67,7 +67,7 @@ def list_joint_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[
 
 def _link_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
     for number, link in enumerate(links):
-        for k, force in enumerate(link.forces):
+        for k, force in enumerate(link.joint_forces):
             yield JointForce(stages[number], force.name, force.kind, (WeightedForce(number, k),))
 
 
@@ -75,6 +75,6 @@ def _pivot_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[Join
     """The forces on pivots: each takes the forces of the links before and behind it, the last that before it."""
     for number, (one, other) in enumerate(pairwise([*links, None])):
         assert one is not None
-        if one.turns[1] and all(each.forces for each in (one, other) if each is not None):
+        if one.driver_and_driven_angular[1] and all(each.joint_forces for each in (one, other) if each is not None):
             parts = [WeightedForce(number + k, 0) for k, each in enumerate((one, other)) if each is not None]
             yield JointForce(stages[number], "pivot", "pivot", tuple(parts))

@@ -24,8 +24,8 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.sloped_interval import LinkageInterval, as_sloped_interval, hull_of
-from camopt.core.numerics.taylor import Series, Taylor, angle_of, series_quotient, series_root
+from camopt.core.numerics.sloped_interval import LinkageInterval, as_sloped_interval, choose_form_or_hull
+from camopt.core.numerics.taylor import Series, Taylor, series_quotient, series_root, vector_angle
 from camopt.model.trains.sketch import LinkSketch
 
 
@@ -73,42 +73,44 @@ class Link(Protocol):
     """A driver and a driven member, each with its displacement [mm or rad]."""
 
     @property
-    def turns(self) -> tuple[bool, bool]:
+    def driver_and_driven_angular(self) -> tuple[bool, bool]:
         """Whether the displacement is an angle, of the driver and of the driven member."""
         ...
 
     @property
-    def ends(self) -> tuple[DeadPoint, DeadPoint]:
+    def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
         """The dead points of the driver next to its start position, below and above."""
         ...
 
-    def forward(self, driver: Series) -> Series:
+    def driven_displacement(self, driver: Series) -> Series:
         """Displacement of the driven member, from that of the driver."""
         ...
 
-    def backward(self, driven: Series) -> Series:
+    def driver_displacement(self, driven: Series) -> Series:
         """Displacement of the driver, from that of the driven member."""
         ...
 
-    def ratio(self, driver: Series) -> Series:
+    def velocity_ratio(self, driver: Series) -> Series:
         """Velocity of the driven member over that of the driver, at a displacement of the driver."""
         ...
 
     @property
-    def couplers(self) -> tuple[Coupler | None, Coupler | None]:
+    def couplers_by_driving_side(self) -> tuple[Coupler | None, Coupler | None]:
         """Its coupler, if it has one: as driven from the driver's side, and from the other side."""
         ...
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def joint_forces(self) -> tuple[Force, ...]:
         """The forces in its joints; none if they depend on sizes that the link does not have."""
         ...
 
-    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
+    def sketch(
+        self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
+    ) -> LinkSketch:
         """The link in its own frame, at some displacements of both members.
 
-        Parts without a length in the scene are drawn in proportion to ``size``. ``back`` says whether the train
-        drives the link from its driven member; the input port of the sketch stays at the driver.
+        Parts without a length in the scene are drawn in proportion to ``size``. ``driven_backwards`` says whether
+        the train drives the link from its driven member; the input port of the sketch stays at the driver.
         """
         ...
 
@@ -122,7 +124,7 @@ NO_DEAD_POINTS = DeadPoint(-inf, ""), DeadPoint(inf, "")
 NO_COUPLERS = None, None
 
 
-def nearest_ends(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
+def nearest_dead_points(places: Iterable[DeadPoint]) -> tuple[DeadPoint, DeadPoint]:
     """The dead points next to the start position, below and above, of angles that repeat every turn.
 
     The ends are at most half a turn away: no member that a cam swings goes further.
@@ -147,39 +149,41 @@ def require_positive(margin: Any, why: Callable[[], str]) -> None:
         raise AssemblyFault(why())
 
 
-def choose_form(margin: Any, one: Callable[[], Any], other: Callable[[], Any]) -> Any:
+def choose_formula_by_sign(
+    margin: Any, positive_formula: Callable[[], Any], other_formula: Callable[[], Any]
+) -> Any:
     """The first of two formulas where ``margin`` is positive, else the second; numbers or series."""
     margin = margin.terms[0] if isinstance(margin, Taylor) else margin
     if isinstance(margin, LinkageInterval):
         sides = margin.value.low > 0.0, margin.value.high <= 0.0
-        return _combine_terms(
-            one(),
-            other(),
-            lambda a, b: hull_of(as_sloped_interval(a, margin), as_sloped_interval(b, margin), *sides),
+        return _combine_series_terms(
+            positive_formula(),
+            other_formula(),
+            lambda a, b: choose_form_or_hull(as_sloped_interval(a, margin), as_sloped_interval(b, margin), *sides),
         )
     if isinstance(margin, np.ndarray):
-        return _combine_terms(one(), other(), lambda a, b: np.where(margin > 0.0, a, b))
-    return one() if margin > 0.0 else other()
+        return _combine_series_terms(positive_formula(), other_formula(), lambda a, b: np.where(margin > 0.0, a, b))
+    return positive_formula() if margin > 0.0 else other_formula()
 
 
-def _combine_terms(one: Any, other: Any, pick: Callable[[Any, Any], Any]) -> Any:
+def _combine_series_terms(one: Any, other: Any, pick: Callable[[Any, Any], Any]) -> Any:
     """Combine two series term by term; terms may be series themselves."""
     if not isinstance(one, Taylor):
         return pick(one, other)
-    return Taylor([_combine_terms(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
+    return Taylor([_combine_series_terms(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
 
 
-def position_at(formula: Callable[[Series], Series], place: Any) -> Any:
+def formula_value_at(formula: Callable[[Series], Series], place: Any) -> Any:
     """The value of a formula of series at numbers, arrays or ranges."""
     return formula(Taylor([place])).terms[0]
 
 
-def value_at_start(formula: Callable[[Series], Series], like: Any) -> Any:
-    """The value of a formula at 0, in the kind of number of ``like``."""
-    return formula(like * 0.0) if isinstance(like, Taylor) else position_at(formula, 0.0)
+def formula_value_at_start(formula: Callable[[Series], Series], sample_number: Any) -> Any:
+    """Value of a formula of series at 0, as the same kind of number as ``sample_number``."""
+    return formula(sample_number * 0.0) if isinstance(sample_number, Taylor) else formula_value_at(formula, 0.0)
 
 
-def value_at_end(formula: Callable[[Series], Series], end: float) -> float:
+def formula_value_at_end(formula: Callable[[Series], Series], end: float) -> float:
     """The value of a formula at an end of its range, or as near to it as rounding allows."""
     places = end * (1.0 - np.array([0.0, *END_INSETS])) if isfinite(end) else np.array([end])
     with np.errstate(invalid="ignore"):
@@ -196,12 +200,12 @@ def acute_angle(one: Vector, other: Vector) -> Any:
     return np.arctan2(abs(x * v - y * u), abs(x * u + y * v))
 
 
-def square_direction(driver: FloatArray) -> FloatArray:
+def perpendicular_direction(driver: FloatArray) -> FloatArray:
     """Direction of a force square to a motion [rad]."""
     return np.zeros_like(driver) + pi / 2
 
 
-def unit_series(series: Series) -> Series:
+def constant_one_series(series: Series) -> Series:
     """The series of the constant 1, with as many terms as another."""
     return series * 0.0 + 1.0
 
@@ -213,50 +217,59 @@ class ReversedLink:
     link: Link
 
     @property
-    def turns(self) -> tuple[bool, bool]:
-        driver_turns, driven_turns = self.link.turns
+    def driver_and_driven_angular(self) -> tuple[bool, bool]:
+        driver_turns, driven_turns = self.link.driver_and_driven_angular
         return driven_turns, driver_turns
 
     @property
-    def ends(self) -> tuple[DeadPoint, DeadPoint]:
-        low, high = sorted(DeadPoint(value_at_end(self.link.forward, each.at), each.why) for each in self.link.ends)
+    def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
+        low, high = sorted(
+            DeadPoint(formula_value_at_end(self.link.driven_displacement, each.at), each.why)
+            for each in self.link.dead_points
+        )
         return low, high
 
-    def forward(self, driver: Series) -> Series:
-        return self.link.backward(driver)
+    def driven_displacement(self, driver: Series) -> Series:
+        return self.link.driver_displacement(driver)
 
-    def backward(self, driven: Series) -> Series:
-        return self.link.forward(driven)
+    def driver_displacement(self, driven: Series) -> Series:
+        return self.link.driven_displacement(driven)
 
-    def ratio(self, driver: Series) -> Series:
-        return series_quotient(unit_series(driver), self.link.ratio(self.link.backward(driver)))
+    def velocity_ratio(self, driver: Series) -> Series:
+        return series_quotient(
+            constant_one_series(driver), self.link.velocity_ratio(self.link.driver_displacement(driver))
+        )
 
     @property
-    def couplers(self) -> tuple[Coupler | None, Coupler | None]:
-        forward, backward = self.link.couplers
+    def couplers_by_driving_side(self) -> tuple[Coupler | None, Coupler | None]:
+        forward, backward = self.link.couplers_by_driving_side
         return backward, forward
 
     @property
-    def forces(self) -> tuple[Force, ...]:
+    def joint_forces(self) -> tuple[Force, ...]:
         return tuple(
-            each._replace(share=self._reversed_share(each), way=self._reversed_direction(each))
-            for each in self.link.forces
+            each._replace(share=self._reversed_force_share(each), way=self._reversed_force_direction(each))
+            for each in self.link.joint_forces
         )
 
-    def _reversed_direction(self, force: Force) -> Callable[[FloatArray], FloatArray]:
-        return lambda driver: force.way(position_at(self.link.backward, driver))
+    def _reversed_force_direction(self, force: Force) -> Callable[[FloatArray], FloatArray]:
+        return lambda driver: force.way(formula_value_at(self.link.driver_displacement, driver))
 
-    def _reversed_share(self, force: Force) -> Callable[[Series], Series]:
+    def _reversed_force_share(self, force: Force) -> Callable[[Series], Series]:
         """The share when the link is driven at its output.
 
         The driving force there is the load over the ratio. It acts along the motion, so the sign changes, but not
         that of a contact.
         """
         sign = 1.0 if force.touches else -1.0
-        return lambda driver: force.share(self.link.backward(driver)) * self.ratio(driver) * sign
+        return lambda driver: (
+            force.share(self.link.driver_displacement(driver)) * self.velocity_ratio(driver) * sign
+        )
 
-    def sketch(self, driver: FloatArray, driven: FloatArray, size: float, *, back: bool = False) -> LinkSketch:
-        return self.link.sketch(driven, driver, size, back=not back).reversed_sketch
+    def sketch(
+        self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
+    ) -> LinkSketch:
+        return self.link.sketch(driven, driver, size, driven_backwards=not driven_backwards).reversed_sketch
 
 
 def reversed_link(link: Link) -> Link:
@@ -279,11 +292,11 @@ class Bar:
     zero: Any = 0.0
     """The angle in the start position, which is subtracted [rad]."""
 
-    def angle(self, towards: Series, square: Series) -> Series:
+    def angle(self, direction_to_point: Series, squared_distance: Series) -> Series:
         """Angle of the bar [rad], from the direction to the point and the square of its distance."""
-        along = square + (self.length - self.other) * (self.length + self.other)
-        across = series_root(square * (self.length * self.length * 4.0) - along * along)
-        return towards + angle_of(along, across) * self.side - self.zero
+        along = squared_distance + (self.length - self.other) * (self.length + self.other)
+        across = series_root(squared_distance * (self.length * self.length * 4.0) - along * along)
+        return direction_to_point + vector_angle(along, across) * self.side - self.zero
 
 
 Keys = Mapping[str, Any]
@@ -305,7 +318,7 @@ class StageKind:
     links: Callable[[Keys, bool], Sequence[Link]]
     """Its links, from its keys and whether its input is an angle; raises ``AssemblyFault``."""
 
-    def make_links(self, keys: Keys, turns: bool) -> Sequence[Link]:
+    def make_links(self, keys: Keys, input_angular: bool) -> Sequence[Link]:
         """Its links, from its keys and whether its input is an angle.
 
         Raises
@@ -318,4 +331,4 @@ class StageKind:
             raise AssemblyFault(f"{self.words} needs {', '.join(missing)}")
         if unknown := [key for key, value in keys.items() if value is not None and key not in known_keys]:
             raise AssemblyFault(f"{self.words} has no {unknown[0]}; known: {', '.join(known_keys)}")
-        return self.links({key: value for key, value in keys.items() if value is not None}, turns)
+        return self.links({key: value for key, value in keys.items() if value is not None}, input_angular)

@@ -13,7 +13,7 @@ LEAST_RATIO = 1e-9
 """Smallest magnitude of a ratio or radius: a smaller one leads to numbers that doubles cannot hold."""
 
 
-def _ratio_links(keys: Keys, turns: bool) -> tuple[ConstantRatio]:
+def _ratio_links(keys: Keys, input_angular: bool) -> tuple[ConstantRatio]:
     if len(keys) != 1:
         raise AssemblyFault("it has either a ratio, or the radius of a pinion or drum (mm)")
     ((name, factor),) = keys.items()
@@ -21,12 +21,12 @@ def _ratio_links(keys: Keys, turns: bool) -> tuple[ConstantRatio]:
         abs(factor) - LEAST_RATIO, lambda: f"a {name} below {LEAST_RATIO:g} in size does not move the tool"
     )
     if name == "ratio":
-        return (ConstantRatio(factor, (turns, turns)),)
-    return (ConstantRatio(factor if turns else 1.0 / factor, (turns, not turns)),)
+        return (ConstantRatio(factor, (input_angular, input_angular)),)
+    return (ConstantRatio(factor if input_angular else 1.0 / factor, (input_angular, not input_angular)),)
 
 
-def _output_turns(keys: Keys, turns: bool) -> bool:
-    return turns != ("radius" in keys)
+def _is_output_angular(keys: Keys, input_angular: bool) -> bool:
+    return input_angular != ("radius" in keys)
 
 
-STAGE = StageKind("ratio", "a constant ratio", (), ("ratio", "radius"), _output_turns, _ratio_links)
+STAGE = StageKind("ratio", "a constant ratio", (), ("ratio", "radius"), _is_output_angular, _ratio_links)

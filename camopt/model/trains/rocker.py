@@ -8,24 +8,24 @@ the first arm, and the second arm moves the output slide:
 An oscillating follower is the first arm itself.
 """
 
-from camopt.model.trains.arm import Arm, arm
+from camopt.model.trains.arm import Arm, assemble_arm
 from camopt.model.trains.link import AssemblyFault, Keys, Link, ReversedLink, StageKind
 
 
-def input_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
+def input_arm_links(keys: Keys, input_angular: bool) -> tuple[Link, ...]:
     """The input arm of a rocker or bell crank; none if an angle drives it."""
-    if turns:
+    if input_angular:
         if {"input_arm", "input_angle"} & keys.keys():
             raise AssemblyFault("it is driven by an angle, and so has no input_arm")
         return ()
     if "input_arm" not in keys:
         raise AssemblyFault("it is driven by a length, and so needs an input_arm (mm)")
-    return (ReversedLink(arm(keys["input_arm"], keys.get("input_angle", 0.0))),)
+    return (ReversedLink(assemble_arm(keys["input_arm"], keys.get("input_angle", 0.0))),)
 
 
-def _rocker_links(keys: Keys, turns: bool) -> tuple[Link, ...]:
-    output: Arm = arm(keys["output_arm"], keys.get("output_angle", 0.0))
-    return (*input_links(keys, turns), output)
+def _rocker_links(keys: Keys, input_angular: bool) -> tuple[Link, ...]:
+    output: Arm = assemble_arm(keys["output_arm"], keys.get("output_angle", 0.0))
+    return (*input_arm_links(keys, input_angular), output)
 
 
 STAGE = StageKind(

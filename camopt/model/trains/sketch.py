@@ -79,17 +79,17 @@ class LinkSketch(NamedTuple):
             Port(rotate_points(output.at) + away, rotate_points(output.way), side * output.sense),
         )
 
-    def shift_by(self, by: complex) -> "LinkSketch":
-        return self.attach_to(self.input_port._replace(at=self.input_port.at + by))
+    def shift_by(self, shift: complex) -> "LinkSketch":
+        return self.attach_to(self.input_port._replace(at=self.input_port.at + shift))
 
 
-def bar(ends: tuple[Any, Any]) -> Member:
+def bar_member(ends: tuple[Any, Any]) -> Member:
     """A bar between two joints, from their paths."""
     along = np.asarray(ends[1] - ends[0], dtype=complex)
     return Member("bar", np.array([0.0, along[0]]), np.asarray(ends[0]), np.unwrap(np.angle(along / along[0])))
 
 
-def wheel(radius: float, centre: complex, turned: FloatArray) -> Member:
+def wheel_member(radius: float, centre: complex, turned: FloatArray) -> Member:
     """A wheel on a fixed centre."""
     return Member("wheel", np.array([radius]), np.full(turned.size, complex(centre)), turned - turned[0])
 

@@ -18,10 +18,10 @@ from camopt.model.trains.link import (
     AssemblyFault,
     Keys,
     Link,
-    position_at,
+    constant_one_series,
+    formula_value_at,
+    formula_value_at_end,
     reversed_link,
-    unit_series,
-    value_at_end,
 )
 from camopt.model.trains.sketch import LinkSketch, Port
 
@@ -61,7 +61,7 @@ class Train:
     @property
     def angular(self) -> bool:
         """Whether the tool's motion is an angle."""
-        return self.links[-1].turns[1]
+        return self.links[-1].driver_and_driven_angular[1]
 
     @cached_property
     def reversed_train(self) -> "Train":
@@ -74,41 +74,46 @@ class Train:
         factors = [link.factor for link in self.links if isinstance(link, ConstantRatio)]
         return float(prod(factors)) if len(factors) == len(self.links) else None
 
-    def tool(self, follower: Series) -> Series:
+    def tool_displacement(self, follower: Series) -> Series:
         """Displacement of the tool, from that of the follower."""
         for link in self.links:
-            follower = link.forward(follower)
+            follower = link.driven_displacement(follower)
         return follower
 
-    def follower(self, tool: Series) -> Series:
+    def follower_displacement(self, tool: Series) -> Series:
         """Displacement of the follower, from that of the tool."""
         for link in reversed(self.links):
-            tool = link.backward(tool)
+            tool = link.driver_displacement(tool)
         return tool
 
-    def follower_at(self, tool: FloatArray) -> FloatArray:
+    def follower_displacement_at(self, tool: FloatArray) -> FloatArray:
         """Displacement of the follower, as numbers without derivatives."""
-        return np.asarray(self.follower(Taylor([tool])).terms[0])
+        return np.asarray(self.follower_displacement(Taylor([tool])).terms[0])
 
-    def joints(self, follower: Series) -> list[TrainJoint]:
+    def joint_motions(self, follower: Series) -> list[TrainJoint]:
         """The joints, from the follower to the tool."""
-        joints = [TrainJoint(follower, unit_series(follower))]
+        joints = [TrainJoint(follower, constant_one_series(follower))]
         for link in self.links:
             displacement, ratio = joints[-1]
-            joints.append(TrainJoint(link.forward(displacement), ratio * link.ratio(displacement)))
+            joints.append(
+                TrainJoint(link.driven_displacement(displacement), ratio * link.velocity_ratio(displacement))
+            )
         return joints
 
     @property
     def has_couplers(self) -> bool:
-        return any(link.couplers[0] for link in self.links)
+        return any(link.couplers_by_driving_side[0] for link in self.links)
 
-    def least_transmission(self, low: Any, high: Any) -> Any:
+    def least_transmission_angle(self, low: Any, high: Any) -> Any:
         """Least transmission angle of its couplers over a travel of the tool [rad]."""
         angles = []
         for link in reversed(self.links):
-            one, other = position_at(link.backward, low), position_at(link.backward, high)
+            one, other = (
+                formula_value_at(link.driver_displacement, low),
+                formula_value_at(link.driver_displacement, high),
+            )
             low, high = np.minimum(one, other), np.maximum(one, other)
-            if (coupler := link.couplers[0]) is not None:
+            if (coupler := link.couplers_by_driving_side[0]) is not None:
                 angles.append(coupler.least_angle(low, high))
         return reduce(np.minimum, angles)
 
@@ -116,50 +121,60 @@ class Train:
         """Its links in some positions of the follower; ``port`` is where the follower drives the first link."""
         driver, first, sketches = follower, port, list[LinkSketch]()
         for link in self.links:
-            driven = np.asarray(link.forward(Taylor([driver])).terms[0])
+            driven = np.asarray(link.driven_displacement(Taylor([driver])).terms[0])
             sketches.append(link.sketch(driver, driven, size).attach_to(port))
             driver, port = driven, sketches[-1].output_port
         members = [member for sketch in sketches for member in sketch.members]
         return LinkSketch(members, [support for sketch in sketches for support in sketch.supports], first, port)
 
     @cached_property
-    def senses(self) -> tuple[Any, ...]:
+    def joint_motion_signs(self) -> tuple[Any, ...]:
         """For each joint 1 if it moves with the follower, −1 if against it."""
-        return tuple(np.sign(joint.ratio.terms[0]) for joint in self.joints(Taylor([0.0, 1.0])))
+        return tuple(np.sign(joint.ratio.terms[0]) for joint in self.joint_motions(Taylor([0.0, 1.0])))
 
-    def load_at_follower(self, follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]) -> FollowerLoad:
+    def load_at_follower(
+        self, follower: Series, velocity_signs: Sequence[Any], loads: Mapping[int, Series]
+    ) -> FollowerLoad:
         """The load of the train on the follower (``trains.carried_load``)."""
-        return sum_follower_load(self.joints(follower), self.carried, ways, loads)
+        return sum_follower_load(self.joint_motions(follower), self.carried, velocity_signs, loads)
 
     @cached_property
-    def forces(self) -> tuple[JointForce, ...]:
+    def joint_forces(self) -> tuple[JointForce, ...]:
         """The forces in its joints, from the follower to the tool (``trains.joint_forces``)."""
         return tuple(list_joint_forces(self.links, self.stages))
 
-    def force_in(
-        self, parts: Sequence[WeightedForce], follower: Series, ways: Sequence[Any], loads: Mapping[int, Series]
+    def sum_joint_forces(
+        self,
+        parts: Sequence[WeightedForce],
+        follower: Series,
+        velocity_signs: Sequence[Any],
+        loads: Mapping[int, Series],
     ) -> FollowerLoad:
         """A sum of joint forces, split into its static part and its inertia as a load on the follower is."""
-        joints = self.joints(follower)
-        total = FollowerLoad(*(series * 0.0 for series in sum_follower_load(joints, (), ways, {})))
+        joints = self.joint_motions(follower)
+        total = FollowerLoad(*(series * 0.0 for series in sum_follower_load(joints, (), velocity_signs, {})))
         for part in parts:
-            share = self.links[part.link].forces[part.force].share(joints[part.link].displacement) * part.sign
+            share = self.links[part.link].joint_forces[part.force].share(joints[part.link].displacement) * part.sign
             # the load of the link's output joint and of all joints towards the tool
             joint = part.link + 1
             carried = tuple(load for load in self.carried if load.joint >= joint)
-            beyond = sum_follower_load(joints, carried, ways, {k: load for k, load in loads.items() if k >= joint})
+            beyond = sum_follower_load(
+                joints, carried, velocity_signs, {k: load for k, load in loads.items() if k >= joint}
+            )
             static, inertia = (series_quotient(series, joints[joint].ratio) * share for series in beyond)
             total = FollowerLoad(total.still + static, total.carried + inertia)
         return total
 
     @cached_property
-    def tool_reach(self) -> tuple[TravelEnd, TravelEnd]:
+    def tool_travel_ends(self) -> tuple[TravelEnd, TravelEnd]:
         """The ends of the tool's travel: the first dead points below and above the start position."""
         low, high = TravelEnd(-inf), TravelEnd(inf)
         for number, link in zip(self.stages, self.links, strict=True):
-            below, above = (TravelEnd(*each, number) for each in link.ends)
+            below, above = (TravelEnd(*each, number) for each in link.dead_points)
             low, high = max(low, below), min(high, above)
-            low, high = sorted(each._replace(at=value_at_end(link.forward, each.at)) for each in (low, high))
+            low, high = sorted(
+                each._replace(at=formula_value_at_end(link.driven_displacement, each.at)) for each in (low, high)
+            )
         return low, high
 
 
@@ -175,7 +190,7 @@ def assemble_train(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Trai
     """
     train = assemble_trains(stages, angular=angular)
     for number, link in zip(train.stages, train.links, strict=True):
-        for end in link.ends:
+        for end in link.dead_points:
             if abs(end.at) <= NO_MOTION:
                 raise StageFault(number, f"it starts at a dead point: {end.why}")
     return train

@@ -21,8 +21,8 @@ class QuantityBound(NamedTuple):
     scale: Scale
     quantity: float
 
-    def value(self, numbers: NumberKind) -> Any:
-        return self.scale.extreme_at(self.quantity, numbers)
+    def allowed_extreme(self, number_kind: NumberKind) -> Any:
+        return self.scale.extreme_for_quantity(self.quantity, number_kind)
 
 
 class ConstantBound(NamedTuple):
@@ -30,8 +30,8 @@ class ConstantBound(NamedTuple):
 
     number: float
 
-    def value(self, numbers: NumberKind) -> Any:
-        return numbers.of(self.number)
+    def allowed_extreme(self, number_kind: NumberKind) -> Any:
+        return number_kind.of(self.number)
 
 
 ConstraintBound = QuantityBound | ConstantBound
@@ -65,14 +65,17 @@ class Constraint(NamedTuple):
     def sides(self) -> tuple[float, ...]:
         return CONSTRAINT_SIDES[self.goal]
 
-    def upper_bound(self, numbers: NumberKind = DOUBLES) -> Any:
+    def upper_bound(self, number_kind: NumberKind = DOUBLES) -> Any:
         """The upper bound of each side."""
-        value = self.bound.value(numbers)
+        value = self.bound.allowed_extreme(number_kind)
         return -value if self.goal == LEAST else value
 
     @property
     def comparison_key(self) -> tuple[Any, ...]:
-        """Equal for constraints on the same curve with the same kind of factor; the strictest implies all."""
+        """Key that is equal for constraints on the same curve with the same kind of factor.
+
+        Of these, the strictest implies the others.
+        """
         of_body = isinstance(self.factor, BodyRadiusPlus)
         weighted = (BodyRadiusPlus, self.upper_bound()) if of_body else (self.factor, None)
         return self.curve, self.kinds, self.goal, *weighted
@@ -85,7 +88,7 @@ class Constraint(NamedTuple):
 
 def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
     """The constraints on the curves behind a quantity, from a bound on the quantity."""
-    at, weight = QuantityBound(peak.scale, bound), peak.scale.weight(bound)
+    at, weight = QuantityBound(peak.scale, bound), peak.scale.curve_weight(bound)
     return tuple(
         Constraint(make, kinds, peak.goal, at, weight, peak.unit or unit_weight) for make, kinds in peak.curves
     )
@@ -127,13 +130,13 @@ class TurnMeanConstraint(NamedTuple):
     def sides(self) -> tuple[float, ...]:
         return (self.side,)
 
-    def upper_bound(self, numbers: NumberKind = DOUBLES) -> Any:
+    def upper_bound(self, number_kind: NumberKind = DOUBLES) -> Any:
         """The largest allowed mean of the curve to the power, times the factor."""
-        return self.mean.power_mean_at(self.quantity, numbers)
+        return self.mean.power_mean_for_quantity(self.quantity, number_kind)
 
     def factor(self, designs: Designs) -> Any:
         """The factor of the mean, at least 0, which may depend on the design."""
-        factor = self.mean.scale.weight(self.quantity)(designs)
+        factor = self.mean.scale.curve_weight(self.quantity)(designs)
         return factor * factor if self.mean.power == 2 else factor
 
 
@@ -142,4 +145,4 @@ AnyConstraint = Constraint | TurnMeanConstraint
 
 def constraint_on_mean(mean: Mean, bound: float, side: float) -> TurnMeanConstraint:
     """The constraint on the mean behind a quantity, from a bound on the quantity."""
-    return TurnMeanConstraint(mean, bound, -side if mean.scale.falls else side)
+    return TurnMeanConstraint(mean, bound, -side if mean.scale.is_decreasing else side)

@@ -12,14 +12,14 @@ from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.core.quantities import AT_LEAST, AT_MOST, QUANTITIES, Quantity
 from camopt.core.quantities.own_quantity import OwnQuantity
 from camopt.model.effects import EvaluationBlock, Setup, find_quantity, require_effect, with_read_quantities
-from camopt.model.effects.contacts import follower_contacts, least_disc_size
+from camopt.model.effects.contacts import all_follower_contacts, smaller_disc_size
 from camopt.model.effects.effect import no_columns
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.motion_errors import EFFECT as MOTION_ERRORS
 from camopt.model.effects.necessary_conditions import LeastForce, NecessaryConditions
 from camopt.model.effects.peak import CLEAR_SHARE, DOUBLES, Peak, RadiiOfCurves, RadiusRange, RadiusWeight
 from camopt.model.effects.peak_columns import peak_extremes
-from camopt.model.effects.self_crossing import find_crossing, round_radius_limit
+from camopt.model.effects.self_crossing import proved_uncrossed_roller_radius, self_crossing_verdict
 from camopt.model.effects.train_peak import TrainPeak
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
@@ -77,7 +77,7 @@ class Limit(ABC):
     def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
         """Relative excess of designs over the limit: met where ≤ 0, exceeded by 10 % at 0.1. The sign is exact."""
 
-    def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
+    def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         """∂excess/∂bound for designs that just meet the limit; a design meets the bound − excess/derivative."""
         return np.full(len(designs), np.nan)
 
@@ -86,7 +86,7 @@ class Limit(ABC):
         """The quantities that decide the limit from pitch curves alone; None if pitch curves do not decide it."""
         return None
 
-    def feasible_bodies(self, case: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
+    def feasible_bodies(self, block: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
         """The radii of roller or face among ``bodies`` with which designs of a case meet the limit.
 
         None if pitch curves do not decide the limit.
@@ -142,7 +142,7 @@ class Limit(ABC):
         return None
 
     @property
-    def presumed_limit(self) -> str:
+    def prerequisite_limit_name(self) -> str:
         """The name of another limit that must be met first; "" without one."""
         return ""
 
@@ -251,10 +251,10 @@ class QuantityLimit(Limit):
     def relation(self) -> str:
         if self._is_two_sided:
             return "±"
-        return ">" if self._is_open else QUANTITIES[self.quantities[0]].relation
+        return ">" if self._bound_itself_breaks_limit else QUANTITIES[self.quantities[0]].relation
 
     @property
-    def _is_open(self) -> bool:
+    def _bound_itself_breaks_limit(self) -> bool:
         """Whether a design exactly at the bound breaks the limit."""
         return self.bound == 0.0 and isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.open_at_zero
 
@@ -301,7 +301,7 @@ class QuantityLimit(Limit):
     @cached_property
     def necessary_conditions(self) -> NecessaryConditions:
         name = self.quantities[0]
-        return require_effect(name, self.setup).implies(self.setup, name, self.bound)
+        return require_effect(name, self.setup).necessary_conditions(self.setup, name, self.bound)
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
         peak = self.peak_or_mean
@@ -313,7 +313,7 @@ class QuantityLimit(Limit):
                 excess = self._bound_side * (value - self.bound) / self._excess_unit(designs) + np.zeros(
                     len(designs)
                 )
-        return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._is_open else excess
+        return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._bound_itself_breaks_limit else excess
 
     def _excess_unit(self, designs: Designs) -> Any:
         """The value that a relative excess is relative to."""
@@ -323,82 +323,97 @@ class QuantityLimit(Limit):
 
     def _extreme_excess(self, peak: Peak, columns: QuantityColumns, designs: Designs) -> FloatArray:
         """The excess from the weighted extreme of the curve, relative to its allowed value."""
-        extreme, weight = self._extreme_share(peak, columns, designs), peak.scale.weight(self.bound)(designs)
+        extreme, weight = (
+            self._extreme_over_allowed(peak, columns, designs),
+            peak.scale.curve_weight(self.bound)(designs),
+        )
         finite = np.isfinite(extreme)
         return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
 
     @cached_property
     def pitch_curve_quantities(self) -> tuple[str, ...] | None:
-        if isinstance(self._extreme_weight, RadiusWeight) or self._per_body or self._body_rule:
+        if (
+            isinstance(self._extreme_weight, RadiusWeight)
+            or self._value_change_per_radius
+            or self._feasible_radius_rule
+        ):
             return ()
         effects = [require_effect(name, self.setup) for name in self.required_quantities]
-        return self.required_quantities if all(effect.run is no_columns for effect in effects) else None
+        return (
+            self.required_quantities if all(effect.evaluate_columns is no_columns for effect in effects) else None
+        )
 
     @property
     def _extreme_weight(self) -> Callable[[Designs], Any] | None:
         """The weight of the extreme that is compared with the bound; None without an extreme."""
         peak = self.peak_or_mean
-        return peak.scale.weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
+        return peak.scale.curve_weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
 
     @property
-    def _per_body(self) -> float:
+    def _value_change_per_radius(self) -> float:
         return self.peak_or_mean.per_body if isinstance(self.peak_or_mean, Peak) and not self.further_peaks else 0.0
 
     @property
-    def _body_rule(self) -> RadiiOfCurves | None:
+    def _feasible_radius_rule(self) -> RadiiOfCurves | None:
         """The rule for the radii with which pitch curves meet the limit, if the peak has one."""
         return self.peak_or_mean.bodies if isinstance(self.peak_or_mean, Peak) and not self.further_peaks else None
 
-    def _allowed_inverse(self, designs: Designs) -> Any:
+    def _inverse_of_allowed_extreme(self, designs: Designs) -> Any:
         """The inverse of the extreme allowed for designs."""
         assert isinstance(self.peak_or_mean, Peak)
         scale = self.peak_or_mean.scale
-        return scale.weight(self.bound)(designs) / scale.extreme_at(self.bound, DOUBLES)
+        return scale.curve_weight(self.bound)(designs) / scale.extreme_for_quantity(self.bound, DOUBLES)
 
-    def feasible_bodies(self, case: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
+    def feasible_bodies(self, block: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
         peak, weight = self.peak_or_mean, self._extreme_weight
-        if isinstance(peak, Peak) and self._per_body and not case.programme.radii:
-            return self._bodies_for_least_value(case, peak)
-        if self._body_rule and not case.programme.radii:
-            return FeasibleBodies(*self._body_rule(case, self._allowed_inverse, bodies))
+        if isinstance(peak, Peak) and self._value_change_per_radius and not block.programme.radii:
+            return self._feasible_radii_for_least_value(block, peak)
+        if self._feasible_radius_rule and not block.programme.radii:
+            return FeasibleBodies(*self._feasible_radius_rule(block, self._inverse_of_allowed_extreme, bodies))
         if not isinstance(peak, Peak) or not isinstance(weight, RadiusWeight):
             return None
-        if case.columns.keys() >= set(peak.extremes):
-            sides = [{name: case.shifted_value(name, side) for name in peak.extremes} for side in (1.0, -1.0)]
-            far, near = (self._extreme_share(peak, columns, case.designs) for columns in sides)
+        if block.columns.keys() >= set(peak.extremes):
+            sides = [
+                {name: block.shift_within_enclosure(name, side) for name in peak.extremes} for side in (1.0, -1.0)
+            ]
+            far, near = (self._extreme_over_allowed(peak, columns, block.designs) for columns in sides)
         else:
-            far, near = self._extreme_sides(case, peak, weight.largest_weight(bodies))
+            far, near = self._bounds_of_extreme_over_allowed(block, peak, weight.largest_weight(bodies))
         return FeasibleBodies(weight.allowed_radii(far, CLEAR_SHARE), weight.allowed_radii(near, -CLEAR_SHARE))
 
-    def _bodies_for_least_value(self, case: EvaluationBlock, peak: Peak) -> FeasibleBodies:
+    def _feasible_radii_for_least_value(self, block: EvaluationBlock, peak: Peak) -> FeasibleBodies:
         """The radii that are large or small enough for a least value, from the value at radius 0."""
-        extremes = peak_extremes(case, peak)
+        extremes = peak_extremes(block, peak)
         finite = np.where(np.isfinite(extremes.value), extremes.value, 0.0)
-        room = CLEAR_SHARE * np.maximum(self._excess_unit(case.designs), np.abs(finite))
+        room = CLEAR_SHARE * np.maximum(self._excess_unit(block.designs), np.abs(finite))
         far, near = (self.bound - extremes.value + side * (extremes.width + room) for side in (1.0, -1.0))
         if peak.per_body < 0.0:
             return FeasibleBodies(RadiusRange(most=-far), RadiusRange(most=-near))
         return FeasibleBodies(RadiusRange(least=far), RadiusRange(least=near))
 
-    def _extreme_sides(self, case: EvaluationBlock, peak: Peak, weight: float) -> tuple[FloatArray, FloatArray]:
-        """The far and near side of ``_extreme_share``; less exact where the limit holds with the largest weight."""
-        allowed = peak.scale.extreme_at(self.bound, DOUBLES)
+    def _bounds_of_extreme_over_allowed(
+        self, block: EvaluationBlock, peak: Peak, weight: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Ends of ``_extreme_over_allowed``, less exact where the limit holds with the largest weight."""
+        allowed = peak.scale.extreme_for_quantity(self.bound, DOUBLES)
         floor = (1.0 - EXTREME_FLOOR) / (weight * abs(allowed)) if weight > 0.0 else -np.inf
-        extremes = peak_extremes(case, peak, floor=floor)
+        extremes = peak_extremes(block, peak, floor=floor)
         far, near = (allowed * extremes.value + side * abs(allowed) * extremes.width for side in (1.0, -1.0))
         return far, near
 
-    def _extreme_share(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
+    def _extreme_over_allowed(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
         """The extreme as a share of its allowed value, without the weight."""
         most, least = (np.asarray(columns[name] + np.zeros(len(designs))) for name in peak.extremes)
         if peak.goal == LARGEST_MAGNITUDE:
             most = np.maximum(most, -least)
         extreme = most if peak.goal in (LARGEST, LARGEST_MAGNITUDE) else least
-        return np.asarray(extreme * peak.scale.extreme_at(self.bound, DOUBLES))
+        return np.asarray(extreme * peak.scale.extreme_for_quantity(self.bound, DOUBLES))
 
-    def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
+    def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         if isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.extremes:
-            return self._extreme_share(self.peak_or_mean, columns, designs)  # weights are linear in the bound
+            return self._extreme_over_allowed(
+                self.peak_or_mean, columns, designs
+            )  # weights are linear in the bound
         return np.asarray(-self._bound_side / self._excess_unit(designs) + np.zeros(len(designs)))
 
 
@@ -420,7 +435,7 @@ class OwnQuantityLimit(Limit):
         quantities = [
             find_quantity(name, self.setup) for name in with_read_quantities(self.required_quantities, self.setup)
         ]
-        functions = [isinstance(each, OwnQuantity) and each.call for each in quantities]
+        functions = [isinstance(each, OwnQuantity) and each.function_call for each in quantities]
         return any(functions) or not all(each.relation or each.effect == "sizes" for each in quantities)
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
@@ -428,15 +443,17 @@ class OwnQuantityLimit(Limit):
         excess = (value - self.bound) / (abs(self.bound) or 1.0) if self.set_by_scene else -1.0
         return np.asarray(np.where(value == np.inf, np.inf, excess) + np.zeros(len(designs)))
 
-    def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
+    def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         return np.full(len(designs), -1.0 / (abs(self.bound) or 1.0))
 
 
 def _profile_crosses_itself(setup: Setup, design: Designs, programme: Programme) -> bool | None:
     """Whether any profile of one design crosses itself; None if undecided."""
     verdicts = [
-        find_crossing(replace(setup, mechanism=each.mechanism), each.local_designs(design), programme).crosses
-        for each in follower_contacts(setup)
+        self_crossing_verdict(
+            replace(setup, mechanism=each.mechanism), each.local_designs(design), programme
+        ).crosses
+        for each in all_follower_contacts(setup)
     ]
     return True if True in verdicts else None if None in verdicts else False
 
@@ -450,16 +467,18 @@ class SelfCrossingLimit(Limit):
         return (SELF_CROSSING,)
 
     @property
-    def presumed_limit(self) -> str:
+    def prerequisite_limit_name(self) -> str:
         return UNDERCUT
 
     @property
     def pitch_curve_quantities(self) -> tuple[str, ...]:
         return ("pressure_angle_max_deg",)
 
-    def feasible_bodies(self, case: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
-        wider = case.setup.half_width(case.designs) - case.designs.roller_radius
-        return FeasibleBodies(sure_bodies=RadiusRange(most=round_radius_limit(case) * (1.0 - CLEAR_SHARE) - wider))
+    def feasible_bodies(self, block: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
+        wider = block.setup.pitch_to_flank_distance(block.designs) - block.designs.roller_radius
+        return FeasibleBodies(
+            sure_bodies=RadiusRange(most=proved_uncrossed_roller_radius(block) * (1.0 - CLEAR_SHARE) - wider)
+        )
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         return np.asarray(columns[SELF_CROSSING] - 0.5 + np.zeros(len(designs)))
@@ -487,8 +506,8 @@ class BaseCircleLimit(Limit):
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         radius = self.bound / 2.0
-        result: FloatArray = (radius - least_disc_size(self.setup, designs)) / radius
+        result: FloatArray = (radius - smaller_disc_size(self.setup, designs)) / radius
         return result
 
-    def excess_derivative(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
+    def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         return np.full(len(designs), 1.0 / self.bound)

@@ -54,7 +54,7 @@ def peaks_of_quantity(quantity: str, setup: Setup) -> tuple[Peak, ...]:
     return tuple(contact_peaks(require_effect(quantity, setup), setup, quantity))
 
 
-def first_peak(quantity: str, setup: Setup) -> Peak | None:
+def peak_at_first_contact(quantity: str, setup: Setup) -> Peak | None:
     """The peak behind a quantity at the first contact; None if it is no extreme of curves."""
     return next(iter(peaks_of_quantity(quantity, setup)), None)
 
@@ -69,7 +69,7 @@ def quantity_limit(name: str, bound: float, setup: Setup, *quantities: str) -> Q
     """The limit on a quantity, or on the largest magnitude of several."""
     peaks = peaks_of_quantity(quantities[0], setup)
     form = peaks[0] if peaks else mean_or_train_peak(quantities[0], setup)
-    others = tuple(_jump_constraints(quantities[0], bound, setup))
+    others = tuple(_jump_speed_constraints(quantities[0], bound, setup))
     return QuantityLimit(
         name,
         bound,
@@ -81,7 +81,7 @@ def quantity_limit(name: str, bound: float, setup: Setup, *quantities: str) -> Q
     )
 
 
-def _jump_constraints(quantity: str, bound: float, setup: Setup) -> Iterator[Constraint]:
+def _jump_speed_constraints(quantity: str, bound: float, setup: Setup) -> Iterator[Constraint]:
     """The constraint of a jump speed on designs with their own numbers: contact is kept at that speed."""
     speeds: dict[str, Callable[[Setup], Any]] = {
         "jump_speed_rpm": lambda own: bound * pi / 30,
@@ -89,7 +89,7 @@ def _jump_constraints(quantity: str, bound: float, setup: Setup) -> Iterator[Con
     }
     if setup.free and quantity in speeds:
         yield Constraint(
-            partial(force.force_at_speed, setup, speed=speeds[quantity]),
+            partial(force.force_curve_at_speed, setup, speed=speeds[quantity]),
             ALL_STROKES,
             LEAST,
             ConstantBound(-FORCE_ROUNDING),
@@ -122,7 +122,7 @@ def _inherent_limits(setup: Setup) -> list[Limit]:
 def _base_circle_limits(setup: Setup) -> Iterator[BaseCircleLimit]:
     """The limits on the base circle: it holds the shaft, the hub, and the bore with its thinnest wall."""
     bore = "keyway" if setup.solid.keyway_width else "bore"
-    around = wall.size_for_wall(setup, 0.0) * (1.0 + THINNEST_WALL)
+    around = wall.cam_radius_for_wall(setup, 0.0) * (1.0 + THINNEST_WALL)
     shaft = setup.shaft_radius or 0.0
     for name, radius, key in (
         ("shaft_diameter", shaft, "cam.shaft_diameter"),
@@ -136,7 +136,7 @@ def _base_circle_limits(setup: Setup) -> Iterator[BaseCircleLimit]:
 def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
     """The limits on the pressure angle [deg]: one on rises and dwells, one on returns."""
     rises, dwells, returns = (f"pressure_angle_max_{kind}_deg" for kind in ("rise", "dwell", "return"))
-    if on_rise is not None and first_peak(rises, setup):
+    if on_rise is not None and peak_at_first_contact(rises, setup):
         limit = quantity_limit("pressure_angle", on_rise, setup, rises, dwells)
         yield limit.with_peaks(lambda peak: peak.over_kinds(RISE | DWELL))
     if on_return is not None:
@@ -146,7 +146,7 @@ def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float 
 def _face_reach_limits(bound: float, setup: Setup) -> Iterator[Limit]:
     """The limit on the reach along a flat face, to either side."""
     ends = ("face_reach_max_mm", "face_reach_min_mm")
-    if first_peak(ends[0], setup) is not None:
+    if peak_at_first_contact(ends[0], setup) is not None:
         yield quantity_limit("face_reach", bound, setup, *ends).with_peaks(Peak.as_magnitude)
 
 

@@ -24,16 +24,20 @@ def outward_turn_sense(problem: Problem) -> float:
     return -problem.design.sense if problem.setup.mechanism.body.developed else -1.0
 
 
-def linkage_sketch(problem: Problem, angles: FloatArray, at: complex, size: float) -> LinkSketch | None:
-    """The train of a problem at cam angles [rad]; None without a train.
+def linkage_sketch(
+    problem: Problem, angles: FloatArray, pivot_or_stem_end: complex, size: float
+) -> LinkSketch | None:
+    """Sketch of the links of a problem's train at cam angles [rad]; None without a train.
 
-    ``at`` is the pivot of an oscillating follower, or the end of the stem of a translating one at the first angle.
-    ``size`` [mm] replaces lengths that the scene does not have.
+    ``pivot_or_stem_end`` is the pivot of an oscillating follower, or the end of the stem of a translating one at
+    the first angle. ``size`` [mm] replaces lengths that the scene does not have.
     """
     train = problem.setup.train
     if train is None:
         return None
-    positions = train.follower_at(tool_position(problem.programme, angles))
+    positions = train.follower_displacement_at(tool_position(problem.programme, angles))
     if not problem.setup.angular:
-        return train.sketch(positions, Port(at - 1j * float(positions[0]), 1j), size)
-    return train.sketch(positions, Port(at, -outward_turn_sense(problem), outward_turn_sense(problem)), size)
+        return train.sketch(positions, Port(pivot_or_stem_end - 1j * float(positions[0]), 1j), size)
+    return train.sketch(
+        positions, Port(pivot_or_stem_end, -outward_turn_sense(problem), outward_turn_sense(problem)), size
+    )

@@ -22,8 +22,8 @@ from camopt.model.motion.law import Law
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment
 from camopt.model.trains.train import Train
-from camopt.scene.load import split_load
-from camopt.scene.own_laws import own_law
+from camopt.scene.load import split_constant_and_changing_load
+from camopt.scene.own_laws import make_own_law
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit, quantities_of_limits
 from camopt.scene.problem.limits import limits_of
@@ -46,9 +46,9 @@ from camopt.scene.problem.unavailable_quantities import (
 from camopt.scene.problem.variables import Variable, is_train_key, variables_of
 from camopt.scene.profile import profile_programme
 from camopt.scene.scene import Scene
-from camopt.scene.segments import given_segments
+from camopt.scene.segments import motion_segments_of_rows
 from camopt.scene.tolerances import ToleranceZone
-from camopt.scene.train import build_trains, train_load
+from camopt.scene.train import build_trains, follower_load_with_train
 
 MISSING_SIZE = (
     "missing; only commands that find sizes work without it: optimise, serve, effects, and sweep if [search] has it"
@@ -93,7 +93,7 @@ class Problem:
     robust_errors: tuple[NumberErrors, ...] = ()
     """Errors at which a robust search checks the limits: corners of the zones, and worse points found later."""
 
-    def all_variants(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:
+    def nominal_and_error_variants(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:
         """The nominal designs, then the designs with each of the robust errors, each with its problem.
 
         Designs may have any kind of number. Only the first problem has limits on motion errors, since these cover
@@ -109,14 +109,14 @@ class Problem:
         problems = dict[frozenset[tuple[str, float]], Problem]()
         pairs = []
         for errors in self.robust_errors:
-            shared, of_design = self.split_errors(errors)
+            shared, of_design = self.split_train_and_design_errors(errors)
             place = frozenset(shared.items())
             if place not in problems:
                 problems[place] = self.without_error_limits.with_number_errors(shared)
             pairs.append((problems[place], of_design))
         return tuple(pairs)
 
-    def split_errors(self, errors: NumberErrors) -> tuple[NumberErrors, NumberErrors]:
+    def split_train_and_design_errors(self, errors: NumberErrors) -> tuple[NumberErrors, NumberErrors]:
         """Errors of numbers that designs do not have (those of the train), and errors of numbers of designs."""
         shared = {key: by for key, by in errors.items() if key not in self.design.values}
         return shared, {key: by for key, by in errors.items() if key not in shared}
@@ -127,13 +127,13 @@ class Problem:
             return self
         most = {key: self.setup.given[key] for key in self.setup.free}
         changed = self.with_numbers({**most, **{key: self.nominal_numbers[key] + by for key, by in errors.items()}})
-        return self._with_same_limits(changed.with_free_keys(self.setup.free))
+        return self._with_only_own_limits(changed.with_keys_per_design(self.setup.free))
 
-    def _with_same_limits(self, changed: "Problem") -> "Problem":
-        """Another problem, reduced to the limits of this one, which may lack some."""
-        given = {(limit.name, limit.bound): limit for limit in changed.limits}
+    def _with_only_own_limits(self, changed_problem: "Problem") -> "Problem":
+        """The changed problem with only the limits that this problem has."""
+        given = {(limit.name, limit.bound): limit for limit in changed_problem.limits}
         limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)
-        return replace(changed, limits=limits)
+        return replace(changed_problem, limits=limits)
 
     @cached_property
     def without_error_limits(self) -> "Problem":
@@ -176,24 +176,27 @@ class Problem:
         """The problem in which no design can be assembled, with the reason."""
         return replace(self, setup=replace(self.setup, mechanism=self.setup.mechanism.with_no_assembly(why)))
 
-    def with_free_numbers(self, numbers: Mapping[str, float]) -> "Problem":
-        """The problem whose designs have these numbers of their own, by key; the values are their largest."""
-        if not numbers:
+    def with_numbers_per_design(self, largest_values: Mapping[str, float]) -> "Problem":
+        """The problem whose designs each have their own value of these numbers.
+
+        ``largest_values`` gives the largest of each, by key.
+        """
+        if not largest_values:
             return self
-        setup = self.with_numbers(numbers).setup
-        setup = replace(setup, free=setup.free | numbers.keys())
+        setup = self.with_numbers(largest_values).setup
+        setup = replace(setup, free=setup.free | largest_values.keys())
         return replace(self, setup=setup, limits=self.scene_values.limits(setup))
 
-    def with_free_keys(self, keys: Collection[str]) -> "Problem":
+    def with_keys_per_design(self, keys: Collection[str]) -> "Problem":
         """The problem whose designs have numbers of their own, by key; its own numbers stay."""
         setup = replace(self.setup, free=self.setup.free.union(keys))
         return replace(self, setup=setup, limits=self.scene_values.limits(setup))
 
     def absorb_design_numbers(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem with the numbers of one design as its own, and the design without them."""
-        return self._with_same_limits(self.with_numbers(design.number_values)), replace(design, numbers={})
+        return self._with_only_own_limits(self.with_numbers(design.number_values)), replace(design, numbers={})
 
-    def absorb_fixed_numbers(self, design: Designs) -> "tuple[Problem, Designs]":
+    def absorb_untoleranced_numbers(self, design: Designs) -> "tuple[Problem, Designs]":
         """As ``absorb_design_numbers``, but the design keeps numbers with a robust tolerance zone."""
         kept = {key: value for key, value in design.numbers.items() if key in self.zones}
         changed, bare = self.absorb_design_numbers(design.without_numbers(kept))
@@ -225,7 +228,7 @@ class Problem:
         return self.programme.given_programme
 
     @property
-    def given_turns(self) -> bool:
+    def given_motion_is_angle(self) -> bool:
         """Whether the given motion is an angle."""
         return self.setup.angular if self.programme.given_at_follower else self.setup.tool_turns
 
@@ -266,9 +269,9 @@ class Problem:
         return tuple(problems)
 
     @property
-    def half_width(self) -> float:
+    def wall_distance_from_pitch_curve(self) -> float:
         """Distance of walls and profile from the pitch curve: radius of the roller plus half its clearance [mm]."""
-        return float(np.squeeze(self.setup.half_width(self.design)))
+        return float(np.squeeze(self.setup.pitch_to_flank_distance(self.design)))
 
     @property
     def size_name(self) -> str:
@@ -362,8 +365,8 @@ class SceneValues:
 
     def follower_motion(self, given: Programme, setup: Setup, segments: Sequence[MotionSegment]) -> Programme:
         """The motion of the follower that gives the follower or the tool a motion, under the scene's load."""
-        _, load = split_load(*load_and_unit(self._scene))
-        total_load = train_load(self._scene.train, setup.train, load)
+        _, load = split_constant_and_changing_load(*load_and_unit(self._scene))
+        total_load = follower_load_with_train(self._scene.train, setup.train, load)
         return motion_through_train(given, segments, self._scene, setup.train, total_load)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
@@ -414,13 +417,13 @@ def _cached_problem(same: IdentityKey[Scene]) -> Problem:
     design = Designs(**absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0).with_values(sizes)
     if mistakes := [*unavailable_outputs(scene, setup), *unavailable_limits(scene, setup)]:
         raise BadInput(mistakes)
-    laws = {**LAWS, **{name: own_law(name, law) for name, law in scene.laws.items()}}
-    values, (_, load) = SceneValues(scene), split_load(*load_and_unit(scene))
-    turn = given_segments(scene.motion, scene.cam.rpm)
+    laws = {**LAWS, **{name: make_own_law(name, law) for name, law in scene.laws.items()}}
+    values, (_, load) = SceneValues(scene), split_constant_and_changing_load(*load_and_unit(scene))
+    turn = motion_segments_of_rows(scene.motion, scene.cam.rpm)
     if scene.profile:
         motion = profile_programme(scene, load)
     else:
-        motion = Programme.from_segments(turn, angular=scene.given_turns, laws=laws, load=load)
+        motion = Programme.from_segments(turn, angular=scene.given_motion_is_angle, laws=laws, load=load)
     programme = values.follower_motion(motion, setup, turn)
     if mistakes := yoke_motion_mistakes(scene, programme):
         raise BadInput(mistakes)

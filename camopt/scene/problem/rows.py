@@ -30,7 +30,7 @@ class DesignRows:
     outward: QuantityColumns = field(default_factory=dict)
     half_width: Any = 0.0
 
-    def shifted_columns(self, share: Any) -> QuantityColumns:
+    def columns_shifted_by_width_share(self, share: Any) -> QuantityColumns:
         """The columns moved by a share of their widths: 1 for the far side, −1 for the same distance inward.
 
         Shares (n, 1) give columns (n, rows).
@@ -63,14 +63,14 @@ class DesignRows:
         columns = {name: values[part] if is_per_row(values) else values for name, values in self.columns.items()}
         return DesignRows(columns, len(range(*part.indices(self.count))))
 
-    def replace_rows(self, index: IndexArray, other: "DesignRows") -> "DesignRows":
+    def replace_rows(self, index: IndexArray, new_rows: "DesignRows") -> "DesignRows":
         """The rows with those at an index replaced by other rows."""
         columns = {}
         for name, value in self.columns.items():
-            if not (is_per_row(value) or is_per_row(other.columns[name])) and value == other.columns[name]:
+            if not (is_per_row(value) or is_per_row(new_rows.columns[name])) and value == new_rows.columns[name]:
                 columns[name] = value
                 continue
-            here, there = self.column(name), other.column(name)
+            here, there = self.column(name), new_rows.column(name)
             columns[name] = here.astype(np.promote_types(here.dtype, there.dtype))
             columns[name][index] = there
         return DesignRows(columns, self.count)

@@ -14,7 +14,7 @@ from camopt.model.effects import (
 )
 from camopt.model.effects.contacts import CONTACT_NAMES, CONTACT_QUANTITIES
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.settings import law_choices
+from camopt.scene.problem.settings import programmes_of_law_choices
 from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED_KEYS
 from camopt.scene.unusual_values import unusual_value_notes
@@ -101,7 +101,7 @@ def constant_objective_notes(scene: Scene) -> list[str]:
     """
     problem = resolve(scene)
     fixed = {each.quantity for each in problem.variables if not each.is_searched}
-    moving = len(law_choices(problem)) > 1 or problem.search_space.numbers
+    moving = len(programmes_of_law_choices(problem)) > 1 or problem.search_space.numbers
     same = [
         name
         for name in problem.objectives

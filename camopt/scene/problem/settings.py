@@ -24,13 +24,13 @@ NumberSetting = Mapping[str, float]
 """Values of numbers of the scene other than sizes, by key."""
 
 
-def law_choices(problem: Problem) -> Mapping[Programme, LawPair]:
+def programmes_of_law_choices(problem: Problem) -> Mapping[Programme, LawPair]:
     """The motion for every choice of laws in ``[search]``, with the laws on its rises and returns."""
-    return _cached_law_choices(IdentityKey(problem))
+    return _cached_programmes_of_laws(IdentityKey(problem))
 
 
 @lru_cache(maxsize=4)  # read many times for a scene
-def _cached_law_choices(same: IdentityKey[Problem]) -> Mapping[Programme, LawPair]:
+def _cached_programmes_of_laws(same: IdentityKey[Problem]) -> Mapping[Programme, LawPair]:
     return {same.value.follower_motion_with_laws(*pair): pair for pair in same.value.search_space.laws}
 
 
@@ -47,12 +47,14 @@ def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({}
         each.with_programme(programme)
         if each.programme is problem.programme
         else each.with_given_motion(each.given_motion_with_laws(*pair))
-        for programme, pair in law_choices(problem).items()
+        for programme, pair in programmes_of_law_choices(problem).items()
         for each in problems
     )
 
 
-def problem_with_free_numbers(problem: Problem, ends: Mapping[str, tuple[float, float]] | None = None) -> Problem:
+def problem_with_numbers_per_design(
+    problem: Problem, ends: Mapping[str, tuple[float, float]] | None = None
+) -> Problem:
     """The problem whose designs carry the numbers that ``[search]`` varies, and numbers with robust tolerances.
 
     ``ends`` replaces the range ends in ``[search]``, by key.
@@ -63,15 +65,15 @@ def problem_with_free_numbers(problem: Problem, ends: Mapping[str, tuple[float, 
         If a quantity that the problem needs cannot be computed with the least value of a number.
     """
     return (
-        _cached_free_problem(IdentityKey(problem))
+        _cached_problem_per_design(IdentityKey(problem))
         if ends is None
-        else _with_free_numbers(problem, {**_search_ranges(problem), **ends})
+        else _with_numbers_per_design(problem, {**_search_ranges(problem), **ends})
     )
 
 
 @lru_cache(maxsize=4)  # designs of a scene are evaluated many times
-def _cached_free_problem(same: IdentityKey[Problem]) -> Problem:
-    return _with_free_numbers(same.value, _search_ranges(same.value))
+def _cached_problem_per_design(same: IdentityKey[Problem]) -> Problem:
+    return _with_numbers_per_design(same.value, _search_ranges(same.value))
 
 
 def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:
@@ -79,11 +81,14 @@ def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:
 
 
 def with_toleranced_numbers(problem: Problem) -> Problem:
-    """The problem whose design carries the numbers with tolerances; raises as ``problem_with_free_numbers``."""
-    return _with_free_numbers(problem, {})
+    """The problem whose design carries the numbers with tolerances.
+
+    It raises as ``problem_with_numbers_per_design``.
+    """
+    return _with_numbers_per_design(problem, {})
 
 
-def _with_free_numbers(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
+def _with_numbers_per_design(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
     carried = problem.zones.keys() - problem.design.sizes.keys() - train_entries(problem.zones).keys()
     zones = {key: each for key, each in problem.zones.items() if key in carried}
     fixed = {key: problem.nominal_numbers[key] for key in zones if key not in searched}
@@ -93,7 +98,7 @@ def _with_free_numbers(problem: Problem, searched: Mapping[str, tuple[float, flo
     for key, zone in zones.items():
         ends[key] = ends[key][0] + zone.lower, ends[key][1] + zone.upper
     problems_in_settings(problem, [{key: least for key, (least, _) in ends.items()}])
-    freed = problem.with_free_numbers({key: largest for key, (_, largest) in ends.items()})
+    freed = problem.with_numbers_per_design({key: largest for key, (_, largest) in ends.items()})
     return replace(freed, design=freed.design.with_values({key: np.array([value]) for key, value in fixed.items()}))
 
 

@@ -10,7 +10,7 @@ from camopt.model.effects import SceneNumbers, Setup, SolidSizes, ToleranceBands
 from camopt.model.effects.effect_numbers import ErrorBand
 from camopt.model.mechanisms import FIELDS
 from camopt.model.trains.train import Train
-from camopt.scene.load import split_load
+from camopt.scene.load import split_constant_and_changing_load
 from camopt.scene.materials import MATERIALS
 from camopt.scene.own_quantities import own_quantities
 from camopt.scene.problem.variables import is_train_key, variables_of
@@ -40,7 +40,7 @@ def _setup_numbers(scene: Scene) -> dict[str, float | None]:
     """The numbers of a scene by key, with those of named materials."""
     of_train = filter(is_train_key, (*scene.search.numbers, *scene.tolerances.numbers))
     numbers, given = scene.numbers((*NUMBER_COLUMNS, *of_train)), scene.materials
-    load, _ = split_load(load_and_unit(scene)[0], 1.0)
+    load, _ = split_constant_and_changing_load(load_and_unit(scene)[0], 1.0)
     numbers["follower.dynamics.load"] = load
     for body in ("cam", "follower"):
         listed = MATERIALS.get(getattr(given, body))

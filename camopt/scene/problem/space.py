@@ -20,9 +20,9 @@ from camopt.scene.problem.problem import Problem, missing_variable_mistakes
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import (
     NumberSetting,
-    law_choices,
-    problem_with_free_numbers,
+    problem_with_numbers_per_design,
     problems_by_motion,
+    programmes_of_law_choices,
     setting_count_mistakes,
 )
 from camopt.scene.problem.variables import Variable, variation_mistakes
@@ -85,9 +85,9 @@ class DesignSpace:
 
     def designs(self, index: IntArray) -> Designs:
         """The designs of a problem by number."""
-        return self.designs_with(self.varied_values(index), index.size)
+        return self.designs_with_varied_values(self.varied_values(index), index.size)
 
-    def designs_with(self, varied: Mapping[str, FloatArray], count: int) -> Designs:
+    def designs_with_varied_values(self, varied: Mapping[str, FloatArray], count: int) -> Designs:
         """``count`` designs of a problem with the varied sizes and numbers, by field of ``Designs``."""
         fixed = self.problem.design
         others = {name: value.tobytes() for name, value in fixed.sizes.items() if name not in varied}
@@ -150,14 +150,14 @@ def grid_space(problem: Problem) -> DesignSpace:
     shared = [each for each in varied if not each.varies_by_design]
     settings = prod(each.grid_count for each in shared)
     mistakes += setting_count_mistakes(problem, settings)
-    if (count := len(law_choices(problem)) * prod(each.grid_count for each in varied)) > MOST_DESIGNS:
+    if (count := len(programmes_of_law_choices(problem)) * prod(each.grid_count for each in varied)) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
     values = product(*(each.grid_values.tolist() for each in shared))
     combined = [{v.key: x for v, x in zip(shared, each, strict=True)} for each in values]
-    free = problem_with_free_numbers(problem)
+    free = problem_with_numbers_per_design(problem)
     return DesignSpace(
         free, problems_by_motion(free, combined), {v.field: v.grid_values for v in varied if v.varies_by_design}
     )

@@ -49,7 +49,7 @@ def number_and_angle_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[s
     }
 
 
-def tool_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
+def zones_that_move_tool(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
     """The zones that move the tool: of sizes of the follower, links of the train, and angles."""
     return {key: zone for key, zone in number_and_angle_zones(scene, nominal).items() if moves_tool(key)}
 
@@ -73,9 +73,9 @@ def robust_zones(
     return {fields[key].field: zone for key, zone in zones.items() if zone.has_width}
 
 
-def train_entries(off: Mapping[str, EntryT]) -> dict[str, EntryT]:
+def train_entries(entries_by_key: Mapping[str, EntryT]) -> dict[str, EntryT]:
     """The entries for numbers of the train, which designs do not carry."""
-    return {key: each for key, each in off.items() if is_train_key(key)}
+    return {key: each for key, each in entries_by_key.items() if is_train_key(key)}
 
 
 def initial_robust_errors(zones: Mapping[str, ToleranceZone]) -> tuple[NumberErrors, ...]:
@@ -83,13 +83,17 @@ def initial_robust_errors(zones: Mapping[str, ToleranceZone]) -> tuple[NumberErr
     return tuple(corner_errors(zones, MOST_CORNER_NUMBERS if len(train_entries(zones)) <= MOST_CORNER_LINKS else 0))
 
 
-def corner_errors(zones: Mapping[str, ToleranceZone], most: int = MOST_CORNER_NUMBERS) -> Iterator[NumberErrors]:
-    """The errors at the corners of zones, by field; with more than ``most`` zones, at their ends one at a time.
+def corner_errors(
+    zones: Mapping[str, ToleranceZone], most_zones_for_corners: int = MOST_CORNER_NUMBERS
+) -> Iterator[NumberErrors]:
+    """The errors at the corners of zones, by field.
+
+    With more than ``most_zones_for_corners`` zones, at their ends one at a time.
 
     Zones without a width give no errors.
     """
     ends = {field: {zone.lower, zone.upper} for field, zone in zones.items()}
-    if len(ends) > most:
+    if len(ends) > most_zones_for_corners:
         yield from ({field: end} for field, each in ends.items() for end in sorted(each) if end)
         return
     for corner in product(*(sorted(each) for each in ends.values())):

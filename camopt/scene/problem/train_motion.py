@@ -9,7 +9,7 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment, start_position
 from camopt.model.motion.tool_drive import follower_programme, programme_with_tool
 from camopt.model.trains.train import StageFault, Train
-from camopt.scene.checks import faults_of
+from camopt.scene.checks import faults_across_tables
 from camopt.scene.scene import Scene
 
 
@@ -42,6 +42,8 @@ def motion_through_train(
 def train_fault(scene: Scene) -> str:
     """Why the train of a scene cannot perform the given motion; empty if it can."""
     faults = (
-        fault for fault in faults_of(scene, scene.to_dict()) if fault[0].startswith(("train", "follower.dynamics"))
+        fault
+        for fault in faults_across_tables(scene, scene.to_dict())
+        if fault[0].startswith(("train", "follower.dynamics"))
     )
     return next((f"{key}: {why}" for key, _, why in faults), "")

@@ -8,7 +8,7 @@ from camopt.core.mistakes import Mistake, suggest_names
 from camopt.core.quantities import EVERYTHING, QUANTITIES
 from camopt.core.quantities.own_quantity import OWN_EFFECT
 from camopt.model.effects import Setup, available_quantities, find_quantity, missing_keys_by_quantity, preload
-from camopt.model.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, half_turn_misfit
+from camopt.model.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, largest_half_turn_misfit
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.limits import SINGLE_QUANTITY_KEYS, limited_quantity
 from camopt.scene.problem.rows import VERDICT_COLUMNS
@@ -68,7 +68,7 @@ def _uncomputable_own_quantities(scene: Scene, setup: Setup) -> Iterator[Mistake
     """Mistakes for quantities that the scene defines over quantities that cannot be computed."""
     offers, lacks = available_quantities(setup), missing_keys_by_quantity(setup)
     for name, own in setup.own_quantities.items():
-        for read in own.reads:
+        for read in own.quantities_read:
             if read not in offers and read not in setup.own_quantities:
                 why = f"needs {', '.join(lacks[read])}" if read in lacks else "is not a quantity of this mechanism"
                 value = scene.quantities[name].value
@@ -77,7 +77,10 @@ def _uncomputable_own_quantities(scene: Scene, setup: Setup) -> Iterator[Mistake
 
 def yoke_motion_mistakes(scene: Scene, motion: Programme) -> list[Mistake]:
     """A mistake if the motion does not fit a yoke."""
-    if not scene.mechanism.drive.one_disc or (misfit := half_turn_misfit(motion)).off <= SAME_HALVES * motion.lift:
+    if (
+        not scene.mechanism.drive.one_disc
+        or (misfit := largest_half_turn_misfit(motion)).off <= SAME_HALVES * motion.lift
+    ):
         return []
     how = "Exchange rises and returns in the second half of the turn, with the same angles and laws"
     off = f"the error is {misfit.off:.4g} mm at {np.degrees(misfit.at):.5g} deg"

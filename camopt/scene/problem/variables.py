@@ -89,7 +89,7 @@ class Variable:
         return isinstance(self.choice, StepRange)
 
     @property
-    def is_free(self) -> bool:
+    def is_searched_continuously(self) -> bool:
         """Whether a search may use any value in a range."""
         return self.varies_by_design and self.has_range
 
@@ -101,7 +101,7 @@ class Variable:
         return (float(min(self.choice)), float(max(self.choice))) if self.choice else (nan, nan)
 
     @property
-    def lower_bound(self) -> float:
+    def least_allowed_value(self) -> float:
         """The least value that is allowed at all: 0, or −∞ for signed values."""
         return -inf if self.field in SIGNED_SIZES or self.range_ends[0] < 0.0 else 0.0
 

@@ -13,21 +13,27 @@ import pyarrow as pa
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import IndexArray
 from camopt.core.quantities.display import Drawable
-from camopt.core.storage.tables import no_table_error
-from camopt.scene.arguments import options_by_keyword
+from camopt.core.storage.tables import not_a_table_error
+from camopt.scene.arguments import allow_positional_options
 from camopt.scene.scene import Scene
 from camopt.show.comparing.compared_results import ComparedResult, DesignTable, open_result
 from camopt.show.comparing.designs import (
     Change,
     Index,
     Matching,
-    changed_quantities,
+    changed_quantities_with_masks,
     check_output_file,
     match_designs,
     write_differences,
 )
 from camopt.show.comparing.fronts import Fronts, compare_fronts
-from camopt.show.comparing.scenes import Difference, ValuePair, compare_cams, is_cam, scene_differences
+from camopt.show.comparing.scenes import (
+    Difference,
+    ValuePair,
+    differing_cam_quantities,
+    has_all_sizes,
+    scene_differences,
+)
 from camopt.show.comparing.sections import comparison_sections
 from camopt.solve.tables.designs import DESIGNS, PARETO
 from camopt.solve.tables.result import Result, Table
@@ -178,7 +184,7 @@ def _json_record(record: Mapping[str, Any]) -> dict[str, Any]:
     return {name: None if name in odd else value for name, value in record.items()}
 
 
-@options_by_keyword
+@allow_positional_options
 def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Comparison:
     """Compare two results: designs, Pareto fronts, settings, and the quantities of two cams.
 
@@ -233,7 +239,7 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
         names = [name for name in one.scenes if name in other.scenes]
         if not names:
             why = "a result with a scene or table of the same name as in the other; "
-            why += f"there are {_scene_names(one)}, and {_scene_names(other)}"
+            why += f"there are {_scene_list_text(one)}, and {_scene_list_text(other)}"
             raise BadInput([Mistake("camopt", "result", other.name, why)])
         pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
         for pair in pairs.values():
@@ -243,7 +249,7 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
         tables = {name: _compare_tables(*pair, matchings[name], name in fronts) for name, pair in pairs.items()}
         scenes = _differing_scenes(one, other, names)
         searched = {table.scene for side in (one, other) for table in side.tables.values()}
-        cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(is_cam, pair))]
+        cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(has_all_sizes, pair))]
         if place:
             changes = {name: (*pair, matchings[name], tables[name].changed) for name, pair in pairs.items()}
             write_differences(changes, place)
@@ -252,11 +258,11 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
             other.name,
             {names: scene_differences(*pair) for names, pair in scenes.items()},
             scenes,
-            {names: compare_cams(*pair) for names, pair in scenes.items() if pair in cams},
+            {names: differing_cam_quantities(*pair) for names, pair in scenes.items() if pair in cams},
             tables,
             tuple(name for name in one.scenes if name not in other.scenes),
             tuple(name for name in other.scenes if name not in one.scenes),
-            (_table_versions(one), _table_versions(other)),
+            (_table_version_text(one), _table_version_text(other)),
         )
 
 
@@ -265,15 +271,15 @@ def _check_types(a: DesignTable, b: DesignTable) -> None:
     for name in a.names:
         kinds = {side.layout.field(name).type for side in (a, b) if name in side.names} - {pa.null()}
         if len(kinds) > 1:
-            raise no_table_error(b.name, f"the type of its column {name} differs from that in {a.name}")
+            raise not_a_table_error(b.name, f"the type of its column {name} differs from that in {a.name}")
 
 
-def _scene_names(side: ComparedResult) -> str:
-    return f"{', '.join(side.scenes)} in {side.name}"
+def _scene_list_text(result: ComparedResult) -> str:
+    return f"{', '.join(result.scenes)} in {result.name}"
 
 
-def _table_versions(side: ComparedResult) -> str:
-    return ", ".join(sorted({table.version for table in side.tables.values()}))
+def _table_version_text(result: ComparedResult) -> str:
+    return ", ".join(sorted({table.version for table in result.tables.values()}))
 
 
 def _differing_scenes(a: ComparedResult, b: ComparedResult, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
@@ -284,14 +290,14 @@ def _differing_scenes(a: ComparedResult, b: ComparedResult, names: Iterable[str]
     return {", ".join(joined): pair for pair, joined in names_by_pair.items() if scene_differences(*pair)}
 
 
-def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
+def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, with_fronts: bool) -> TableComparison:
     differs, beyond = np.zeros((2, pairs.in_a.size), dtype=bool)
     quantities = {}
-    for name, change, here, there in changed_quantities(a, b, pairs):
+    for name, change, here, there in changed_quantities_with_masks(a, b, pairs):
         quantities[name] = change
         differs |= here
         beyond |= there
-    comparable = of_front and a.objectives == b.objectives and a.objectives
+    comparable = with_fronts and a.objectives == b.objectives and a.objectives
     return TableComparison(
         designs=(a.count, b.count),
         went=pairs.went,
@@ -303,8 +309,8 @@ def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, of_front: b
         columns_in_b=tuple(name for name in b.names if name not in a.names),
         objectives=(_objective_words(a), _objective_words(b)),
         units={name: a.units[name] for name in a.objectives},
-        fronts=compare_fronts(a.front(), b.front()) if comparable else None,
-        first={"went": _best_designs(a, pairs.went), "came": _best_designs(b, pairs.came)},
+        fronts=compare_fronts(a.front_costs(), b.front_costs()) if comparable else None,
+        first={"went": _best_by_first_objective(a, pairs.went), "came": _best_by_first_objective(b, pairs.came)},
     )
 
 
@@ -312,12 +318,12 @@ def _objective_words(table: DesignTable) -> dict[str, str]:
     return {name: "minimise" if sign > 0.0 else "maximise" for name, sign in table.objectives.items()}
 
 
-def _best_designs(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
+def _best_by_first_objective(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
     """Sizes and objectives of at most ``SHOWN_DESIGNS`` rows, with row numbers; the best feasible designs first."""
     if not rows.size:
         return []
     worse = [sign * table.floats(name)[rows] for name, sign in table.objectives.items()][:1]
     rows = rows[np.lexsort([*worse, ~table.front_candidates()[rows]])][:SHOWN_DESIGNS]
-    names = [name for name in dict.fromkeys((*table.key, *table.objectives)) if name != "scene"]
+    names = [name for name in dict.fromkeys((*table.key_columns, *table.objectives)) if name != "scene"]
     columns = {name: table.column(name).take(rows).to_pylist() for name in names}
     return [{"row": int(row), **{n: columns[n][k] for n in names}} for k, row in enumerate(rows)]

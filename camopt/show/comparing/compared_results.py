@@ -15,8 +15,8 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities import QUANTITIES
 from camopt.core.storage.files import checked_path
-from camopt.core.storage.manifest import Manifest, manifest_of, result_paths, whole_result_file
-from camopt.core.storage.tables import ARROW_TYPES, SCENE_KEY, TableFile, no_table_error, table_facts
+from camopt.core.storage.manifest import Manifest, open_checked_result_file, read_manifest, result_paths
+from camopt.core.storage.tables import ARROW_TYPES, SCENE_KEY, TableFile, not_a_table_error, table_metadata
 from camopt.core.storage.tables import SCENE_KEY as SCENE_OF_TABLE
 from camopt.scene.design_rows import DERIVED_SIZES
 from camopt.scene.problem.variables import variables_of
@@ -25,8 +25,8 @@ from camopt.solve.front.pareto import is_non_dominated
 from camopt.solve.front.result import Sweep
 from camopt.solve.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
 from camopt.solve.synthesis.frontier_result import Frontier
-from camopt.solve.tables.designs import OPTIMUM, axes_of
-from camopt.solve.tables.table import scene_in
+from camopt.solve.tables.designs import OPTIMUM, frontier_axes
+from camopt.solve.tables.table import read_scene_metadata
 
 LAW_COLUMN, SCENE_COLUMN, FREE_COLUMN = "law_rise", "scene", "free"
 """Columns: the first is in every table of designs, the others in frontiers."""
@@ -51,12 +51,12 @@ class DesignTable:
     @property
     def version(self) -> str:
         """Version of camopt that wrote the table."""
-        return str(table_facts(self.layout)["version"])
+        return str(table_metadata(self.layout)["version"])
 
     @property
     def units(self) -> dict[str, str]:
         """Units of the columns."""
-        return {name: str(unit) for name, unit in table_facts(self.layout)["units"].items()}
+        return {name: str(unit) for name, unit in table_metadata(self.layout)["units"].items()}
 
     def column(self, name: str) -> pa.Array:
         """One column."""
@@ -67,25 +67,25 @@ class DesignTable:
         return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=float)
 
     @property
-    def key(self) -> list[str]:
+    def key_columns(self) -> list[str]:
         """Columns that identify a design: laws, sizes and searched numbers; for a frontier also its scene."""
         sizes = [name for name in self.names if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
         return [*(name for name in sizes if name not in DERIVED_SIZES), *({SCENE_COLUMN} & {*self.names})]
 
     def fixed_value(self, name: str) -> float | None:
-        """The value in the scene of a number that is not a column."""
+        """Value that the scene gives for a number without a column; None if it gives none."""
         keys = [each.key for each in variables_of(self.scene) if each.quantity == name]
         return next(iter(self.scene.numbers(keys).values()), None)
 
     @property
     def objectives(self) -> dict[str, float]:
         """Objectives with the sign that makes each a cost; the axes of a frontier."""
-        axes = axes_of(self.names)
+        axes = frontier_axes(self.names)
         signs = dict.fromkeys(axes, 1.0) if axes else self.scene.search.objectives
         numbers = {field.name for field in self.layout if pa.types.is_floating(field.type)}
         return signs if {*signs} <= numbers else {}
 
-    def front(self) -> FloatArray:
+    def front_costs(self) -> FloatArray:
         """Costs of the feasible designs that are not dominated, (points, objectives)."""
         candidates = self.front_candidates()
         costs = np.column_stack([sign * self.floats(name)[candidates] for name, sign in self.objectives.items()])
@@ -100,7 +100,7 @@ class DesignTable:
         return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=bool)
 
 
-def column_type(field: pa.Field) -> pa.DataType:
+def expected_column_type(field: pa.Field) -> pa.DataType:
     """The type of a column in tables of designs: that of its quantity, else its own."""
     if field.name in QUANTITIES and not pa.types.is_null(field.type):
         return ARROW_TYPES[QUANTITIES[field.name].kind]
@@ -139,9 +139,9 @@ def open_result(what: Any, stack: ExitStack) -> ComparedResult:
         raise BadInput([Mistake("camopt", "result", type(what).__name__, allowed)])
     try:
         table = pa.Table.from_pandas(what, preserve_index=False)
-        table = table.cast(pa.schema([field.with_type(column_type(field)) for field in table.schema]))
+        table = table.cast(pa.schema([field.with_type(expected_column_type(field)) for field in table.schema]))
     except (pa.ArrowException, ValueError) as trouble:
-        raise no_table_error("table", f"this is none: {str(trouble).splitlines()[0]}") from None
+        raise not_a_table_error("table", f"this is none: {str(trouble).splitlines()[0]}") from None
     table = table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))})
     return _one_table_result(_checked_design_table("table", table.schema, table.num_rows, table.select))
 
@@ -153,13 +153,13 @@ def _one_table_result(table: DesignTable, *files: Path) -> ComparedResult:
 def _checked_design_table(name: str, layout: pa.Schema, count: int, read: Any) -> DesignTable:
     """A table of designs; BadInput if it is another."""
     if not is_design_table(layout):
-        raise no_table_error(name, "this is not one of designs, with their laws and the scene that was searched")
+        raise not_a_table_error(name, "this is not one of designs, with their laws and the scene that was searched")
     for field in layout:
         if layout.names.count(field.name) > 1:
-            raise no_table_error(name, f"this has the column {field.name} twice")
-        if field.type != column_type(field):
-            raise no_table_error(name, f"its column {field.name} has not the type {column_type(field)}")
-    return DesignTable(name, scene_in(layout, name), layout, count, read)
+            raise not_a_table_error(name, f"this has the column {field.name} twice")
+        if field.type != expected_column_type(field):
+            raise not_a_table_error(name, f"its column {field.name} has not the type {expected_column_type(field)}")
+    return DesignTable(name, read_scene_metadata(layout, name), layout, count, read)
 
 
 def _file_table(name: str, file: TableFile) -> DesignTable:
@@ -198,19 +198,19 @@ def _open_path(what: str | os.PathLike[str], stack: ExitStack) -> ComparedResult
 
 
 def _open_table(path: Path, stack: ExitStack, manifest: Manifest | None = None) -> TableFile:
-    return TableFile(path, stack.enter_context(whole_result_file(path, manifest)))
+    return TableFile(path, stack.enter_context(open_checked_result_file(path, manifest)))
 
 
 def _open_folder(folder: Path, stack: ExitStack) -> ComparedResult:
     """The tables of designs and the scenes in a folder, of one run: later ones do not change open files."""
-    manifest = manifest_of(folder)
+    manifest = read_manifest(folder)
     files = {path.name: _open_table(path, stack, manifest) for path in result_paths(folder, "*.parquet", manifest)}
     tables = {
         name: _file_table(str(folder / name), file) for name, file in files.items() if is_design_table(file.layout)
     }
     scenes = {name: table.scene for name, table in tables.items()}
     for path in (path for names in SCENE_FILES for path in result_paths(folder, names, manifest)):
-        with whole_result_file(path, manifest):
+        with open_checked_result_file(path, manifest):
             scenes[path.name] = Scene.from_toml(path)
     if not scenes:
         why = "a folder with scenes or tables of designs that a command wrote"

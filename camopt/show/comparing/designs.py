@@ -15,7 +15,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from camopt.core.numerics import BoolArray, FloatArray, IndexArray, IntArray
-from camopt.core.storage.files import check_writable, checked_suffix, path_of, whole_file
+from camopt.core.storage.files import check_writable, checked_suffix, expand_user_path, whole_file
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.scene.toml_text import parse_toml
@@ -57,8 +57,8 @@ class Change:
 def match_designs(a: DesignTable, b: DesignTable) -> Matching:
     """Pair the rows with the same design. Repeated designs are paired in the order of rows."""
     codes = np.zeros(a.count + b.count, dtype=np.int64)
-    for name in dict.fromkeys((*a.key, *b.key)):
-        codes = _pair_codes(codes, _value_codes(*(_key_column(each, name) for each in (a, b))))
+    for name in dict.fromkeys((*a.key_columns, *b.key_columns)):
+        codes = _pair_codes(codes, _value_codes(*(_key_column_or_fixed_value(each, name) for each in (a, b))))
     codes = _dense_codes(codes)
     if any(np.bincount(side).max(initial=0) > 1 for side in (codes[: a.count], codes[a.count :])):
         again = np.concatenate([_occurrence_counts(codes[: a.count]), _occurrence_counts(codes[a.count :])])
@@ -73,12 +73,12 @@ def match_designs(a: DesignTable, b: DesignTable) -> Matching:
     return Matching(in_a, in_b, np.flatnonzero(partner < 0), np.flatnonzero(alone))
 
 
-def _pair_codes(codes: IntArray, more: IntArray) -> IntArray:
+def _pair_codes(codes: IntArray, column_codes: IntArray) -> IntArray:
     """A number for each pair of numbers."""
-    many = int(more.max(initial=0)) + 1
+    many = int(column_codes.max(initial=0)) + 1
     if (int(codes.max(initial=0)) + 1) * many > MOST_CODES:
         codes = _dense_codes(codes)
-    return codes * many + more
+    return codes * many + column_codes
 
 
 def _dense_codes(codes: IntArray) -> IntArray:
@@ -97,7 +97,7 @@ def _occurrence_counts(codes: IntArray) -> IntArray:
     return counts
 
 
-def _key_column(table: DesignTable, name: str) -> pa.Array:
+def _key_column_or_fixed_value(table: DesignTable, name: str) -> pa.Array:
     """A key column, or the value of the scene in its place. A column of scenes becomes one of their motions."""
     if name not in table.names:
         value = table.fixed_value(name)
@@ -140,14 +140,14 @@ def as_text(column: pa.Array) -> pa.Array:
     return column.cast(pa.string())
 
 
-def changed_quantities(
+def changed_quantities_with_masks(
     a: DesignTable, b: DesignTable, pairs: Matching
 ) -> Iterator[tuple[str, Change, BoolArray, BoolArray]]:
     """Changed quantities: name, change, and masks of pairs that differ, at all and beyond the accuracy."""
     if not pairs.in_a.size:
         return
     for name in a.names:
-        if name not in b.names or name in a.key:
+        if name not in b.names or name in a.key_columns:
             continue
         one, other = a.column(name).take(pa.array(pairs.in_a)), b.column(name).take(pa.array(pairs.in_b))
         numbers = _is_numeric(one.type) and _is_numeric(other.type)
@@ -210,7 +210,7 @@ ChangedTables = tuple[DesignTable, DesignTable, Matching, IndexArray]
 def check_output_file(path: str | os.PathLike[str]) -> Path:
     """The path to write. Raises BadInput for another suffix, OSError if it cannot be written."""
     checked_suffix(path, "out", (PARQUET, CSV))
-    place = path_of(path)
+    place = expand_user_path(path)
     check_writable(place)
     return place
 

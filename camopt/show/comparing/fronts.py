@@ -95,33 +95,44 @@ def compare_fronts(a: FloatArray, b: FloatArray) -> Fronts:
     one, other = normalised[: len(a)], normalised[len(a) :]
     kept = is_non_dominated(np.concatenate([a, b])) if len(a) + len(b) else np.zeros(0, bool)
     return Fronts(
-        _front_side(a, b, one, other, int(np.sum(~kept[: len(a)]))),
-        _front_side(b, a, other, one, int(np.sum(~kept[len(a) :]))),
+        _compare_front_with_other(a, b, one, other, int(np.sum(~kept[: len(a)]))),
+        _compare_front_with_other(b, a, other, one, int(np.sum(~kept[len(a) :]))),
         (a, b),
     )
 
 
-def _front_side(
-    costs: FloatArray, others: FloatArray, here: FloatArray, there: FloatArray, dominated: int
+def _compare_front_with_other(
+    costs: FloatArray,
+    other_costs: FloatArray,
+    normalised_costs: FloatArray,
+    other_normalised_costs: FloatArray,
+    dominated_count: int,
 ) -> FrontSide:
     """One front compared with the other: costs of both, then normalised costs of both."""
     import moocore  # noqa: PLC0415, not needed to compare two cams
 
-    volume, exact = hypervolume(here) if len(here) else (0.0, True)
-    other_points = {tuple(row) for row in others.tolist()}
-    here, there = _finite_points(here), _finite_points(there)
-    have_distances = bool(len(here) and len(there))
+    volume, exact = hypervolume(normalised_costs) if len(normalised_costs) else (0.0, True)
+    other_points = {tuple(row) for row in other_costs.tolist()}
+    normalised_costs, other_normalised_costs = (
+        _finite_clipped_points(normalised_costs),
+        _finite_clipped_points(other_normalised_costs),
+    )
+    have_distances = bool(len(normalised_costs) and len(other_normalised_costs))
     return FrontSide(
         points=len(costs),
         hypervolume=volume,
         exact=exact,
-        dominated=dominated,
+        dominated=dominated_count,
         shared=sum(tuple(row) in other_points for row in costs.tolist()),
-        behind_mean=float(moocore.igd_plus(here, ref=there)) if have_distances else None,
-        behind_most=float(moocore.epsilon_additive(here, ref=there)) if have_distances else None,
+        behind_mean=float(moocore.igd_plus(normalised_costs, ref=other_normalised_costs))
+        if have_distances
+        else None,
+        behind_most=float(moocore.epsilon_additive(normalised_costs, ref=other_normalised_costs))
+        if have_distances
+        else None,
     )
 
 
-def _finite_points(normalised: FloatArray) -> FloatArray:
+def _finite_clipped_points(normalised: FloatArray) -> FloatArray:
     """Points without an infinite cost, which have a distance; an infinite gain becomes the ideal."""
     return np.maximum(normalised[np.all(normalised < np.inf, axis=1)], 0.0)

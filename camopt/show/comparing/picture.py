@@ -19,19 +19,21 @@ PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches: of a panel
 def draw(comparison: Comparison, path: Target = None) -> "Figure":
     """Draw both Pareto fronts: a row of panels for each table, a panel for each pair of objectives that vary."""
     rows = {
-        name: table for name, table in comparison.by_table.items() if table.fronts and _varied_objectives(table)
+        name: table
+        for name, table in comparison.by_table.items()
+        if table.fronts and _varying_objective_pairs(table)
     }
     if not rows:
         why = "results with Pareto fronts of the same objectives, at least two of which vary"
         raise BadInput([Mistake("camopt", "what", repr(comparison), why)])
-    many = max(len(_varied_objectives(table)) for table in rows.values())
+    many = max(len(_varying_objective_pairs(table)) for table in rows.values())
     with canvas(path, (max(many, 2) * PANEL_WIDTH, len(rows) * PANEL_HEIGHT), layout="constrained") as figure:
         title = f"Pareto fronts: {comparison.a} (A) and {comparison.b} (B)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for panels, (name, table) in zip(
             figure.subplots(len(rows), many, squeeze=False), rows.items(), strict=True
         ):
-            pairs = _varied_objectives(table)
+            pairs = _varying_objective_pairs(table)
             for axes in panels[len(pairs) :]:
                 axes.set_axis_off()
             for axes, pair in zip(panels, pairs, strict=False):
@@ -43,7 +45,7 @@ def draw(comparison: Comparison, path: Target = None) -> "Figure":
     return figure
 
 
-def _front_costs(table: TableComparison) -> tuple[FloatArray, FloatArray]:
+def _shown_front_objectives(table: TableComparison) -> tuple[FloatArray, FloatArray]:
     """Objectives of the points of both fronts, in shown units."""
     assert table.fronts is not None
     signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
@@ -52,16 +54,16 @@ def _front_costs(table: TableComparison) -> tuple[FloatArray, FloatArray]:
     return a * scales, b * scales
 
 
-def _varied_objectives(table: TableComparison) -> list[tuple[int, int]]:
+def _varying_objective_pairs(table: TableComparison) -> list[tuple[int, int]]:
     """Pairs of objectives that differ between points."""
-    every = np.concatenate(_front_costs(table))
+    every = np.concatenate(_shown_front_objectives(table))
     varied = [k for k, column in enumerate(every.T) if np.unique(column[np.isfinite(column)]).size > 1]
     return list(combinations(varied, 2))[:MOST_OBJECTIVE_PAIRS]
 
 
 def _draw_fronts(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
     """Draw both fronts in two objectives: common points, points only of A and only of B."""
-    a, b = _front_costs(table)
+    a, b = _shown_front_objectives(table)
     in_both = _are_among_points(a, b)
     for points, label, look in (
         (a[in_both], "on both fronts", {"color": MUTED, "marker": ".", "s": 16}),
@@ -76,7 +78,7 @@ def _draw_fronts(axes: Any, table: TableComparison, pair: tuple[int, int]) -> No
     add_grid(axes)
 
 
-def _are_among_points(points: FloatArray, others: FloatArray) -> BoolArray:
-    """Mask of points that are also in ``others``."""
-    known = {tuple(each) for each in others.tolist()}
+def _are_among_points(points: FloatArray, reference_points: FloatArray) -> BoolArray:
+    """Mask of points that are also in ``reference_points``."""
+    known = {tuple(each) for each in reference_points.tolist()}
     return np.array([tuple(each) in known for each in points.tolist()], dtype=bool)

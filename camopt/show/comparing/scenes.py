@@ -4,10 +4,10 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from camopt.core.quantities import in_column_order
-from camopt.scene.mapping import leaves
+from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.problem import missing_variable_mistakes, resolve
 from camopt.scene.scene import SCENE_TABLES, Scene
-from camopt.scene.units import in_shown_units, tables_of_shown_units
+from camopt.scene.units import in_shown_units, tables_with_units_for_numbers
 from camopt.show.comparing.designs import ERROR_BOUND
 from camopt.solve.verdicts.evaluation import evaluate
 
@@ -20,8 +20,8 @@ def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
 
     Segments are counted from 1. A key that only one scene sets has the default of the other.
     """
-    set_keys = dict.fromkeys(key for scene in (a, b) for key, _ in leaves(scene.to_dict()))
-    one, other = (dict(leaves(scene.model_dump(mode="json"))) for scene in (a, b))
+    set_keys = dict.fromkeys(key for scene in (a, b) for key, _ in leaf_values_by_key(scene.to_dict()))
+    one, other = (dict(leaf_values_by_key(scene.model_dump(mode="json"))) for scene in (a, b))
     pairs = {key: (one.get(key), other.get(key)) for key in set_keys}
     return {key: (mine, others) for key, (mine, others) in pairs.items() if mine != others}
 
@@ -29,8 +29,8 @@ def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
 def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
     """Keys in which two scenes differ, with the values in A and B in shown units, and these units."""
     models, tables = SCENE_TABLES, [scene.model_dump(mode="json") for scene in (a, b)]
-    one, other = (dict(leaves(in_shown_units(each, models))) for each in tables)
-    units = [dict(leaves(tables_of_shown_units(each, models))) for each in tables]
+    one, other = (dict(leaf_values_by_key(in_shown_units(each, models))) for each in tables)
+    units = [dict(leaf_values_by_key(tables_with_units_for_numbers(each, models))) for each in tables]
     return {
         key: (one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))
         for key in scene_differences(a, b)
@@ -48,12 +48,12 @@ class ValuePair(NamedTuple):
     """B less A; None if one is infinite or not a number."""
 
 
-def is_cam(scene: Scene) -> bool:
+def has_all_sizes(scene: Scene) -> bool:
     """Whether a scene gives all sizes and numbers of its cam."""
     return not missing_variable_mistakes(resolve(scene))
 
 
-def compare_cams(a: Scene, b: Scene) -> dict[str, ValuePair]:
+def differing_cam_quantities(a: Scene, b: Scene) -> dict[str, ValuePair]:
     """Quantities of either scene that differ by more than the relative errors of both."""
     one, other = evaluate(a), evaluate(b)
     pairs = {

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.show.comparing.scenes import shown_settings
 from camopt.solve.tables.cells import number_text, shown_column_name, unit_of_column
-from camopt.solve.tables.designs import LAW_COLUMNS, laws_shown, with_law
+from camopt.solve.tables.designs import LAW_COLUMNS, shown_law_columns, with_law_column
 from camopt.solve.tables.result import Table, table_of
 
 if TYPE_CHECKING:
@@ -36,7 +36,8 @@ def comparison_sections(result: "Comparison") -> Iterator[Table | str]:
     for names, pair in result.scenes.items():
         settings = shown_settings(*pair).items()
         rows = [
-            {"key": key, "A": _short_value(a), "B": _short_value(b), "unit": unit} for key, (a, b, unit) in settings
+            {"key": key, "A": _short_value_text(a), "B": _short_value_text(b), "unit": unit}
+            for key, (a, b, unit) in settings
         ]
         yield ""
         yield table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"])
@@ -49,7 +50,7 @@ def comparison_sections(result: "Comparison") -> Iterator[Table | str]:
         yield from _front_sections(table)
 
 
-def _short_value(value: Any) -> str:
+def _short_value_text(value: Any) -> str:
     """A value of a scene as text of a cell."""
     if value is None:
         return NOT_SET
@@ -57,7 +58,7 @@ def _short_value(value: Any) -> str:
     return text if len(text) <= VALUE_CHARACTERS else f"{text[:VALUE_CHARACTERS]}…"
 
 
-def _shown_value(name: str, value: Any) -> Any:
+def _value_in_shown_unit(name: str, value: Any) -> Any:
     """A value of a column in the shown unit."""
     return to_shown_unit(value, unit_of_column(name)) if isinstance(value, float) else value
 
@@ -70,9 +71,9 @@ def _quantity_sections(names: str, cam: "Mapping[str, ValuePair]") -> Iterator[T
     rows = [
         {
             "quantity": shown_column_name(name),
-            "A": _short_value(_shown_value(name, each.a)),
-            "B": _short_value(_shown_value(name, each.b)),
-            "B − A": "" if each.difference is None else f"{_shown_value(name, each.difference):+.6g}",
+            "A": _short_value_text(_value_in_shown_unit(name, each.a)),
+            "B": _short_value_text(_value_in_shown_unit(name, each.b)),
+            "B − A": "" if each.difference is None else f"{_value_in_shown_unit(name, each.difference):+.6g}",
             "relative": f"{each.difference / abs(each.a):+.1%}" if each.difference and each.a else "",
         }
         for name, each in cam.items()
@@ -100,8 +101,8 @@ def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | st
                 "designs": change.designs,
                 "beyond accuracy": change.beyond,
                 "largest change": "" if change.largest is None else float(f"{change.largest:.2g}"),
-                "A": _short_value(_shown_value(name, change.a)),
-                "B": _short_value(_shown_value(name, change.b)),
+                "A": _short_value_text(_value_in_shown_unit(name, change.a)),
+                "B": _short_value_text(_value_in_shown_unit(name, change.b)),
             }
             for name, change in table.quantities.items()
         ]
@@ -116,7 +117,7 @@ def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | st
             title = f"Designs only in {side}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
             yield ""
             numbers = [name for name in rows[0] if name not in ("row", *LAW_COLUMNS)]
-            yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
+            yield table_of(title, with_law_column(rows), ["row", *shown_law_columns(rows), *numbers])
 
 
 def _front_sections(table: "TableComparison") -> Iterator[Table | str]:

@@ -16,14 +16,14 @@ from camopt.show.drawing.cam import (
     body_reach,
     draw_body,
     draw_centre,
-    draw_strokes,
+    draw_stroke_starts,
     frame_with_scale_bar,
 )
-from camopt.show.drawing.figures import TEXT_SEPARATOR, sizes_in_words
+from camopt.show.drawing.figures import TEXT_SEPARATOR, mechanism_and_sizes_line
 from camopt.show.drawing.follower import FollowerAxes, draw_follower
-from camopt.show.drawing.groove import draw_channel, draw_groove_follower, surface_colour, surface_ends
+from camopt.show.drawing.groove import draw_groove_follower, draw_groove_or_rib, surface_colour, surface_ends
 from camopt.show.drawing.labels import place_labels
-from camopt.show.drawing.linkage import draw_fixed_parts, draw_member, sketch_points, train_sketch
+from camopt.show.drawing.linkage import draw_fixed_parts, draw_member, sketch_extent_over_turn, train_sketch
 from camopt.show.drawing.moving_bodies import (
     FRAME_ANGLES,
     NO_ROTATION,
@@ -52,45 +52,45 @@ def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
     developed = picture.problem.setup.mechanism.body.developed
     name = picture.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE_SIZE, fontweight="bold")
-    words = sizes_in_words(picture)
+    words = mechanism_and_sizes_line(picture)
     parts = words.split(TEXT_SEPARATOR)
     middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
     lines = "\n".join(TEXT_SEPARATOR.join(line) for line in (parts[:middle], parts[middle:]) if line)
     figure.text(0.03, 0.935, lines, fontsize=SMALL_SIZE, color=MUTED, va="top")
-    bodies = (_groove_bodies if developed else _disc_bodies)(figure, picture)
+    bodies = (_draw_groove_bodies if developed else _draw_disc_bodies)(figure, picture)
     for body in bodies:
         for artist in body_artists(body):
             artist.set_clip_on(False)
             artist.set_transform(Affine2D() + body.axes.transData)  # else lines outside of the axes are dropped
-    cursors, readings = _diagram_bodies(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
+    cursors, readings = _draw_diagram_cursors(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
     return AnimatedFigure(figure, [*bodies, *cursors], readings)
 
 
-def _disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
-    problem, size = picture.problem, picture.reach
+def _draw_disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
+    problem, size = picture.problem, picture.largest_pitch_radius
     ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
     draw_body(cam, picture)
     draw_second_disc(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)
-    draw_strokes(cam, picture)  # without its labels, which would turn upside down
+    draw_stroke_starts(cam, picture)  # without its labels, which would turn upside down
     spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
     spans += draw_second_contact(follower, picture)
     body = _follower_body(follower, picture)
-    links, reach = _train_bodies(ground, picture, spans, size)
+    links, reach = _draw_train_bodies(ground, picture, spans, size)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
     frame_with_scale_bar(ground, np.concatenate([max(size, body_reach(picture)) * CROSS_POINTS, *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
     turning = MovingBody(cam, NO_ROTATION + 0j, problem.design.sense * FRAME_ANGLES)
-    travel = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
+    travel = problem.setup.mechanism.trace_and_normal(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
     touched = travel.trace - problem.design.roller_radius[0] * travel.normal
     return [turning, body, MovingBody(contact, touched - touched[0]), *links]
 
 
-def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
+def _draw_groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     """The groove in a window of one turn, with the follower in its middle."""
     size, (low, high) = float(picture.problem.design.size[0]), surface_ends(picture)
     half, around = np.pi * size, 2 * np.pi * size
@@ -98,7 +98,7 @@ def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     spans = draw_groove_follower(FollowerAxes(follower, ground, ground), picture)
     body = _follower_body(follower, picture)
     window = np.array([-half + 1j * low, half + 1j * high])
-    links, reach = _train_bodies(ground, picture, spans, size)
+    links, reach = _draw_train_bodies(ground, picture, spans, size)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
     corner, unit = frame_with_scale_bar(ground, np.concatenate([window, *moved]))
     for axes in (follower, *(link.axes for link in links)):
@@ -119,7 +119,7 @@ def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
         lw=0,
         zorder=1,
     )
-    draw_channel(surface, picture, around)
+    draw_groove_or_rib(surface, picture, around)
     for stroke in picture.problem.programme.strokes:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
@@ -128,7 +128,7 @@ def _groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     return [moving, MovingBody(ground, NO_ROTATION + 0j), body, *links]
 
 
-def _train_bodies(
+def _draw_train_bodies(
     ground: Any, picture: Picture, spans: list[ComplexArray], size: float
 ) -> tuple[list[MovingBody], list[ComplexArray]]:
     """The members of the train, each on its own axes above the fixed parts, and their extent."""
@@ -139,7 +139,7 @@ def _train_bodies(
     for member in train.members:
         links.append(MovingBody(ground.figure.add_axes(ground.get_position()), member.at, member.turned))
         draw_member(links[-1].axes, member, size)
-    return links, [sketch_points(train)]
+    return links, [sketch_extent_over_turn(train)]
 
 
 def _rectangle_corners(left: float, right: float, low: float, high: float) -> list[complex]:
@@ -155,7 +155,7 @@ def _follower_body(axes: Any, picture: Picture) -> MovingBody:
     return MovingBody(axes, NO_ROTATION + follower_pivot(problem), outward_turn_sense(problem) * rise)
 
 
-def _diagram_bodies(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
+def _draw_diagram_cursors(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
     """Cursors of the diagrams, their readings, and the reading of the cam angle."""
     panels = [panel.in_shown_units() for panel in motion_panels(picture)]
     shown, axes = [panels[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
@@ -167,14 +167,14 @@ def _diagram_bodies(figure: Any, picture: Picture, boxes: Any) -> tuple[list[Mov
     for each, panel in zip(axes, shown, strict=True):
         each.set(xticks=range(0, 361, 90))
         each.set_title("", loc="right")
-        cursors, reading = _cursor_bodies(figure, each, panel)
+        cursors, reading = _draw_diagram_cursor(figure, each, panel)
         bodies += cursors
         readings.append(reading)
     place_labels(figure, labels)
     return bodies, readings
 
 
-def _cursor_bodies(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
+def _draw_diagram_cursor(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
     """The cursor of a diagram, a line and a dot, and its reading."""
     assert panel.value_at is not None
     factor, _ = diagrams.power_of_ten(panel.values, panel.unit)

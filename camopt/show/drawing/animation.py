@@ -18,7 +18,7 @@ from camopt.core.storage.files import checked_suffix, whole_file
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.animated_figure import DISC_SIZE, GROOVE_SIZE, draw_animated_figure
-from camopt.show.drawing.frames import ffmpeg, write_gif, write_mp4
+from camopt.show.drawing.frames import find_ffmpeg, write_gif, write_mp4
 from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, Reading
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import Target, canvas
@@ -87,7 +87,7 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
     scene = scene_from(scene)
     suffix = None if path is None else checked_suffix(path, "path", ANIMATION_KINDS)
     if suffix == ".mp4":
-        ffmpeg()  # raises BadInput before the work if there is none
+        find_ffmpeg()  # raises BadInput before the work if there is none
     picture = Picture(scene, resolve_design(scene))
     with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
         stage = draw_animated_figure(figure, picture)
@@ -116,13 +116,13 @@ def animated_svg(stage: AnimatedFigure) -> str:
         body.axes.set_gid(f"body-{place}")
     for place, reading in enumerate(stage.readings):
         reading.text.set_gid(f"reading-{place}")
-    root = _wide_svg(stage.figure)
+    root = _svg_with_wide_margins(stage.figure)
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
     for place, body in enumerate(stage.bodies):
         group = groups[f"body-{place}"]
         for kind, values in body.svg_transforms(_file_points(body.axes, stage.figure)).items():
             if len(set(values)) > 1:
-                _animate_transform(_wrap_in_group(group), kind, values, "linear")
+                _animate_transform(_wrap_content_in_group(group), kind, values, "linear")
         if body.windowed:
             _clip_group(group, _axes_window(body.axes, stage.figure))
     for place, reading in enumerate(stage.readings):
@@ -130,7 +130,7 @@ def animated_svg(stage: AnimatedFigure) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _wide_svg(figure: Any) -> Element:
+def _svg_with_wide_margins(figure: Any) -> Element:
     """The still picture as SVG, on a wide page: matplotlib drops lines outside of the page."""
     from matplotlib.transforms import Bbox
 
@@ -152,7 +152,7 @@ def _animate_reading(group: Element, reading: Reading) -> None:
     """Show one text after the other: a column of texts jumps past a window one line high."""
     (first,) = group.iter(f"{{{NAMESPACE}}}text")
     x, y = (float(first.get(key, "0")) for key in "xy")
-    column = _wrap_in_group(group)
+    column = _wrap_content_in_group(group)
     first.attrib.pop("transform", None)
     for place, words in enumerate(reading.values[1:FRAMES], start=1):
         text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
@@ -164,7 +164,7 @@ def _animate_reading(group: Element, reading: Reading) -> None:
     _clip_group(group, (x - TEXT_LEFT, y - TEXT_ABOVE, TEXT_LEFT, TEXT_ABOVE + TEXT_BELOW))
 
 
-def _wrap_in_group(group: Element) -> Element:
+def _wrap_content_in_group(group: Element) -> Element:
     """Move the content of a group into a new inner group; return the inner group."""
     elements = list(group)
     for element in elements:
@@ -209,8 +209,8 @@ def _file_points(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]
     left, top, width, height = _axes_window(axes, figure)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
 
-    def places(points: ComplexArray) -> FloatArray:
+    def points_in_file(points: ComplexArray) -> FloatArray:
         across, up = (points.real - x0) / (x1 - x0), (points.imag - y0) / (y1 - y0)
         return np.column_stack([left + across * width, top + (1.0 - up) * height])
 
-    return places
+    return points_in_file

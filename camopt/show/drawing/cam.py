@@ -52,7 +52,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     size = float(np.abs(pitch).max())
     draw_body(axes, whole)
     draw_second_disc(axes, whole)
-    labels = [*draw_strokes(axes, picture), draw_rotation(axes, picture)]
+    labels = [*draw_stroke_starts(axes, picture), draw_rotation(axes, picture)]
     spans = draw_follower(FollowerAxes(axes, axes, axes), picture, size)
     second = [*draw_second_contact(axes, whole), second_outline(whole)]
     body = body_reach(picture) * CROSS_POINTS
@@ -72,10 +72,12 @@ def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArr
 def draw_body(axes: Any, picture: Picture) -> None:
     """Draw the body with its profile, groove or rib, coloured by stroke, without parts cut away by undercutting."""
     mechanism = picture.problem.setup.mechanism
-    fill = _fill_profile if mechanism.body.bounded else _fill_face_rib if mechanism.has_rib else _fill_face
+    fill = (
+        _fill_profile if mechanism.body.bounded else _fill_ribbed_face if mechanism.has_rib else _fill_grooved_face
+    )
     fill(axes, picture if mechanism.has_rib else picture.contacts[0])
     labelled = set[Any]()
-    for contact in picture.body_contacts:
+    for contact in picture.first_disc_contacts:
         _draw_flanks(axes, contact, labelled)
         if float(contact.problem.design.roller_radius[0]) > 0.0:
             pitch = np.concatenate([c.pitch for c in contact.curves])
@@ -107,7 +109,7 @@ def _fill_profile(axes: Any, picture: Picture) -> None:
     fill_area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
 
 
-def _fill_face(axes: Any, picture: Picture) -> None:
+def _fill_grooved_face(axes: Any, picture: Picture) -> None:
     """Fill a disc, and clear the groove that a roller sweeps in its face."""
     _fill_plate(axes, picture, FILL)
     pitch = np.concatenate([c.pitch for c in picture.curves])
@@ -118,7 +120,7 @@ def _fill_face(axes: Any, picture: Picture) -> None:
         axes.fill(*np.asarray(ring.coords).T, facecolor=colour, **style)
 
 
-def _fill_face_rib(axes: Any, picture: Picture) -> None:
+def _fill_ribbed_face(axes: Any, picture: Picture) -> None:
     """Draw a disc with a rib on its face."""
     _fill_plate(axes, picture.contacts[0], "white")
     outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
@@ -175,7 +177,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
         label = f"prime circle, R {length_in_digits(base + radius)}"
         draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if not mechanism.flat_faced:
-        through = steepest.values["pitch_circle_radius_mm"]
+        through = steepest.quantity_values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {length_in_digits(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * CROSS_POINTS)
@@ -200,7 +202,7 @@ def draw_centre(axes: Any, picture: Picture, size: float) -> None:
 
 def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
     """Draw a ring at the pitch point; ``mirrored`` for a contact with a second disc."""
-    problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
+    problem, at = picture.problem, np.radians([picture.quantity_values["pressure_angle_max_at_deg"]])
     point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
     style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
     draw_line(axes, point.conj() if mirrored else point, label="pitch point", **style)
@@ -232,7 +234,7 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     return ends
 
 
-def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
+def draw_stroke_starts(axes: Any, picture: Picture) -> list[Label]:
     """Draw a ray at the start of each stroke; return labels with cam angles, inside the profile if they fit."""
     problem = picture.problem
     starts = np.array([s.start for s in problem.programme.strokes])

@@ -32,18 +32,23 @@ TITLE_GAP = 8.0  # points between the title of a diagram and its note
 
 
 def draw_diagrams(
-    axes: Sequence[Any], picture: Picture, shown: Sequence[Panel], heads: Iterable[int], feet: Iterable[int]
+    axes: Sequence[Any],
+    picture: Picture,
+    shown: Sequence[Panel],
+    stroke_name_indices: Iterable[int],
+    angle_label_indices: Iterable[int],
 ) -> list[Label]:
     """Draw diagrams; return the labels to place.
 
-    ``heads`` and ``feet`` are indices of diagrams with names of strokes above and cam angles below.
+    ``stroke_name_indices`` and ``angle_label_indices`` are indices of diagrams with names of strokes above and cam
+    angles below.
     """
     labels = []
     for place, (each, panel) in enumerate(zip(axes, shown, strict=True)):
         labels += _draw_panel(each, picture, panel)
-        if place in heads:
+        if place in stroke_name_indices:
             _name_strokes(each, picture)
-        if place in feet:
+        if place in angle_label_indices:
             each.set_xlabel("cam angle, deg", labelpad=2)
         else:
             each.tick_params(labelbottom=False)
@@ -69,9 +74,9 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
     for mark in panel.marks:
-        draw_mark(axes, mark, factor)
+        draw_condition_mark(axes, mark, factor)
     span = _set_value_limits(axes, panel, factor)
-    _draw_risers(axes, angles, [v * factor for v in panel.values], span)
+    _draw_jumps(axes, angles, [v * factor for v in panel.values], span)
     _draw_limits(axes, picture, panel, factor)
     _draw_impulses(axes, panel)
     _draw_undercut(axes, angles, panel)
@@ -121,7 +126,7 @@ def _set_value_limits(axes: Any, panel: Panel, factor: float) -> float:
     return float(high - low)
 
 
-def _draw_risers(axes: Any, angles: PieceValues, values: PieceValues, span: float) -> None:
+def _draw_jumps(axes: Any, angles: PieceValues, values: PieceValues, span: float) -> None:
     """Draw a dotted line at each jump, also from the end of the turn to its start."""
     for k, value in enumerate(values):
         before, after = values[k - 1][-1], value[0]
@@ -130,7 +135,7 @@ def _draw_risers(axes: Any, angles: PieceValues, values: PieceValues, span: floa
                 axes.plot([at, at], [before, after], color=MUTED, lw=0.9, ls=(0, (1, 1.6)), zorder=2.5)
 
 
-def draw_mark(axes: Any, mark: MoveMark, factor: float) -> None:
+def draw_condition_mark(axes: Any, mark: MoveMark, factor: float) -> None:
     """Mark a condition: a square or bar at one angle, a line or band over a range of angles."""
     low, high = mark.low * factor, mark.high * factor
     if mark.end > mark.start:

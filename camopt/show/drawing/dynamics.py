@@ -9,30 +9,40 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import Wave
 from camopt.core.quantities import QUANTITIES
 from camopt.model.effects import EvaluationBlock, clearance, joints, preload, vibration
-from camopt.model.effects.force import contact_force_bounds, divide_by_lever, force_curve, force_weights
-from camopt.model.effects.loads import friction_ways, motion_force_curve, torque_curve
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.force import (
+    contact_force_bounds,
+    contact_force_curve,
+    divide_by_lever,
+    force_weights_and_constant,
+)
+from camopt.model.effects.loads import friction_signs_by_stroke_kind, motion_force_curve, torque_curve
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.effects.peak import Variant
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
 from camopt.show.drawing.limit_lines import limit_lines
-from camopt.show.drawing.loads import largest_variant
+from camopt.show.drawing.loads import largest_variant_values
 from camopt.show.drawing.panels import (
     MarkedPeak,
     Panel,
     extreme_peaks,
+    extreme_quantity_peaks,
     has_quantities,
     load_panel,
     magnitude_peak,
     merge_contacts,
-    quantity_peaks,
 )
 from camopt.show.drawing.picture import Picture, value_with_unit
 
 
 def dynamics_panels(picture: Picture) -> list[Panel]:
     """Diagrams of force, torque, joints and vibration, if computed and finite."""
-    return [*_force_panels(picture), *_torque_panels(picture), *_joint_panels(picture), *_train_panels(picture)]
+    return [
+        *_force_panels(picture),
+        *_torque_panels(picture),
+        *_joint_panels(picture),
+        *_elastic_train_panels(picture),
+    ]
 
 
 def _force_panels(picture: Picture) -> list[Panel]:
@@ -41,8 +51,8 @@ def _force_panels(picture: Picture) -> list[Panel]:
         return _pair_force_panels(picture)
     if not has_quantities(picture, *ends):
         return []
-    values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
-    peaks = [*quantity_peaks(picture, values, *ends), *_flank_crossings(picture)]
+    values = picture.curve_values(contact_force_curve(problem.setup, problem.design, problem.programme))
+    peaks = [*extreme_quantity_peaks(picture, values, *ends), *_flank_crossings(picture)]
     limits, note = limit_lines(picture, ends[1]), _negative_force_note(picture)
     return [Panel(FORCE_TITLE, "N", values, peaks, limits, note=note, quantity=ends[0])]
 
@@ -54,12 +64,12 @@ def _pair_force_panels(picture: Picture) -> list[Panel]:
     """The force at each of two contacts. No quantity is the extreme of such a force."""
     if not has_quantities(picture, preload.preload_names(picture.problem.setup)[1]):
         return []
-    (panel,) = merge_contacts(picture, _borne_force_panels)
+    (panel,) = merge_contacts(picture, _one_contact_force_panels)
     panel.peaks += _flank_crossings(picture)
     return [panel]
 
 
-def _borne_force_panels(picture: Picture) -> list[Panel]:
+def _one_contact_force_panels(picture: Picture) -> list[Panel]:
     """The force along the motion that one of two contacts carries."""
     problem = picture.problem
     setup, designs = problem.setup, problem.design
@@ -82,7 +92,7 @@ def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
     problem = picture.problem
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     flights, followers = clearance.design_flights(case)
-    _, speeds = clearance.land_flights(case, flights, followers)
+    _, speeds = clearance.find_landings_and_speeds(case, flights, followers)
     places = zip(np.degrees(flights.angle).tolist(), speeds.tolist(), strict=True)
     return [MarkedPeak(angle, 0.0, value_with_unit(speed, "m/s")) for angle, speed in places if speed]
 
@@ -101,11 +111,12 @@ def _torque_panels(picture: Picture) -> list[Panel]:
     setup = picture.problem.setup
     assert setup.omega is not None
     variants: list[Variant] = [
-        (partial(torque_curve, setup, way=way), kinds) for way, kinds in friction_ways(setup)
+        (partial(torque_curve, setup, velocity_sign=way), kinds)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
     ]
-    values = [1e-3 * v for v in largest_variant(picture, variants)]
-    peaks, limits = quantity_peaks(picture, values, *ends), limit_lines(picture, ends[0])
-    mean = picture.values["torque_mean_N_m"]
+    values = [1e-3 * v for v in largest_variant_values(picture, variants)]
+    peaks, limits = extreme_quantity_peaks(picture, values, *ends), limit_lines(picture, ends[0])
+    mean = picture.quantity_values["torque_mean_N_m"]
     level, note = [np.full_like(value, mean) for value in values], f"dash-dot: mean {value_with_unit(mean, 'N·m')}"
     return [
         Panel("Torque of the camshaft", "N·m", values, peaks, limits, reference=level, note=note, quantity=ends[0])
@@ -120,7 +131,7 @@ def _joint_panels(picture: Picture) -> list[Panel]:
     forces = [force for force in joints.setup_joint_forces(problem.setup) if force.kind == "joint"]
     worst = [float(joints.largest_joint_force(problem.programme, force, speed).value) for force in forces]
     highest = forces[int(np.argmax(worst))]
-    turn = joints.joint_programme(problem.programme, highest.parts)
+    turn = joints.programme_with_joint_force(problem.programme, highest.parts)
     values = [joints.joint_force_at(turn, angles, speed) for angles in picture.pieces]
     others = [
         f"{f.name} of stage {f.stage} {value_with_unit(w, 'N')}"
@@ -132,7 +143,7 @@ def _joint_panels(picture: Picture) -> list[Panel]:
     return [load_panel(picture, title, joints.LARGEST_BY_KIND["joint"], values, kinds=ALL_STROKES, note=note)]
 
 
-def _train_panels(picture: Picture) -> list[Panel]:
+def _elastic_train_panels(picture: Picture) -> list[Panel]:
     """The mass on the elastic train: its acceleration, its deviation from the motion, and the contact force."""
     setup, programme = picture.problem.setup, picture.problem.programme.tool
     dynamics = setup.dynamics
@@ -144,7 +155,7 @@ def _train_panels(picture: Picture) -> list[Panel]:
     assert dynamics.natural_frequency is not None
     ratio = 2.0 * pi * dynamics.natural_frequency / setup.omega
     wave = vibration.steady_response(programme, ratio, dynamics.damping_ratio)
-    unit, factor = degrees(1.0) if setup.tool_turns else 1.0, motion_scale(setup, 2)
+    unit, factor = degrees(1.0) if setup.tool_turns else 1.0, motion_unit_factor(setup, 2)
     driven = _sample_wave(picture, programme, vibration.mass_acceleration(wave, ratio), factor)
     mass = Panel(
         "Acceleration of the mass on its elastic train",
@@ -163,10 +174,10 @@ def _train_panels(picture: Picture) -> list[Panel]:
     least = "contact_force_elastic_min_N"
     if has_quantities(picture, least):
         lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
-        factors = force_weights(dynamics, setup.omega)
-        pressed = vibration.contact_wave(programme, factors, ratio, dynamics.damping_ratio)
+        factors = force_weights_and_constant(dynamics, setup.omega)
+        pressed = vibration.elastic_contact_force_wave(programme, factors, ratio, dynamics.damping_ratio)
         values = _sample_wave(picture, programme, pressed, 1.0 / lever)
-        peaks, note = quantity_peaks(picture, values, "", least), _negative_force_note(picture)
+        peaks, note = extreme_quantity_peaks(picture, values, "", least), _negative_force_note(picture)
         title, limits = "Force with the elastic train", limit_lines(picture, least)
         panels.append(Panel(title, "N", values, peaks, limits, note=note, quantity=least))
     return panels

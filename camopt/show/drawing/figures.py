@@ -30,7 +30,7 @@ from camopt.show.drawing.style import (
 )
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import Evaluation
-from camopt.solve.verdicts.limit_verdicts import excesses, violations
+from camopt.solve.verdicts.limit_verdicts import excesses, violated_limit_names
 
 
 def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
@@ -38,7 +38,7 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     scene = what if isinstance(what, Scene) else what.scene
     picture = Picture(scene, resolve_design(scene))
     developed = picture.problem.setup.mechanism.body.developed
-    shown = shown_panels(picture)
+    shown = all_panels_in_shown_units(picture)
     page = _groove_layout(len(shown)) if developed else _disc_layout(len(shown))
     with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.figure_shares(box)) for box in page.panels]
@@ -48,7 +48,7 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     return figure
 
 
-def shown_panels(picture: Picture) -> list[Panel]:
+def all_panels_in_shown_units(picture: Picture) -> list[Panel]:
     """Diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
     panels = (*motion_panels(picture), *dynamics_panels(picture), *load_panels(picture))
     return [panel.in_shown_units() for panel in panels]
@@ -62,7 +62,7 @@ def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
 
 def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
     """Draw the cam to scale; return the labels to place."""
-    if not picture.exists:
+    if not picture.can_assemble:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "This mechanism cannot be assembled.", ha="center", color=ALARM, fontsize=TITLE_SIZE)
         return []
@@ -76,7 +76,7 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     developed = picture.problem.setup.mechanism.body.developed
     cam = figure.add_axes(page.figure_shares(page.cam))
     labels = _draw_to_scale(cam, picture)
-    if not picture.exists:
+    if not picture.can_assemble:
         return []
     handles, names = cam.get_legend_handles_labels()
     place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
@@ -147,11 +147,11 @@ def _draw_header(figure: Any, picture: Picture) -> None:
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
     figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
-    sizes = sizes_in_words(picture)
+    sizes = mechanism_and_sizes_line(picture)
     fitting = HEADING_SIZE * min(1.0, HEADER_LETTERS / len(sizes))
     figure.text(0.045, 1.0 - 0.66 * inch, sizes, fontsize=fitting, color=MUTED)
-    figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING_SIZE, color=INK)
-    if picture.exists:
+    figure.text(0.045, 1.0 - 0.87 * inch, geometry_results_line(picture), fontsize=HEADING_SIZE, color=INK)
+    if picture.can_assemble:
         figure.text(
             0.98,
             1.0 - 0.42 * inch,
@@ -163,9 +163,9 @@ def _draw_header(figure: Any, picture: Picture) -> None:
         )
 
 
-def sizes_in_words(picture: Picture) -> str:
+def mechanism_and_sizes_line(picture: Picture) -> str:
     """Mechanism, speed, sizes and laws of a design, as one line under a title."""
-    scene, values = picture.scene, picture.values
+    scene, values = picture.scene, picture.quantity_values
     words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
     words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rev/min"]
     round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"
@@ -191,9 +191,9 @@ def sizes_in_words(picture: Picture) -> str:
     return TEXT_SEPARATOR.join([*words, *sizes, *laws])
 
 
-def results_in_words(picture: Picture) -> str:
+def geometry_results_line(picture: Picture) -> str:
     """Largest pressure angles, smallest radius and other results of geometry, as one line under a title."""
-    values = picture.values
+    values = picture.quantity_values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
     body = "" if picture.problem.setup.train is None else " of the follower"
     angles = [f"{word}{body} {four_digits(values[key])}°" for key, word in names.items()]
@@ -215,9 +215,9 @@ def results_in_words(picture: Picture) -> str:
 def _fault_words(picture: Picture) -> str:
     """A text with "undercut" and the broken limits; empty if there are none."""
     problem = picture.problem
-    columns = {name: np.atleast_1d(value) for name, value in picture.values.items()}
+    columns = {name: np.atleast_1d(value) for name, value in picture.quantity_values.items()}
     excess = excesses(problem.limits, columns, problem.design)
-    broken = str(violations(problem.limits, excess)[0]) if problem.limits else ""
+    broken = str(violated_limit_names(problem.limits, excess)[0]) if problem.limits else ""
     names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
     faults = ["undercut"] if picture.undercut else []
     return TEXT_SEPARATOR.join([*faults, *([f"broken limits: {', '.join(names)}"] if names else [])])

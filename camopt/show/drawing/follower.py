@@ -31,15 +31,15 @@ def draw_follower(parts: FollowerAxes, picture: Picture, size: float) -> list[Co
 
 
 def _draw_sliding_tip(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
-    trace = complex(_start_contact(picture)[0])
+    trace = complex(_start_trace_and_normal(picture)[0])
     seat = _draw_tip(parts, picture, trace, 1j, size)
     return [*_draw_follower_stem(parts, picture, seat, size), np.array([trace])]
 
 
 def _draw_sliding_face(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     """Draw a face square to the motion, as wide as the contact needs."""
-    design, values = picture.problem.design, picture.values
-    contact, offset, thick = complex(_start_contact(picture)[0]), float(design.offset[0]), 0.045 * size
+    design, values = picture.problem.design, picture.quantity_values
+    contact, offset, thick = complex(_start_trace_and_normal(picture)[0]), float(design.offset[0]), 0.045 * size
     ends = design.sense * np.array([values["face_reach_min_mm"], values["face_reach_max_mm"]]) + offset
     left = min(*ends, offset - 0.07 * size) - 0.05 * size
     right = max(*ends, offset + 0.07 * size) + 0.05 * size
@@ -52,7 +52,7 @@ def _draw_sliding_face(parts: FollowerAxes, picture: Picture, size: float) -> li
 def _draw_follower_stem(parts: FollowerAxes, picture: Picture, seat: complex, size: float) -> list[ComplexArray]:
     """Draw the stem above its seat, in a guide above the reach of the follower; return its extent."""
     half, lift = 0.035 * size, picture.problem.programme.lift
-    roller = float(picture.problem.design.roller_radius[0]) * (seat == complex(_start_contact(picture)[0]))
+    roller = float(picture.problem.design.roller_radius[0]) * (seat == complex(_start_trace_and_normal(picture)[0]))
     guide = 0.05 * size + roller + lift
     top = guide + 0.16 * size
     stem = seat + np.array([-half, half, half + 1j * top, -half + 1j * top])
@@ -72,14 +72,14 @@ def _draw_tip(parts: FollowerAxes, picture: Picture, trace: complex, up: complex
         wedge = trace + up * size * np.array([0, 0.12 - 0.045j, 0.12 + 0.045j])
         fill_area(axes, wedge, zorder=5, **BODY_STYLE)
         return trace + up * 0.12 * size
-    normal = complex(_start_contact(picture)[1])
+    normal = complex(_start_trace_and_normal(picture)[1])
     if contact == "roller":
         turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
         fill_area(axes, trace + radius * turn, zorder=5, facecolor="white", edgecolor=INK, lw=1.3)
         draw_circle(axes, min(0.15 * radius, 0.015 * size), trace, color=INK, lw=0.9, zorder=6)
         seat = trace
     else:
-        half = np.radians(min(max(picture.values["pressure_angle_max_deg"] + 8.0, 20.0), 85.0))
+        half = np.radians(min(max(picture.quantity_values["pressure_angle_max_deg"] + 8.0, 20.0), 85.0))
         cap = trace - radius * up * np.exp(1j * np.linspace(-half, half, 91))
         back = up * max(0.04 * size, 0.06 * radius)
         fill_area(axes, np.concatenate([cap, cap[[-1, 0]] + back]), zorder=5, **BODY_STYLE)
@@ -90,7 +90,7 @@ def _draw_tip(parts: FollowerAxes, picture: Picture, trace: complex, up: complex
 
 
 def _draw_swinging_tip(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
-    trace, pivot = complex(_start_contact(picture)[0]), complex(picture.problem.design.centre_distance[0])
+    trace, pivot = complex(_start_trace_and_normal(picture)[0]), complex(picture.problem.design.centre_distance[0])
     up = -1j * (trace - pivot) / abs(trace - pivot)
     seat = _draw_tip(parts, picture, trace, up, size)
     draw_arm(parts, pivot, seat, size)
@@ -100,16 +100,16 @@ def _draw_swinging_tip(parts: FollowerAxes, picture: Picture, size: float) -> li
 
 def _draw_swinging_face(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     """Draw a straight face at its distance from the pivot, as long as the contact needs."""
-    design, values = picture.problem.design, picture.values
+    design, values = picture.problem.design, picture.quantity_values
     pivot, face = complex(design.centre_distance[0]), float(design.face_offset[0])
-    psi = float(np.arcsin(oscillating_flat.first_sine(design))[0]) + picture.start_displacement
+    psi = float(np.arcsin(oscillating_flat.start_angle_sine(design))[0]) + picture.start_displacement
     along, normal = -np.exp(-1j * psi), 1j * np.exp(-1j * psi)
     foot, thick = pivot + face * normal, 0.05 * size
     near, far = values["face_reach_min_mm"] - 0.08 * size, values["face_reach_max_mm"] + 0.08 * size
     blade = foot + along * np.array([near, far, far, near]) + normal * np.array([0, 0, thick, thick])
     draw_arm(parts, pivot, complex(foot + along * near + normal * thick / 2), size)
     fill_area(parts.follower, blade, zorder=5, **BODY_STYLE)
-    draw_line(parts.contact, [_start_contact(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
+    draw_line(parts.contact, [_start_trace_and_normal(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
     swing = _draw_swing(parts.ground, picture, pivot, complex(foot + along * far))
     return [swing, blade, np.array([pivot + 0.12 * size * (1 - 1j)])]
 
@@ -139,8 +139,8 @@ def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> Co
     return np.asarray(swing)
 
 
-def _start_contact(picture: Picture) -> tuple[complex, complex]:
+def _start_trace_and_normal(picture: Picture) -> tuple[complex, complex]:
     """Trace point (contact point of a flat face) and outward normal at cam angle 0."""
     problem = picture.problem
-    travel = problem.setup.mechanism.travel(problem.design, problem.programme, np.zeros(1))
+    travel = problem.setup.mechanism.trace_and_normal(problem.design, problem.programme, np.zeros(1))
     return complex(travel.trace[0]), complex(travel.normal[0])

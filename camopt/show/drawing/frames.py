@@ -91,7 +91,20 @@ def write_mp4(stage: AnimatedFigure, file: Path) -> None:
     width, height = (round(inches * FRAME_DPI) for inches in stage.figure.get_size_inches())
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / TURN_TIME:g}"]
     encoding = ["-pix_fmt", "yuv420p", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-    command = [ffmpeg(), "-v", "error", "-y", *source, "-i", "-", *encoding, "-movflags", "+faststart", "-f", "mp4"]
+    command = [
+        find_ffmpeg(),
+        "-v",
+        "error",
+        "-y",
+        *source,
+        "-i",
+        "-",
+        *encoding,
+        "-movflags",
+        "+faststart",
+        "-f",
+        "mp4",
+    ]
     with subprocess.Popen([*command, str(file)], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
         with suppress(BrokenPipeError):  # ffmpeg has ended; its error message is read below
@@ -102,7 +115,7 @@ def write_mp4(stage: AnimatedFigure, file: Path) -> None:
         raise OSError(f"ffmpeg: {errors.decode(errors='replace').strip()}")
 
 
-def ffmpeg() -> str:
+def find_ffmpeg() -> str:
     """Path of ffmpeg: that of the machine, or that of the extra ``video``.
 
     Raises

@@ -46,10 +46,10 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     around, (low, high) = 2 * np.pi * float(design.size[0]), surface_ends(picture)
     sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
     (face,) = axes.fill(sheet.real, sheet.imag, facecolor=surface_colour(picture), edgecolor=INK, lw=1.0, zorder=1)
-    draw_channel(axes, picture, around)
+    draw_groove_or_rib(axes, picture, around)
     for artist in [*axes.patches[1:], *axes.lines]:
         artist.set_clip_path(face)
-    labels = _draw_boundaries(axes, picture, sheet)
+    labels = _draw_developed_stroke_starts(axes, picture, sheet)
     spans = [sheet, *draw_groove_follower(FollowerAxes(axes, axes, axes), picture)]
     spans += draw_linkage(axes, picture, spans, float(design.size[0]))
     points, box, page = np.concatenate(spans), axes.get_position(), axes.figure.get_size_inches()
@@ -60,15 +60,15 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     radius, unit = length_in_digits(float(design.size[0])), shown_unit("mm")
     axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along the axis, {unit}")
     axes.spines[:].set_visible(False)
-    axes.set_xticks(np.arange(0.0, around, _round_step(around / 4)))
-    step = _round_step((high - low) / 4)
+    axes.set_xticks(np.arange(0.0, around, _round_length_in_shown_unit(around / 4)))
+    step = _round_length_in_shown_unit((high - low) / 4)
     axes.set_yticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(lambda length, _: four_digits(to_shown_unit(length, "mm")))
     return labels
 
 
-def _round_step(length: float) -> float:
+def _round_length_in_shown_unit(length: float) -> float:
     """A length [mm] that is round in the shown unit, and at most ``length``."""
     return float(from_shown_unit(round_length(to_shown_unit(length, "mm")), "mm"))
 
@@ -87,56 +87,58 @@ def surface_ends(picture: Picture) -> tuple[float, float]:
     return low - edge, high + edge
 
 
-def draw_channel(axes: Any, picture: Picture, around: float) -> None:
+def draw_groove_or_rib(axes: Any, picture: Picture, circumference: float) -> None:
     """Draw a groove or rib with coloured flanks and pitch curves, also on the neighbouring turns."""
     radius, contacts = float(picture.problem.design.roller_radius[0]), [each.curves for each in picture.contacts]
     if len(contacts) > 1:
-        _fill_cylinder_rib(axes, contacts, around)
+        _fill_cylinder_rib(axes, contacts, circumference)
     elif radius > 0.0:
-        _fill_groove(axes, contacts[0], radius, around)
+        _fill_groove(axes, contacts[0], radius, circumference)
     labelled = set()
     for kind, curves in ((kind, c) for each in contacts for kind, c in zip(picture.kinds, each, strict=True)):
         for side in curves.profile[: 2 if radius > 0.0 else 1]:
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
             labelled.add(kind)
-            for shift in (0.0, -around, around):
+            for shift in (0.0, -circumference, circumference):
                 width = 0.9 if picture.undercut else 2.0
                 draw_line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
                 label = None
     dashes = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
     for number, each in enumerate(contacts if radius > 0.0 else ()):
-        draw_line(axes, _pitch_over_turns(each, around), label=None if number else "pitch curve", **dashes)
+        draw_line(axes, _pitch_over_turns(each, circumference), label=None if number else "pitch curve", **dashes)
 
 
-def _pitch_over_turns(curves: list[CamCurves], around: float) -> ComplexArray:
+def _pitch_over_turns(curves: list[CamCurves], circumference: float) -> ComplexArray:
     """A pitch curve repeated over three turns."""
     pitch = np.concatenate([c.pitch for c in curves])
-    return np.concatenate([pitch - around, pitch, pitch + around])
+    return np.concatenate([pitch - circumference, pitch, pitch + circumference])
 
 
-def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, around: float) -> None:
+def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, circumference: float) -> None:
     """Fill the region that the roller sweeps."""
-    turns = _pitch_over_turns(curves, around)
+    turns = _pitch_over_turns(curves, circumference)
     swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
     for part in getattr(swept, "geoms", [swept]):
         for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
             axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
 
 
-def _fill_cylinder_rib(axes: Any, contacts: list[list[CamCurves]], around: float) -> None:
+def _fill_cylinder_rib(axes: Any, contacts: list[list[CamCurves]], circumference: float) -> None:
     """Fill the region between both flanks."""
     upper, lower = (np.concatenate([c.profile[0] for c in curves]) for curves in contacts)
-    for shift in (-around, 0.0, around):
+    for shift in (-circumference, 0.0, circumference):
         fill_area(
             axes, np.concatenate([upper, lower[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2
         )
 
 
-def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
+def _draw_developed_stroke_starts(axes: Any, picture: Picture, surface_corners: ComplexArray) -> list[Label]:
     """Draw the starts of strokes and the direction of the surface; return labels with cam angles."""
-    size, top, labels = float(picture.problem.design.size[0]), float(sheet.imag.max()), []
+    size, top, labels = float(picture.problem.design.size[0]), float(surface_corners.imag.max()), []
     for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
-        draw_line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
+        draw_line(
+            axes, size * angle + 1j * np.array([surface_corners.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5
+        )
         style = {"fontsize": SMALL_SIZE, "color": MUTED}
         labels.append(
             Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ANGLE_OFFSETS, style, PROFILE_WIDTH)

@@ -23,10 +23,10 @@ LabelPlace = tuple[float, float]
 """Offset of the near edge of a label from its point [points]."""
 
 
-def label_places(distances: Iterable[float], first: float = 0.0, directions: int = 8) -> list[LabelPlace]:
-    """Places at each distance in turn, in ``directions`` directions, beginning near to ``first`` [rad]."""
+def label_places(distances: Iterable[float], first_direction: float = 0.0, directions: int = 8) -> list[LabelPlace]:
+    """Places at each distance in turn, in ``directions`` directions, first near ``first_direction`` [rad]."""
     turns = [2.0 * pi * ((k + 1) // 2) * (-1) ** k / directions for k in range(directions)]
-    return [(d * cos(first + turn), d * sin(first + turn)) for d in distances for turn in turns]
+    return [(d * cos(first_direction + turn), d * sin(first_direction + turn)) for d in distances for turn in turns]
 
 
 class Label(NamedTuple):
@@ -52,7 +52,8 @@ def place_labels(figure: Any, labels: Sequence[Label]) -> None:
     room, clear = (points * figure.dpi / 72.0 for points in (TEXT_ROOM, MARK_ROOM))
     kinds = {(label.axes, label.thinnest) for label in labels}
     obstacles = {
-        (axes, pen): (_mark_points(axes), _body_outlines(axes), list(_line_paths(axes, pen))) for axes, pen in kinds
+        (axes, pen): (_marker_centres(axes), _outlines_above_labels(axes), list(_lines_with_half_widths(axes, pen)))
+        for axes, pen in kinds
     }
     for label in labels:
         text = label.axes.annotate(
@@ -87,7 +88,7 @@ def _set_text_place(text: Any, place: LabelPlace) -> None:
     text.set_verticalalignment("center" if abs(y) < LEAST_OFFSET else "bottom" if y > 0.0 else "top")
 
 
-def _mark_points(axes: Any) -> FloatArray:
+def _marker_centres(axes: Any) -> FloatArray:
     """Centres of the marks of axes [pixels], (n, 2)."""
     from matplotlib.collections import PathCollection
 
@@ -98,13 +99,13 @@ def _mark_points(axes: Any) -> FloatArray:
     return np.concatenate([np.zeros((0, 2)), *found])
 
 
-def _line_paths(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
+def _lines_with_half_widths(axes: Any, least_width: float) -> Iterator[tuple[Any, float]]:
     """Lines of axes, with half their widths [pixels]."""
     from matplotlib.collections import LineCollection
 
     half = axes.figure.dpi / 72.0 / 2.0  # of a point, in pixels
     for line in axes.lines:
-        if line.get_linestyle() != "None" and line.get_linewidth() >= thinnest:
+        if line.get_linestyle() != "None" and line.get_linewidth() >= least_width:
             path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True)
             yield path, half * line.get_linewidth()
     for several in axes.collections:
@@ -114,7 +115,7 @@ def _line_paths(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
                 yield axes.transData.transform_path(path), half * width
 
 
-def _body_outlines(axes: Any) -> list[Any]:
+def _outlines_above_labels(axes: Any) -> list[Any]:
     """Outlines of patches drawn above labels [pixels]."""
     over = (patch for patch in axes.patches if patch.get_zorder() > LABEL_ORDER)
     return [patch.get_transform().transform_path(patch.get_path()) for patch in over]

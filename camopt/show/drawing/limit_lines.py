@@ -10,7 +10,7 @@ from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects.peak import DOUBLES, Peak
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE, WAYS
 from camopt.scene.problem.constraints import Constraint, QuantityBound
-from camopt.scene.problem.limits import first_peak
+from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.show.drawing.picture import Picture
 
 LimitLines = list[tuple[int, float]]
@@ -23,7 +23,7 @@ def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
     If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of stroke.
     """
     limits = [limit for limit in picture.problem.limits if limit.set_by_scene]
-    peak = first_peak(name, picture.problem.setup)
+    peak = peak_at_first_contact(name, picture.problem.setup)
     if peak is None:
         return [(kinds, limit.bound) for limit in limits if name in limit.shown_quantities]
     shown = {_curve_identity(make) for make, _ in peak.curves}
@@ -35,17 +35,22 @@ def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
     ]
     return list(
         dict.fromkeys(
-            (_bounded_kinds(constraint), _bound_level(constraint, peak, picture)) for constraint in constraints
+            (_magnitude_bound_kinds(constraint), _bound_in_quantity_unit(constraint, peak, picture))
+            for constraint in constraints
         )
     )
 
 
-def _curve_identity(make: Any) -> Hashable:
+def _curve_identity(curve_maker: Any) -> Hashable:
     """A key that is equal for equal curves of one setup."""
-    return (make.func, frozenset(make.keywords.items())) if isinstance(make, partial) else make
+    return (
+        (curve_maker.func, frozenset(curve_maker.keywords.items()))
+        if isinstance(curve_maker, partial)
+        else curve_maker
+    )
 
 
-def _bounded_kinds(constraint: Constraint) -> int:
+def _magnitude_bound_kinds(constraint: Constraint) -> int:
     """Kinds of stroke over which a magnitude is bounded; 0 if only one sign is bounded."""
     if constraint.goal != LARGEST_MAGNITUDE:
         return 0
@@ -53,10 +58,10 @@ def _bounded_kinds(constraint: Constraint) -> int:
     return ALL_STROKES if everywhere else constraint.kinds
 
 
-def _bound_level(constraint: Constraint, peak: Peak, picture: Picture) -> float:
+def _bound_in_quantity_unit(constraint: Constraint, peak: Peak, picture: Picture) -> float:
     """The bound of a constraint, in the unit of the quantity of a peak."""
     if isinstance(constraint.bound, QuantityBound) and constraint.bound.scale == peak.scale:
         return constraint.bound.quantity
     design = picture.problem.design
-    extreme = constraint.bound.value(DOUBLES) / np.asarray(constraint.factor(design))
-    return float(np.squeeze(peak.scale.quantity(extreme, design)))
+    extreme = constraint.bound.allowed_extreme(DOUBLES) / np.asarray(constraint.factor(design))
+    return float(np.squeeze(peak.scale.quantity_from_extreme(extreme, design)))

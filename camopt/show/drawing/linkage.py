@@ -38,10 +38,10 @@ def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: f
     draw_fixed_parts(axes, train, size)
     for member in train.members:
         draw_member(axes, member, size)
-    return [sketch_points(train)]
+    return [sketch_extent_over_turn(train)]
 
 
-def sketch_points(sketch: LinkSketch) -> ComplexArray:
+def sketch_extent_over_turn(sketch: LinkSketch) -> ComplexArray:
     """The extent of a train over the turn, as points."""
     corners = [_member_corners(m)[:, None] * np.exp(1j * m.turned) + m.at for m in sketch.members]
     guides = [support.at + support.way * np.array([-1, 1]) for support in sketch.supports]

@@ -27,15 +27,15 @@ NEAR_PIXELS = 2.0  # pixels; closer points are left out
 
 def result_html(result: HasHtml) -> str:
     """HTML of a result: its tables and sentences, and its cam on the right if it has one."""
-    text = _section_html(result) if isinstance(result, Result) else _scene_html(result)
+    text = _sections_html(result) if isinstance(result, Result) else _scene_html(result)
     try:
-        cam = cam_svg(result.shown_cam) if result.shown_cam else ""
+        cam = cam_profile_svg(result.shown_cam) if result.shown_cam else ""
     except BadInput:  # sizes that no scene allows: show the table without a cam
         cam = ""
     return f'<div style="display: flex; flex-wrap: wrap; gap: 2em">{text}{cam}</div>' if cam else text
 
 
-def _section_html(result: Result) -> str:
+def _sections_html(result: Result) -> str:
     """HTML of the tables and sentences of a result under its name."""
     name, *rest = repr(result)[1:-1], *filter(None, result.sections())
     if rest and isinstance(rest[0], Table):
@@ -52,13 +52,13 @@ def _scene_html(scene: Any) -> str:
     return f"<div><b>{escape(repr(scene))}</b>{unfolded}</div>"
 
 
-def cam_svg(scene: Scene) -> str:
+def cam_profile_svg(scene: Scene) -> str:
     """SVG of the profile of a disc cam with its base circle, or of a developed groove; "" if there is no cam."""
     picture = Picture(scene, resolve_design(scene))
-    if not picture.exists:
+    if not picture.can_assemble:
         return ""
     body = picture.problem.setup.mechanism.body
-    first, *others = [[curves.profile for curves in each.curves] for each in picture.body_contacts]
+    first, *others = [[curves.profile for curves in each.curves] for each in picture.first_disc_contacts]
     sides = [np.concatenate(rows) for rows in zip(first, *others, strict=True)]
     size = float(picture.problem.design.size[0])
     circle = np.zeros(0, dtype=complex) if body.developed else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))

@@ -11,7 +11,7 @@ import numpy as np
 from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_quantity
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
 from camopt.show.drawing.limit_lines import limit_lines
 from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits, value_with_unit
@@ -112,28 +112,32 @@ def merge_contacts(picture: Picture, panels_of: Callable[[Picture], list[Panel]]
     return first
 
 
-def merge_second_contact(panel: Panel, other: Panel) -> Panel:
+def merge_second_contact(panel: Panel, second_panel: Panel) -> Panel:
     """A diagram with the values of a second contact, if they differ, and the larger peaks of both."""
-    if all(np.array_equal(one, two) for one, two in zip(panel.values, other.values, strict=True)):
+    if all(np.array_equal(one, two) for one, two in zip(panel.values, second_panel.values, strict=True)):
         return panel
-    every = np.concatenate([*panel.values, *other.values])
+    every = np.concatenate([*panel.values, *second_panel.values])
     span = (
-        panel.span and (min(panel.span[0], other.span[0]), max(panel.span[1], other.span[1]))
-        if other.span
+        panel.span and (min(panel.span[0], second_panel.span[0]), max(panel.span[1], second_panel.span[1]))
+        if second_panel.span
         else None
     )
     usual = (float(np.nanmin(every)), float(np.nanmax(every))) if np.isfinite(every).any() else None
     note = "  ·  ".join(filter(None, ("thin: second contact", panel.note)))
     return replace(
-        panel, other=other.values, span=span or usual, note=note, peaks=_worse_peaks(panel.peaks, other.peaks)
+        panel,
+        other=second_panel.values,
+        span=span or usual,
+        note=note,
+        peaks=_larger_peaks(panel.peaks, second_panel.peaks),
     )
 
 
-def _worse_peaks(peaks: list[MarkedPeak], others: list[MarkedPeak]) -> list[MarkedPeak]:
+def _larger_peaks(peaks: list[MarkedPeak], second_peaks: list[MarkedPeak]) -> list[MarkedPeak]:
     """The larger of each pair of peaks of two contacts; those of the first if the numbers of peaks differ."""
-    if len(peaks) != len(others):
+    if len(peaks) != len(second_peaks):
         return peaks
-    pairs = zip(peaks, others, strict=True)
+    pairs = zip(peaks, second_peaks, strict=True)
     worse = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
     pitch_points = [peak for peak in worse if peak.text.startswith(PITCH_POINT_TEXT)]
     for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[
@@ -149,10 +153,13 @@ def _displacement_panel(picture: Picture) -> Panel:
     values = [rows[0] * factor for rows in picture.tool_motion]
     panel = Panel(_motion_title("Displacement", picture), unit, values)
     panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
-    panel.marks, panel.value_at = move_marks(picture, 0, factor), lambda angles: tool.motion_at(angles)[0] * factor
+    panel.marks, panel.value_at = (
+        move_condition_marks(picture, 0, factor),
+        lambda angles: tool.motion_at(angles)[0] * factor,
+    )
     notes = ["squares: conditions of moves"] if panel.marks else []
     if setup.train is not None:
-        panel.reference, note = _follower_displacement(picture, tool.lift * factor)
+        panel.reference, note = _scaled_follower_displacement(picture, tool.lift * factor)
         notes.append(note)
     if any(each.end > each.start for stroke in tool.strokes for each in stroke.through):
         notes = ["squares and bands: conditions of moves"]
@@ -169,7 +176,7 @@ def _displacement_panel(picture: Picture) -> Panel:
     return panel
 
 
-def _follower_displacement(picture: Picture, tool: float) -> tuple[PieceValues, str]:
+def _scaled_follower_displacement(picture: Picture, tool_lift: float) -> tuple[PieceValues, str]:
     """The displacement of the follower for the diagram of its tool, and a note.
 
     If their units differ, it is scaled to the height of the tool's displacement.
@@ -177,17 +184,17 @@ def _follower_displacement(picture: Picture, tool: float) -> tuple[PieceValues, 
     setup, lift = picture.problem.setup, picture.problem.programme.lift
     factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
     same_unit = setup.angular == setup.tool_turns
-    scale = factor if same_unit else tool / lift
+    scale = factor if same_unit else tool_lift / lift
     scaled = "" if same_unit else f" {shown_unit(unit)}, scaled to the same height"
     note = f"dash-dot: follower, up to {four_digits(to_shown_unit(lift * factor, unit))}{scaled}"
     return [rows[0] * scale for rows in picture.motion], note
 
 
-def move_marks(picture: Picture, order: int, factor: float) -> list[MoveMark]:
+def move_condition_marks(picture: Picture, order: int, factor: float) -> list[MoveMark]:
     """The conditions of the scene's moves on a derivative of the motion."""
     strokes = picture.problem.programme.tool.strokes
     conditions = [
-        each for stroke in strokes for each in stroke.required_conditions(strokes[0].low) if each.order == order
+        each for stroke in strokes for each in stroke.conditions_in_mm_or_rad(strokes[0].low) if each.order == order
     ]
     per = 180 / pi
     return [MoveMark(c.start * per, c.end * per, c.low * factor, c.high * factor) for c in conditions]
@@ -196,17 +203,17 @@ def move_marks(picture: Picture, order: int, factor: float) -> list[MoveMark]:
 def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
     """Velocity, acceleration or jerk; impulses where the derivative below it jumps."""
     setup, programme = picture.problem.setup, picture.problem.programme.tool
-    timed, factor = setup.omega is not None, motion_scale(setup, order)
+    timed, factor = setup.omega is not None, motion_unit_factor(setup, order)
     values = [rows[order] * factor for rows in picture.tool_motion]
     names = {
         kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.tool_turns, timed=timed)
         for kind in (RISE, RETURN)
     }
-    exact = {kind: picture.values[key] for kind, key in names.items()}
+    exact = {kind: picture.quantity_values[key] for kind, key in names.items()}
     panel = Panel(_motion_title(name.capitalize(), picture), QUANTITIES[names[RISE]].unit, values)
     panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, exact)
     panel.marks, panel.value_at = (
-        move_marks(picture, order, factor),
+        move_condition_marks(picture, order, factor),
         lambda angles: programme.motion_at(angles)[order] * factor,
     )
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
@@ -221,14 +228,14 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
 def _pressure_panel(picture: Picture) -> Panel:
     """Signed pressure angle; the contact on the face if the pressure angle is 0 throughout."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
-    programme, exact = picture.problem.programme, picture.values
+    programme, exact = picture.problem.programme, picture.quantity_values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
-        reach = partial(picture.curve_at, mechanism.reach(design, programme))
+        reach = partial(picture.curve_values_at, mechanism.reach(design, programme))
         values = [reach(angles) for angles in picture.pieces]
-        peaks = quantity_peaks(picture, values, "face_reach_max_mm", "face_reach_min_mm")
+        peaks = extreme_quantity_peaks(picture, values, "face_reach_max_mm", "face_reach_min_mm")
         limits, note = limit_lines(picture, "face_reach_max_mm"), "pressure angle 0 throughout"
         return Panel("Contact on the face", "mm", values, peaks, limits, note=note, value_at=reach)
-    tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
+    tangent = partial(picture.curve_values_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
     bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _stroke_peaks(picture, picture.kinds, values, bounds, "°"))
@@ -238,9 +245,9 @@ def _pressure_panel(picture: Picture) -> Panel:
     return panel
 
 
-def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
+def _mark_pitch_point(panel: Panel, exact_values: dict[str, Any]) -> None:
     """Mark the pitch point: at the peak where it lies, or as a further peak in a dwell."""
-    largest, at = exact["pressure_angle_max_deg"], exact["pressure_angle_max_at_deg"]
+    largest, at = exact_values["pressure_angle_max_deg"], exact_values["pressure_angle_max_at_deg"]
     candidates = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
     if candidates:
         peak = min(candidates, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
@@ -256,7 +263,7 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
 def _curvature_panel(picture: Picture) -> Panel:
     """Curvature of pitch curve and profile; for a flat face the radius of curvature, which may cross 0."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
-    programme, least = picture.problem.programme, picture.values["profile_radius_min_mm"]
+    programme, least = picture.problem.programme, picture.quantity_values["profile_radius_min_mm"]
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
         peaks = extreme_peaks(picture, values, (np.nan, least)) if isfinite(least) else []
@@ -271,7 +278,7 @@ def _curvature_panel(picture: Picture) -> Panel:
 
 
 def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
-    mechanism, radius = picture.problem.setup.mechanism, picture.problem.half_width
+    mechanism, radius = picture.problem.setup.mechanism, picture.problem.wall_distance_from_pitch_curve
     both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
     every = np.concatenate(pitch)
     finite = [k[np.isfinite(k)] for k in (every, _offset_curvature(every, radius, np.inf))]
@@ -288,7 +295,7 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     every = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     every = every[np.isfinite(every) & (np.abs(every) <= cap)]
     panel.span = (float(every.min(initial=0.0)), float(every.max(initial=0.0)))
-    least = picture.values["profile_radius_min_mm"]
+    least = picture.quantity_values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not both:
         peaks = extreme_peaks(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [
@@ -308,7 +315,7 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
 
 def has_quantities(picture: Picture, *names: str) -> bool:
     """Whether quantities were computed and are finite."""
-    return all(isfinite(picture.values.get(name, np.inf)) for name in names)
+    return all(isfinite(picture.quantity_values.get(name, np.inf)) for name in names)
 
 
 def _motion_title(title: str, picture: Picture) -> str:
@@ -332,17 +339,23 @@ def _stroke_peaks(
     return peaks
 
 
-def quantity_peaks(picture: Picture, values: PieceValues, greatest: str, least: str) -> list[MarkedPeak]:
+def extreme_quantity_peaks(
+    picture: Picture, values: PieceValues, largest_quantity: str, smallest_quantity: str
+) -> list[MarkedPeak]:
     """Peaks of the largest and smallest value, by the names of their quantities; "" for none."""
-    return extreme_peaks(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
+    return extreme_peaks(
+        picture,
+        values,
+        tuple(picture.quantity_values.get(name, np.nan) for name in (largest_quantity, smallest_quantity)),
+    )
 
 
-def extreme_peaks(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> list[MarkedPeak]:
-    """Peaks of the largest and smallest value, if ``exact`` has finite values for them."""
+def extreme_peaks(picture: Picture, values: PieceValues, exact_extremes: tuple[float, ...]) -> list[MarkedPeak]:
+    """Peaks of the largest and smallest value, if ``exact_extremes`` has finite values for them."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
         return []
-    sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact, strict=True) if isfinite(value)]
+    sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact_extremes, strict=True) if isfinite(value)]
     return [
         MarkedPeak(_middle_of_peak(angles, every * sign), value, four_digits(value), least=sign < 0.0)
         for sign, value in sides
@@ -354,7 +367,7 @@ def magnitude_peak(picture: Picture, values: PieceValues, name: str, *, least: b
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
     sign = float(np.copysign(1.0, every[at]))
-    exact = sign * picture.values[name]
+    exact = sign * picture.quantity_values[name]
     return MarkedPeak(
         _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, four_digits(exact), least=least
     )

@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.quantities import GEOMETRY
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.effects import EvaluationBlock, available_quantities, find_quantity, with_read_quantities
-from camopt.model.effects.contacts import follower_contacts
+from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 from camopt.scene.problem.problem import Problem
@@ -52,7 +52,7 @@ class Picture:
     @cached_property
     def stretches(self) -> list[tuple[int, float, float]]:
         """RISE, RETURN or DWELL with its ends (rad); neighbouring pieces of one kind are joined."""
-        starts = self.problem.programme.starts
+        starts = self.problem.programme.piece_starts
         first = [k for k, kind in enumerate(self.kinds) if k == 0 or kind != self.kinds[k - 1]]
         ends = [*(float(starts[k]) for k in first[1:]), self.problem.programme.strokes[-1].end]
         return [(self.kinds[k], float(starts[k]), end) for k, end in zip(first, ends, strict=True)]
@@ -64,7 +64,7 @@ class Picture:
 
     @cached_property
     def tool_motion(self) -> list[FloatArray]:
-        """As ``motion``, for the tool; without a train, for the follower."""
+        """(y, y', y'', y''') of the tool on each piece, (4, samples); of the follower without a train."""
         return [self.problem.programme.tool.motion_at(angles) for angles in self.pieces]
 
     @cached_property
@@ -94,7 +94,7 @@ class Picture:
         )
 
     @cached_property
-    def values(self) -> dict[str, Any]:
+    def quantity_values(self) -> dict[str, Any]:
         """The wanted quantities, exact."""
         case = EvaluationBlock(self.problem.setup, self.problem.programme, self.problem.design)
         with np.errstate(all="ignore"):
@@ -102,7 +102,7 @@ class Picture:
         return rows.records()[0]
 
     @cached_property
-    def exists(self) -> bool:
+    def can_assemble(self) -> bool:
         """Whether the mechanism can be assembled at every cam angle."""
         return bool(self.problem.setup.mechanism.can_assemble(self.problem.design, self.problem.programme)[0])
 
@@ -129,39 +129,39 @@ class Picture:
                     self.problem, setup=replace(setup, mechanism=each.mechanism), design=each.local_designs(design)
                 ),
             )
-            for each in follower_contacts(setup)
+            for each in all_follower_contacts(setup)
         ]
 
     @property
     def steepest_contact(self) -> "Picture":
         """The contact with the largest pressure angle; with one disc always the first contact."""
         contacts = self.contacts if self.problem.setup.mechanism.two_profiles else self.contacts[:1]
-        return max(contacts, key=lambda contact: float(contact.values["pressure_angle_max_deg"]))
+        return max(contacts, key=lambda contact: float(contact.quantity_values["pressure_angle_max_deg"]))
 
     @property
-    def body_contacts(self) -> "list[Picture]":
+    def first_disc_contacts(self) -> "list[Picture]":
         """The contacts whose flanks are drawn on the first disc: both contacts of a rib, else the first."""
         return self.contacts if self.problem.setup.mechanism.has_rib else self.contacts[:1]
 
     @cached_property
-    def reach(self) -> float:
+    def largest_pitch_radius(self) -> float:
         """Largest radius of all pitch curves [mm]."""
         return float(max(np.abs(piece.pitch).max() for each in self.contacts for piece in each.curves))
 
-    def curve_values(self, record: Any) -> list[FloatArray]:
+    def curve_values(self, curve: Any) -> list[FloatArray]:
         """A curve of the mechanism on each piece."""
-        return [self.curve_at(record, angles) for angles in self.pieces]
+        return [self.curve_values_at(curve, angles) for angles in self.pieces]
 
-    def curve_at(self, record: Any, angles: FloatArray) -> FloatArray:
+    def curve_values_at(self, curve: Any, angles: FloatArray) -> FloatArray:
         """A curve of the mechanism at cam angles [rad]."""
         with np.errstate(all="ignore"):
-            return np.broadcast_to(value_of(record, 0, self.problem.programme.state(angles)), angles.shape)
+            return np.broadcast_to(curve_value(curve, 0, self.problem.programme.state(angles)), angles.shape)
 
     @property
     def undercut(self) -> bool:
         """Whether a part of the theoretical profile is cut away; false for a knife edge, which cuts no corner."""
         return not self.problem.setup.is_knife and bool(
-            self.values["undercut"] or self.values.get("self_crossing", False)
+            self.quantity_values["undercut"] or self.quantity_values.get("self_crossing", False)
         )
 
 

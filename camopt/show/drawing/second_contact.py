@@ -23,12 +23,12 @@ class SecondContact(NamedTuple):
     """Lines of the follower: the frame that joins both contacts."""
 
 
-def second_contact(picture: Picture, displacement: float) -> SecondContact | None:
+def second_contact_shapes(picture: Picture, displacement: float) -> SecondContact | None:
     """The second contact with a disc at a displacement [mm or rad]; None without one."""
     if len(picture.contacts) == 1 or picture.problem.setup.mechanism.body.developed:
         return None
     problem, (first, second) = picture.problem, (each.problem.design for each in picture.contacts)
-    mechanism, size = problem.setup.mechanism, picture.reach
+    mechanism, size = problem.setup.mechanism, picture.largest_pitch_radius
     outline = second_outline(picture)
     if mechanism.start is None:
         high, low = first.size[0] + displacement, -(second.size[0] + problem.programme.lift - displacement)
@@ -79,7 +79,7 @@ def draw_second_disc(axes: Any, picture: Picture) -> None:
 
 def draw_second_contact(axes: Any, picture: Picture) -> list[ComplexArray]:
     """Draw the parts of the follower at a second contact, at cam angle 0; return their extent."""
-    if (contact := second_contact(picture, picture.start_displacement)) is None:
+    if (contact := second_contact_shapes(picture, picture.start_displacement)) is None:
         return []
     for line in contact.lines:
         draw_line(axes, line, color=INK, lw=1.6, alpha=0.5, zorder=4.6)

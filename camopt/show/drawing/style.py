@@ -65,9 +65,9 @@ WHITE_BACKGROUND: dict[str, Any] = {"zorder": 6, "bbox": {"fc": "white", "ec": "
 """Style of a text on a white background, so that lines do not cross it."""
 
 
-def pen_of(place: int) -> dict[str, Any]:
+def series_line_style(series_index: int) -> dict[str, Any]:
     """Colour and dashes of a line of a series. Lines of the same colour differ in dashes."""
-    rounds, colour = divmod(place, len(SERIES))
+    rounds, colour = divmod(series_index, len(SERIES))
     return {"color": SERIES[colour], "ls": DASHES[(colour + rounds) % len(DASHES)]}
 
 

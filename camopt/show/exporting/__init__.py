@@ -3,6 +3,6 @@
 Points have all columns of the cam: displacement, curves and loads at each cam angle.
 """
 
-from camopt.core.storage.home import settle_home
+from camopt.core.storage.home import ensure_home_folder
 
-settle_home()
+ensure_home_folder()

@@ -16,19 +16,19 @@ from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.curvature import CUTTER_RADIUS
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms.elements import WHICH_DISC
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
-from camopt.show.exporting.loads import load_column, load_quantity, loads_at
+from camopt.show.exporting.loads import load_column_name, load_quantity, loads_at
 from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord, check_angles
 from camopt.solve.contour.curve import CamCurve, cam_discs, disc_curves
 from camopt.solve.tables.cells import name_in_shown_unit
 from camopt.solve.tables.result import Columns
-from camopt.solve.tables.table import to_table
+from camopt.solve.tables.table import to_arrow_table
 from camopt.solve.tables.workbook import write_workbook
 from camopt.solve.verdicts.effect_runs import run_effects
 
@@ -66,7 +66,7 @@ FORM_COLUMNS = {
 """Columns of a curve by the end of their name: unit, and the end of their description."""
 
 
-@options_by_keyword
+@allow_positional_options
 def cam_points(
     scene: SceneSource,
     angles: ArrayLike | None = None,
@@ -155,7 +155,7 @@ def cam_points(
     if problem.setup.train is not None:
         moved, turns = problem.programme.tool.motion_at(radians)[0], problem.setup.tool_turns
         columns[f"tool_displacement_{'deg' if turns else 'mm'}"] = np.degrees(moved) if turns else moved
-    columns |= _motion_derivatives(problem, radians)
+    columns |= _tool_and_follower_derivatives(problem, radians)
     at = {name: curve.evaluate_by_span(radians, curve.points) for name, curve in curves.items()}
     for name, points in at.items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
@@ -163,13 +163,13 @@ def cam_points(
             polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
             columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
     for name in (name for name in curves if name.removeprefix("second_").startswith("profile")):
-        columns |= {f"{name}_{key}": v for key, v in _form_columns(curves[name], radians).items()}
+        columns |= {f"{name}_{key}": v for key, v in _normal_and_curvature_columns(curves[name], radians).items()}
     columns |= loads_at(Picture(scene, problem), degrees)
     return Columns(columns, {name: _column_metadata(name)["unit"] for name in columns})
 
 
-def _motion_derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
-    """Velocity, acceleration and jerk at cam angles in rad: of what is asked to move, and of its follower."""
+def _tool_and_follower_derivatives(problem: Problem, angles: FloatArray) -> dict[str, FloatArray]:
+    """Velocity, acceleration and jerk of the tool at cam angles [rad], and with a train of the follower too."""
     setup, found = problem.setup, dict[str, FloatArray]()
     sides = [(problem.programme.tool, "", setup.tool_turns)]
     sides += [(problem.programme, AT_FOLLOWER, setup.angular)] if setup.train is not None else []
@@ -177,15 +177,19 @@ def _motion_derivatives(problem: Problem, angles: FloatArray) -> dict[str, Float
         rows = programme.motion_at(angles)
         for order, name in enumerate(DERIVATIVE_UNITS, start=1):
             quantity = motion_quantity(name, whose, angular=turns, timed=setup.omega is not None)
-            found[load_column(quantity)] = rows[order] * motion_scale(setup, order, at_follower=bool(whose))
+            found[load_column_name(quantity)] = rows[order] * motion_unit_factor(
+                setup, order, at_follower=bool(whose)
+            )
     return found
 
 
-def _form_columns(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
+def _normal_and_curvature_columns(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
     """Normal and curvature of a profile at cam angles in rad."""
     outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
     normal = outwards * curve.evaluate_by_span(angles, curve.normals)
-    bend = -outwards * (curve.sense or curve.mirror) * curve.evaluate_by_span(angles, curve.curvatures)
+    bend = (
+        -outwards * (curve.frame_rotation_sense or curve.mirror) * curve.evaluate_by_span(angles, curve.curvatures)
+    )
     return {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
 
 
@@ -247,7 +251,7 @@ def _shown_columns(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray
 def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
     found, _ = _shown_columns(columns)
     layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
-    table = to_table(DesignRows(found, columns["cam_angle_deg"].size), layout)
+    table = to_arrow_table(DesignRows(found, columns["cam_angle_deg"].size), layout)
     with whole_file(path) as partial, partial.open("wb") as file:
         csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
 
@@ -255,7 +259,7 @@ def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.Path
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=_column_metadata(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
-    write_table(to_table(DesignRows({**columns}, columns["cam_angle_deg"].size), layout), path)
+    write_table(to_arrow_table(DesignRows({**columns}, columns["cam_angle_deg"].size), layout), path)
 
 
 def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
@@ -273,7 +277,7 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
         return
     mechanism, widest = problem.setup.mechanism, np.inf  # a flat face leaves no concave flank
     if mechanism.cut_as_by_roller:
-        widest = problem.half_width
+        widest = problem.wall_distance_from_pitch_curve
     elif not mechanism.flat_faced:
         case = EvaluationBlock(problem.setup, problem.programme, problem.design)
         widest = float(run_effects(case, [CUTTER_RADIUS]).column(CUTTER_RADIUS)[0])

@@ -30,19 +30,19 @@ from camopt.show.exporting.groove import (
 )
 from camopt.show.exporting.shapes import CadShape
 from camopt.show.exporting.workpiece import Workpiece
-from camopt.solve.contour.curve import groove_heights
+from camopt.solve.contour.curve import pitch_curve_axial_extent
 
 LOWER, UPPER = 0, 1  # index of walls, and of parts below or above the groove
 INNER_EDGE, OUTER_EDGE = 0, -1  # index of edges of a wall
 
 
-def _floor_edge(groove: Groove) -> tuple[int, float]:
+def _floor_edge_and_radius(groove: Groove) -> tuple[int, float]:
     """The wall edges at the bottom of a groove, or at the top of a rib, and their radius [mm]."""
     return (INNER_EDGE, groove.inner) if groove.below is None else (OUTER_EDGE, groove.outer)
 
 
-def _surface_edge(groove: Groove) -> tuple[int, float]:
-    """The wall edges at the cylinder that goes on to both ends, and their radius [mm]."""
+def _surface_edge_and_radius(groove: Groove) -> tuple[int, float]:
+    """Wall edges on the surface of the cylinder (top of a groove, foot of a rib), and their radius [mm]."""
     return (OUTER_EDGE, groove.outer) if groove.below is None else (INNER_EDGE, groove.inner)
 
 
@@ -61,7 +61,7 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
     height = work.part.thickness
     assert height
     groove = with_enough_sections(_machinable_groove(work), WALL_SHARE * chord)
-    lift = (height - sum(groove_heights(work.problem))) / 2
+    lift = (height - sum(pitch_curve_axial_extent(work.problem))) / 2
     walls = [
         [wall_surface(groove, sector, side, WALL_SHARE * chord).shifted_along_axis(lift) for side in WALL_SIDES]
         for sector in groove.sectors()
@@ -120,8 +120,8 @@ def _sector_joint(groove: Groove, walls: list[WallSurface], height: float) -> _S
     """The joint at the start of walls."""
     corners, (between, _), (beside, _) = (
         [wall.poles[0] for wall in walls],
-        _floor_edge(groove),
-        _surface_edge(groove),
+        _floor_edge_and_radius(groove),
+        _surface_edge_and_radius(groove),
     )
     ends = [{at: shapes.make_vertex(corner[at]) for at in (INNER_EDGE, OUTER_EDGE)} for corner in corners]
     rims = [shapes.make_vertex([*corner[beside, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
@@ -139,25 +139,27 @@ def _floor_helix(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[Flo
     """Poles and knots of the helix between two points of the bottom of a groove (top of a rib)."""
     share = np.linspace(0.0, 1.0, 12)
     height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
-    polar, (_, radius) = groove.polar(around), _floor_edge(groove)
+    polar, (_, radius) = groove.polar_angle(around), _floor_edge_and_radius(groove)
     return interpolating_spline(share, np.stack([radius * np.cos(polar), radius * np.sin(polar), height], axis=-1))
 
 
 def _sector_edges(
-    groove: Groove, skins: list[WallSurface], here: _SectorJoint, there: _SectorJoint, height: float
+    groove: Groove, skins: list[WallSurface], start_joint: _SectorJoint, end_joint: _SectorJoint, height: float
 ) -> _SectorEdges:
     walls = [
         {
-            at: shapes.spline_edge(wall.poles[:, at], wall.knots[0], (here.walls[side][at], there.walls[side][at]))
+            at: shapes.spline_edge(
+                wall.poles[:, at], wall.knots[0], (start_joint.walls[side][at], end_joint.walls[side][at])
+            )
             for at in (INNER_EDGE, OUTER_EDGE)
         }
         for side, wall in enumerate(skins)
     ]
     rims = [
-        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _surface_edge(groove)[1], -groove.sense, *ends)
-        for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
+        shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _surface_edge_and_radius(groove)[1], -groove.sense, *ends)
+        for z, ends in zip((0.0, height), zip(start_joint.rims, end_joint.rims, strict=True), strict=True)
     ]
-    return _SectorEdges(skins, walls, rims, here, there)
+    return _SectorEdges(skins, walls, rims, start_joint, end_joint)
 
 
 def _body_faces(groove: Groove, walls: list[list[WallSurface]], height: float) -> Iterator[CadShape]:
@@ -177,11 +179,11 @@ def _sector_faces(groove: Groove, sector: _SectorEdges) -> Iterator[CadShape]:
     for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):
         surface = shapes.spline_surface(wall.poles, *wall.knots)
         yield shapes.surface_face(surface, [edges[INNER_EDGE], end, edges[OUTER_EDGE], start])
-    seam = float(groove.polar(sector.skins[0].poles[0, 0, 3])) + np.pi
-    (between, bottom), (beside, outside) = _floor_edge(groove), _surface_edge(groove)
+    seam = float(groove.polar_angle(sector.skins[0].poles[0, 0, 3])) + np.pi
+    (between, bottom), (beside, outside) = _floor_edge_and_radius(groove), _surface_edge_and_radius(groove)
     for radius, loop in (
         (bottom, [low[between], there.bottom, high[between], here.bottom]),
         (outside, [rims[LOWER], there.lines[LOWER], low[beside], here.lines[LOWER]]),
         (outside, [high[beside], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
     ):
-        yield shapes.surface_face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)
+        yield shapes.surface_face(shapes.cylinder_surface(radius, seam), loop, backwards=groove.sense > 0.0)

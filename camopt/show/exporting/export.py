@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.files import check_writable, checked_suffix, path_of
+from camopt.core.storage.files import check_writable, checked_suffix, expand_user_path
 from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.rib import RIB_THICKNESS
 from camopt.model.mechanisms.elements import WHICH_DISC
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.unusual_values import thin_walls
+from camopt.scene.unusual_values import thin_wall_notes
 from camopt.show.exporting.file_types import FILE_TYPES
 from camopt.show.exporting.workpiece import Export, Workpiece
 from camopt.solve.contour.curve import SECOND_DISC, disc_curves
@@ -29,7 +29,7 @@ GAP_MM = 1e-9  # mm; a smaller gap is none
 LARGEST_TOLERANCE_SHARE = 0.25  # share of the profile tolerance that curves in a file may take without a note
 
 
-@options_by_keyword
+@allow_positional_options
 def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None = None, **settings: Any) -> Export:
     """Write the cam of a scene to a file; the ending decides the kind of file.
 
@@ -71,7 +71,7 @@ def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None
     mistakes = [*_unknown_settings(suffix, write, settings), *_disc_mistakes(scene, suffix, disc)]
     if mistakes:
         raise BadInput(mistakes)
-    place = path_of(path)
+    place = expand_user_path(path)
     check_writable(place)
     problem = resolve_design(scene)
     mechanism = problem.setup.mechanism
@@ -97,7 +97,7 @@ def _file_notes(work: Workpiece, written: Export, tolerance: float | None, *, of
     if of_plane and work.problem.setup.mechanism.body.developed and work.problem.design.sense > 0.0:
         yield "the development is seen from inside, because the cam turns ccw: mirror it to wrap it round a "
         "cylinder"
-    yield from thin_walls(work.scene)
+    yield from thin_wall_notes(work.scene)
     row = evaluate(work.scene)
     if not row["feasible"]:
         broken = f"breaks limits of the scene: {row['violated']}"

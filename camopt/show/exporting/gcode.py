@@ -34,7 +34,7 @@ from camopt.show.exporting.machining import (
 from camopt.show.exporting.program import CONTROL_BY_SUFFIX, CONTROL_DIALECTS, Program
 from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
 from camopt.solve.contour.curve import CamCurve
-from camopt.solve.contour.deviation import deviation_bound
+from camopt.solve.contour.deviation import deviation_upper_bound
 from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import DEFAULT_CHORD, FittedPath, fit_path
 
@@ -100,10 +100,12 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     cuts_of = _groove_cuts if mechanism.two_sided else _rib_cuts if mechanism.has_rib else _profile_cuts
     planned = cuts_of(work, settings.cutter_radius, settings.roughing)
     rounding = settings.chord, settings.last_digit, settings.largest_radius
-    cuts = {name: _round_path(cut.curve, *rounding, work.is_cut_from_behind) for name, cut in planned.items()}
+    cuts = {
+        name: _fit_and_round_path(cut.curve, *rounding, work.is_cut_from_behind) for name, cut in planned.items()
+    }
     around = {name: cut for name, cut in cuts.items() if not planned[name].within}
     blank = settings.blank_diameter or (work.part.outer_diameter if mechanism.has_rib else None)
-    outside = _outside_radius(around, settings.cutter_radius, blank) if around else None
+    outside = _radius_outside_blank(around, settings.cutter_radius, blank) if around else None
     program = Program(CONTROL_DIALECTS[settings.control], settings.decimals)
     how = f"cutter radius {length_with_unit(settings.cutter_radius, 'g')}, {settings.direction} milling"
     _write_head(program, work, cuts, how)
@@ -165,8 +167,8 @@ def _check_milling(work: Workpiece, settings: Milling) -> None:
 
 
 def _groove_mistakes(work: Workpiece, settings: Milling) -> Iterator[Mistake]:
-    """A cutter clears a groove along its middle and its walls, to its depth, and leaves no more than there is."""
-    half, cutter = work.problem.half_width, settings.cutter_radius
+    """Check the settings of a groove: blank, cutter (at least a third of the roller) and roughing."""
+    half, cutter = work.problem.wall_distance_from_pitch_curve, settings.cutter_radius
     if settings.blank_diameter is not None:
         yield Mistake("camopt", "blank_diameter", settings.blank_diameter, "has no meaning for a groove", bare=True)
     if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER_SHARE:
@@ -203,7 +205,7 @@ def _profile_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dic
 def _groove_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[str, _Cut]:
     """Cuts in a groove by name: along its middle, and for a narrower cutter along both walls."""
     pitch = work.only_disc.curves()["pitch"]
-    room = work.problem.half_width - cutter_radius
+    room = work.problem.wall_distance_from_pitch_curve - cutter_radius
     cuts = {"middle": _Cut(pitch, 0.0, within=True)}
     for name, left in {"roughing": roughing, "cutter": 0.0}.items() if room else ():
         for flank in work.problem.setup.mechanism.flanks if left or name == "cutter" else ():
@@ -217,13 +219,15 @@ def _rib_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[st
     curves, cuts = work.curves(cutter_radius), dict[str, _Cut]()
     for name, left in {"roughing": roughing, "cutter": 0.0}.items():
         for place, disc in zip(("outer", "inner"), work.discs, strict=True) if left or name == "cutter" else ():
-            curve, side = curves[f"{disc.prefix}cutter"], disc.problem.setup.mechanism.flanks[0].side
+            curve, side = curves[f"{disc.curve_name_prefix}cutter"], disc.problem.setup.mechanism.flanks[0].side
             curve = replace(curve, distance=curve.distance - side * left)
             cuts[f"{name}_{place}"] = _Cut(curve, cutter_radius, -side, within=side > 0.0)
     return cuts
 
 
-def _round_path(curve: CamCurve, chord: float, digit: float, largest: float, from_behind: bool) -> FittedPath:
+def _fit_and_round_path(
+    curve: CamCurve, chord: float, digit: float, largest: float, from_behind: bool
+) -> FittedPath:
     """The path rounded to the digits of the program, and its deviation, with rounding of the centres included."""
     fitted = fit_path(curve, "arcs", chord - DIGIT_SHARE * digit).path
     assert isinstance(fitted, ArcPath)
@@ -232,7 +236,7 @@ def _round_path(curve: CamCurve, chord: float, digit: float, largest: float, fro
     flat = np.abs(path.bulges * path.chords) / 2 < digit / 2
     path = replace(path, vertices=vertices, bulges=np.where(flat, 0.0, path.bulges))
     seen = path.mirrored_path if from_behind else path
-    return FittedPath(seen, deviation_bound(curve, path, chord - digit) + digit)
+    return FittedPath(seen, deviation_upper_bound(curve, path, chord - digit) + digit)
 
 
 def _straighten_wide_arcs(curve: CamCurve, path: ArcPath, digit: float, largest: float) -> ArcPath:
@@ -258,9 +262,11 @@ def _start_in_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
     return path.divide_arcs(np.where(np.arange(len(path)) == longest, 2, 1)).start_at_vertex(longest + 1)
 
 
-def _outside_radius(cuts: Mapping[str, FittedPath], cutter_radius: float, blank_diameter: float | None) -> float:
+def _radius_outside_blank(
+    cuts: Mapping[str, FittedPath], cutter_radius: float, blank_diameter: float | None
+) -> float:
     """Distance from the axis at which the cutter is outside of the blank [mm]."""
-    reaches = [float(np.abs(_path_points(each)).max()) for each in cuts.values()]
+    reaches = [float(np.abs(_dense_path_points(each)).max()) for each in cuts.values()]
     cam = 2.0 * (reaches[-1] - cutter_radius)
     if blank_diameter is not None and blank_diameter < cam:
         raise BadInput(
@@ -269,7 +275,7 @@ def _outside_radius(cuts: Mapping[str, FittedPath], cutter_radius: float, blank_
     return max(*reaches, (blank_diameter or 0.0) / 2 + cutter_radius) + BLANK_CLEARANCE
 
 
-def _path_points(followed: FittedPath) -> ComplexArray:
+def _dense_path_points(followed: FittedPath) -> ComplexArray:
     """Dense points of a path."""
     path = followed.path
     assert isinstance(path, ArcPath)
@@ -278,9 +284,9 @@ def _path_points(followed: FittedPath) -> ComplexArray:
 
 def _check_straight_approach(way: "_CutterWay", followed: FittedPath) -> None:
     """Raise BadInput if the cutter meets the part on its straight way from or to outside of the blank."""
-    part = Polygon(np.column_stack([(points := _path_points(followed)).real, points.imag]))
-    for inner in way.ends[:2]:
-        outer = way.point_outside(inner)
+    part = Polygon(np.column_stack([(points := _dense_path_points(followed)).real, points.imag]))
+    for inner in way.approach_and_retreat_ends[:2]:
+        outer = way.point_outside_blank(inner)
         if part.intersects(LineString([(inner.real, inner.imag), (outer.real, outer.imag)])):
             why = "smaller: on its straight way from outside of the blank, this cutter would meet the part"
             raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
@@ -288,9 +294,9 @@ def _check_straight_approach(way: "_CutterWay", followed: FittedPath) -> None:
 
 def _check_circular_approach(way: "_CutterWay", followed: FittedPath) -> None:
     """Raise BadInput if the quarter circles of approach and retreat meet the part."""
-    points = _path_points(followed)
+    points = _dense_path_points(followed)
     room, reach = Polygon(np.column_stack([points.real, points.imag])), way.lead * (1.0 - FREE_SHARE)
-    middle = (way.ends[0] + way.ends[1]) / 2
+    middle = (way.approach_and_retreat_ends[0] + way.approach_and_retreat_ends[1]) / 2
     if way.side < 0.0 and way.outside is None and not room.contains(Point(middle.real, middle.imag).buffer(reach)):
         why = "smaller: on its quarter circle of approach, this cutter would meet the part"
         raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
@@ -309,34 +315,34 @@ class _CutterWay(NamedTuple):
     feed: float
 
     @property
-    def ends(self) -> tuple[complex, complex, float]:
+    def approach_and_retreat_ends(self) -> tuple[complex, complex, float]:
         """Start and end of the quarter circles, and their bulge; they bend away from the part."""
         start, tangent = self.path.vertices[0], self.path.tangents[0][0]
         around = self.side if self.path.is_anticlockwise else -self.side
         middle = start - 1j * around * tangent * self.lead
         return middle - self.lead * tangent, middle + self.lead * tangent, -around * np.tan(np.pi / 8)
 
-    def point_outside(self, point: complex) -> complex:
+    def point_outside_blank(self, point: complex) -> complex:
         """The point outside of the blank, in the same direction; the same point if the cutter plunges."""
         if self.outside is None:
             return point
         return point / abs(point) * max(self.outside, abs(point))
 
-    def cut(self, program: Program, depth: float | None, clear: float) -> None:
-        """Go down (outside of the blank, or into the groove), cut along the path, and go up to ``clear`` height."""
-        start, (before, after, quarter) = self.path.vertices[0], self.ends
-        program.rapid(self.point_outside(before))
+    def cut(self, program: Program, depth: float | None, clear_height: float) -> None:
+        """Go down outside of the blank or into the groove, cut along the path, and go up to ``clear_height``."""
+        start, (before, after, quarter) = self.path.vertices[0], self.approach_and_retreat_ends
+        program.rapid(self.point_outside_blank(before))
         if depth is not None:
-            if clear > CLEARANCE:  # above a hub, which is not here
+            if clear_height > CLEARANCE:  # above a hub, which is not here
                 program.raise_cutter(CLEARANCE)
             program.lower_cutter(-depth, self.feed)
         program.line(before, self.feed)
         program.arc(before, start, quarter, self.feed)
         program.follow_path(self.path, self.feed)
         program.arc(start, after, quarter, self.feed)
-        program.line(self.point_outside(after), self.feed)
+        program.line(self.point_outside_blank(after), self.feed)
         if depth is not None:
-            program.raise_cutter(clear)
+            program.raise_cutter(clear_height)
 
 
 def _write_head(program: Program, work: Workpiece, cuts: Mapping[str, FittedPath], how: str) -> None:

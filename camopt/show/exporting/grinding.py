@@ -26,7 +26,7 @@ from camopt.show.exporting.cam_points import check_cutter
 from camopt.show.exporting.groove_program import wall_notes
 from camopt.show.exporting.spacing import angles_in_steps
 from camopt.show.exporting.workpiece import Export, Workpiece
-from camopt.solve.contour.curve import CamCurve, SmoothSpan, cylinder_ends
+from camopt.solve.contour.curve import CamCurve, SmoothSpan, centred_cylinder_ends
 
 DECIMALS_BY_SYSTEM = {MM: 6, INCH: 7}
 """Decimals of lengths, by unit system."""
@@ -57,10 +57,10 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
             [Mistake("camopt", "cutter_radius", None, "missing: set the radius of the wheel", bare=True)]
         )
     if problem.setup.mechanism.body.developed:
-        return _write_rib(work, path, cutter_radius, step)
+        return _write_rib_table(work, path, cutter_radius, step)
     check_cutter(work.only_disc.problem, cutter_radius)
     angles = angles_in_steps(step)
-    radii = _directed_radii(work, work.only_disc.curves(cutter_radius)["cutter"], angles)
+    radii = _radii_in_directions(work, work.only_disc.curves(cutter_radius)["cutter"], angles)
     lift_max = float(np.ptp(radii))
     unit, decimals = shown_unit("mm"), DECIMALS_BY_SYSTEM[shown_system()]
     centres, wheel = to_shown_unit(radii, "mm"), to_shown_unit(cutter_radius, "mm")
@@ -82,11 +82,11 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
 
 def _direction_offset(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
     """Direction of the curve's points minus the cam angle [rad], within π of 0 (of π if mirrored)."""
-    points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.sense * angles)
-    return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.sense * np.angle(points))
+    points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.frame_rotation_sense * angles)
+    return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.frame_rotation_sense * np.angle(points))
 
 
-def _directed_radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
+def _radii_in_directions(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
     """Distance of the curve from the axis in directions [deg]; cam angles by bisection."""
 
     def offset_at(angles: FloatArray) -> FloatArray:
@@ -108,7 +108,7 @@ def _directed_radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> Fl
     return np.asarray(np.abs(curve.evaluate_by_span(low, curve.points)))
 
 
-def _write_rib(work: Workpiece, path: Path, cutter_radius: float, step: float) -> Export:
+def _write_rib_table(work: Workpiece, path: Path, cutter_radius: float, step: float) -> Export:
     """Write cam angles in even steps [deg], and positions of the wheel's centre at both flanks [mm]."""
     check_cutter(work.problem, cutter_radius)
     angles = angles_in_steps(step)
@@ -146,7 +146,7 @@ def _wheel_positions(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str
         if name.endswith("pitch")
     }
     first = float(pitch["pitch"].imag[0])
-    low = cylinder_ends(problem, work.part.thickness)[0] if work.part.thickness else first
+    low = centred_cylinder_ends(problem, work.part.thickness)[0] if work.part.thickness else first
     for name, points in pitch.items():
         which = "second" if name.startswith("second_") else "first"
         beside = points.real - problem.design.size * angles

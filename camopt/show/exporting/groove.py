@@ -79,7 +79,7 @@ class Groove:
         return self.curve.design.sense
 
     @property
-    def radii(self) -> FloatArray:
+    def section_radii(self) -> FloatArray:
         """Radii of the sections [mm]: Chebyshev points with both ends."""
         share = (1.0 - np.cos(np.linspace(0.0, np.pi, self.sections))) / 2
         return (1.0 - share) * self.inner + share * self.outer
@@ -90,7 +90,7 @@ class Groove:
             for start, end in pairwise(np.linspace(span.start, span.end, count + 1).tolist()):
                 yield Sector(span, start, end)
 
-    def wall(self, span: SmoothSpan, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
+    def wall_points(self, span: SmoothSpan, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
         """Contact points on the upper (side +1) or lower (−1) wall, at cam angles [rad] and radii [mm].
 
         NaN where the roller does not reach this radius.
@@ -116,12 +116,12 @@ class Groove:
         height = found.y + reach * along / np.hypot(across, along)
         return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
 
-    def points(self, places: WallPoints) -> FloatArray:
+    def xyz_points(self, places: WallPoints) -> FloatArray:
         """x, y and z of wall points in the frame of the cam [mm], (…, 3)."""
-        polar = self.polar(places.round)
+        polar = self.polar_angle(places.round)
         return np.stack([places.radius * np.cos(polar), places.radius * np.sin(polar), places.height], axis=-1)
 
-    def polar(self, around: FloatArray) -> FloatArray:
+    def polar_angle(self, around: FloatArray) -> FloatArray:
         """Angle from the x axis, ccw [rad]; the follower is on the y axis at cam angle 0."""
         return np.pi / 2 - self.sense * around
 
@@ -133,7 +133,7 @@ def workpiece_groove(work: Workpiece) -> Groove:
     assert depth
     curve, *others = (offset_curve(each.problem, 0.0) for each in cam_discs(problem))
     below = others[0] if others else None
-    return Groove(curve, mean - depth / 2, mean + depth / 2, problem.half_width, below=below)
+    return Groove(curve, mean - depth / 2, mean + depth / 2, problem.wall_distance_from_pitch_curve, below=below)
 
 
 def undercut_radius(groove: Groove) -> float | None:
@@ -142,7 +142,7 @@ def undercut_radius(groove: Groove) -> float | None:
         radius
         for sector in groove.sectors()
         for side in WALL_SIDES
-        for radius, back in zip(groove.radii, _runs_back(groove, sector, side), strict=True)
+        for radius, back in zip(groove.section_radii, _runs_back(groove, sector, side), strict=True)
         if back
     ]
     return max(radii, default=None)
@@ -150,8 +150,10 @@ def undercut_radius(groove: Groove) -> float | None:
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
     """Whether a wall runs back somewhere, or does not exist, at each radius."""
-    wall = groove.wall(sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.radii, side)
-    moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
+    wall = groove.wall_points(
+        sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.section_radii, side
+    )
+    moved = groove.section_radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
     return np.asarray(~((moved * wall.pitch_tangent[1:].conjugate()).real >= 0.0).all(axis=0))
 
 
@@ -179,12 +181,12 @@ class WallSurface(NamedTuple):
         return np.asarray(BSpline(self.knots[1], rows, self.degrees[1], axis=1)(radii))
 
 
-def with_enough_sections(groove: Groove, aim: float) -> Groove:
-    """The groove with enough sections for surfaces within half of ``aim`` [mm] between them."""
+def with_enough_sections(groove: Groove, largest_deviation: float) -> Groove:
+    """The groove with enough sections for surfaces within half of ``largest_deviation`` [mm] between them."""
     for count in range(SECTIONS, MOST_SECTIONS):
         finer = replace(groove, sections=count)
         if all(
-            _interpolate_wall(finer, sector, side, FIRST_POINTS).section_deviation <= aim / 2
+            _interpolate_wall(finer, sector, side, FIRST_POINTS).section_deviation <= largest_deviation / 2
             for sector in finer.sectors()
             for side in WALL_SIDES
         ):
@@ -192,25 +194,27 @@ def with_enough_sections(groove: Groove, aim: float) -> Groove:
     return replace(groove, sections=MOST_SECTIONS)
 
 
-def wall_surface(groove: Groove, sector: Sector, side: float, aim: float) -> WallSurface:
-    """The surface of a wall over a sector, through enough points to be within ``aim`` [mm]."""
+def wall_surface(groove: Groove, sector: Sector, side: float, largest_deviation: float) -> WallSurface:
+    """The surface of a wall over a sector, through enough points to be within ``largest_deviation`` [mm]."""
     count = FIRST_POINTS
     while True:
         surface = _interpolate_wall(groove, sector, side, count)
-        if surface.deviation <= aim or count >= SECTOR_POINTS:
+        if surface.deviation <= largest_deviation or count >= SECTOR_POINTS:
             return surface
         count *= 2
 
 
 def _interpolate_wall(groove: Groove, sector: Sector, side: float, count: int) -> WallSurface:
-    angles, radii = np.linspace(sector.start, sector.end, count), groove.radii
-    rows = make_interp_spline(angles, _exact_wall(groove, sector, side, angles, radii), k=SPLINE_DEGREE, axis=0)
+    angles, radii = np.linspace(sector.start, sector.end, count), groove.section_radii
+    rows = make_interp_spline(
+        angles, _exact_wall_points(groove, sector, side, angles, radii), k=SPLINE_DEGREE, axis=0
+    )
     across = make_interp_spline(radii, rows.c, k=radii.size - 1, axis=1)
     found = WallSurface(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (SPLINE_DEGREE, radii.size - 1))
     fine = np.linspace(sector.start, sector.end, PARTS_BETWEEN * (count - 1) + 1)
     deep = np.linspace(groove.inner, groove.outer, PARTS_BETWEEN * (radii.size - 1) + 1)
     gap = np.linalg.norm(
-        (found.points_at(fine, deep) - _exact_wall(groove, sector, side, fine, deep))[..., :3], axis=-1
+        (found.points_at(fine, deep) - _exact_wall_points(groove, sector, side, fine, deep))[..., :3], axis=-1
     )
     return found._replace(deviation=float(gap.max()), section_deviation=float(gap[::PARTS_BETWEEN].max()))
 
@@ -221,6 +225,8 @@ def interpolating_spline(shares: FloatArray, points: FloatArray) -> tuple[FloatA
     return spline.c, spline.t
 
 
-def _exact_wall(groove: Groove, sector: Sector, side: float, angles: FloatArray, radii: FloatArray) -> FloatArray:
-    places = groove.wall(sector.span, angles, radii, side)
-    return np.concatenate([groove.points(places), places.round[..., None]], axis=-1)
+def _exact_wall_points(
+    groove: Groove, sector: Sector, side: float, angles: FloatArray, radii: FloatArray
+) -> FloatArray:
+    places = groove.wall_points(sector.span, angles, radii, side)
+    return np.concatenate([groove.xyz_points(places), places.round[..., None]], axis=-1)

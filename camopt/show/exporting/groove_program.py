@@ -42,7 +42,7 @@ from camopt.show.exporting.machining import (
 )
 from camopt.show.exporting.program import CONTROL_DIALECTS, ControlDialect, Program
 from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
-from camopt.solve.contour.curve import CamCurve, SmoothSpan, cylinder_ends
+from camopt.solve.contour.curve import CamCurve, SmoothSpan, centred_cylinder_ends
 
 MOST_POSITIONS = 1_000_000
 
@@ -217,7 +217,7 @@ def _cutter_positions(
     design, (y, y1, *_) = curve.design, curve.programme.motion_at(angles % (2 * np.pi))
     contact = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
     beside = (contact.x - design.size * angles) * (-design.sense * axes.lateral)
-    low = cylinder_ends(work.problem, work.part.thickness)[0] if work.part.thickness else 0.0
+    low = centred_cylinder_ends(work.problem, work.part.thickness)[0] if work.part.thickness else 0.0
     height, turned = contact.y, -design.sense * np.degrees(angles)
     return CutterPositions(height - low, beside + 0.0 * angles, turned, deviation + digits)
 
@@ -244,7 +244,7 @@ def _divide_span(curve: CamCurve, span: SmoothSpan, chord: float) -> tuple[Float
     """Ends of parts of a span on which a line is within the chord, and its deviations [mm]."""
     lows, highs = np.array([span.start]), np.array([span.end])
     while True:
-        deviations = _line_deviation(curve, span, lows, highs)
+        deviations = _line_deviation_bound(curve, span, lows, highs)
         wide = np.flatnonzero(deviations > chord)
         if not wide.size or lows.size > MOST_POSITIONS:
             order = np.argsort(lows)
@@ -254,9 +254,9 @@ def _divide_span(curve: CamCurve, span: SmoothSpan, chord: float) -> tuple[Float
         highs[wide] = middles
 
 
-def _line_deviation(curve: CamCurve, span: SmoothSpan, lows: FloatArray, highs: FloatArray) -> FloatArray:
+def _line_deviation_bound(curve: CamCurve, span: SmoothSpan, lows: FloatArray, highs: FloatArray) -> FloatArray:
     """Bound of the distance of the roller from a line, over stretches of a span [mm]."""
-    over = curve.expansion([span] * lows.size, lows, highs).over_stretches
+    over = curve.taylor_expansion([span] * lows.size, lows, highs).over_stretches
     across, along = (as_interval(series.terms[2]).largest_magnitude for series in over)
     return np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)
 
@@ -293,7 +293,7 @@ def _write_groove_head(
 
 def wall_notes(work: Workpiece, cutter_radius: float) -> Iterator[str]:
     """Notes on metal that the cutter leaves on walls, and beside a rib."""
-    full_radius = work.problem.half_width
+    full_radius = work.problem.wall_distance_from_pitch_curve
     if work.problem.setup.mechanism.further_contacts:
         yield RIB_NOTE
     if full_radius > cutter_radius:

@@ -17,7 +17,7 @@ from camopt.scene.problem.linkage import follower_pivot, linkage_sketch
 from camopt.scene.problem.problem import Problem
 from camopt.show.exporting.cam_points import check_cutter
 from camopt.show.exporting.workpiece import Workpiece
-from camopt.solve.contour.curve import cylinder_ends
+from camopt.solve.contour.curve import centred_cylinder_ends
 from camopt.solve.contour.hole import bore_with_keyway
 from camopt.solve.contour.path import ArcPath, CubicPath
 from camopt.solve.contour.path_fitting import FittedPath, check_path_options, fit_path
@@ -75,7 +75,9 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     layers = [Layer(name, _line_kind(name), (each.path,)) for name, each in followed.items()]
     corners = np.concatenate([_hull_points(each.path) for each in followed.values()])
     layers += (
-        _cylinder_layers(work, corners) if problem.setup.mechanism.body.developed else _disc_layers(work, corners)
+        _developed_cylinder_layers(work, corners)
+        if problem.setup.mechanism.body.developed
+        else _disc_circles_and_centre_marks(work, corners)
     )
     ends = [end for layer in layers for line in layer.lines for end in line]
     every = np.concatenate([corners, np.array(ends, dtype=complex)])
@@ -96,7 +98,7 @@ def _hull_points(path: ArcPath | CubicPath) -> np.ndarray:
     return np.concatenate([path.vertices, inner.ravel()])
 
 
-def _disc_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
+def _disc_circles_and_centre_marks(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Circles and centre marks of a disc cam."""
     part = work.part
     round_ = max(part.hub_diameter or 0.0, part.outer_diameter or 0.0) / 2
@@ -107,9 +109,9 @@ def _disc_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
         design, flank = disc.problem.design, disc.problem.setup.mechanism.flanks[0]
         prime = float(design.prime_radius[0])
         base = float((design.size + (1.0 + flank.side) * design.roller_radius)[0])  # smallest circle of the flank
-        yield Layer(f"{disc.prefix}base-circle", CHAIN_LINE, circles=(Circle(base),))
+        yield Layer(f"{disc.curve_name_prefix}base-circle", CHAIN_LINE, circles=(Circle(base),))
         if prime != base and not disc.problem.setup.mechanism.flat_faced:
-            yield Layer(f"{disc.prefix}prime-circle", CHAIN_LINE, circles=(Circle(prime),))
+            yield Layer(f"{disc.curve_name_prefix}prime-circle", CHAIN_LINE, circles=(Circle(prime),))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(Circle(part.hub_diameter / 2),))
     if part.outer_diameter:
@@ -124,7 +126,7 @@ def _disc_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     yield Layer("timing", THIN_LINE, lines=((0j, up[1] + 1j * beyond),))
 
 
-def _cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
+def _developed_cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Layers of a cylindrical cam: one turn at the mean radius, with the lines of cam angle 0 and of zero lift.
 
     If its length is known, also the edges of the developed cylinder.
@@ -132,7 +134,7 @@ def _cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     turn = 2.0 * np.pi * float(work.problem.design.size[0])
     low, high = corners.imag.min(), corners.imag.max()
     if work.part.thickness:
-        low, high = cylinder_ends(work.problem, work.part.thickness)
+        low, high = centred_cylinder_ends(work.problem, work.part.thickness)
         foot, top = 1j * low, 1j * high
         sides = (foot, foot + turn), (foot + turn, top + turn), (top + turn, top), (top, foot)
         yield Layer("edges", VISIBLE, lines=sides)
@@ -160,7 +162,10 @@ def train_layers(problem: Problem) -> Iterator[Layer]:
     tool = tool_position(programme, np.radians(TRAIN_ANGLES_DEG % 360.0))
     places = [int(np.abs(tool - each).argmin()) for each in (tool.min(), (tool.min() + tool.max()) / 2, tool.max())]
     angles = np.radians(TRAIN_ANGLES_DEG[places])
-    travel, moved = mechanism.travel(problem.design, programme, angles), float(problem.design.size[0]) * angles
+    travel, moved = (
+        mechanism.trace_and_normal(problem.design, programme, angles),
+        float(problem.design.size[0]) * angles,
+    )
     if mechanism.body.developed:  # its surface moves past the follower
         traces, size, stem = travel.trace - moved, float(problem.design.size[0]), programme.lift + radius
         low, high = (1j * end for end in (traces.imag.min() - radius, traces.imag.max() + radius))

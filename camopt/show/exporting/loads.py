@@ -26,14 +26,14 @@ class _PictureAtAngles(Picture):
     degrees: FloatArray
 
     @cached_property
-    def ends(self) -> FloatArray:
+    def piece_boundaries(self) -> FloatArray:
         """Starts of the pieces, and the end of the turn [rad]."""
         table = self.problem.programme.table
         first = table.first_panel[:-1]
         return np.append(table.centre[first] - table.half_width[first], 2.0 * np.pi)
 
     @cached_property
-    def places(self) -> list[tuple[IntArray, FloatArray]]:
+    def piece_samples(self) -> list[tuple[IntArray, FloatArray]]:
         """Samples of each piece: their numbers and cam angles [rad].
 
         An angle between two pieces, such as 0 and 360 deg, has a sample before it, at it and after it.
@@ -41,7 +41,7 @@ class _PictureAtAngles(Picture):
         numbers, angles = np.tile(np.arange(self.degrees.size), 3), np.radians(self.degrees)
         repeated = np.concatenate([angles, angles + 2.0 * np.pi, angles - 2.0 * np.pi])
         pieces = []
-        for start, end in pairwise(self.ends):
+        for start, end in pairwise(self.piece_boundaries):
             here = (repeated >= start - PIECE_END_ANGLE) & (repeated <= end + PIECE_END_ANGLE)
             first = here & (repeated <= start + PIECE_END_ANGLE)
             inside = np.clip(repeated[here], start + PIECE_OFFSET, end - PIECE_OFFSET)
@@ -54,19 +54,19 @@ class _PictureAtAngles(Picture):
         return pieces
 
     @property
-    def is_beside(self) -> BoolArray:
+    def is_beside_piece_boundary(self) -> BoolArray:
         """Whether samples are just before or after an angle between two pieces; of all pieces in order."""
-        spans = zip(self.places, self.ends[:-1], self.ends[1:], strict=True)
+        spans = zip(self.piece_samples, self.piece_boundaries[:-1], self.piece_boundaries[1:], strict=True)
         return np.concatenate(
             [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), start, end in spans]
         )
 
     @cached_property
     def pieces(self) -> list[FloatArray]:
-        middles = (self.ends[:-1] + self.ends[1:]) / 2
+        middles = (self.piece_boundaries[:-1] + self.piece_boundaries[1:]) / 2
         return [
             angles if angles.size else np.array([middle])
-            for (_, angles), middle in zip(self.places, middles, strict=True)
+            for (_, angles), middle in zip(self.piece_samples, middles, strict=True)
         ]
 
 
@@ -78,10 +78,10 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     """
     sampled = _PictureAtAngles(picture.scene, picture.problem, degrees)
     columns = {}
-    for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
+    for panel in [*dynamics_panels(sampled), *load_panels(sampled, with_unusual_forces=True)]:
         # no quantity is the extreme of a force at one of two contacts
         quantity = panel.quantity or CONTACT_FORCES[0]
-        name = load_column(quantity)
+        name = load_column_name(quantity)
         rank = np.negative if "_min" in quantity else np.abs
         if panel.other is None:
             columns[name] = _values_at_angles(sampled, panel.values, rank)
@@ -91,11 +91,13 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     return columns
 
 
-def _values_at_angles(sampled: _PictureAtAngles, pieces: list[FloatArray], rank: np.ufunc) -> FloatArray:
+def _values_at_angles(sampled: _PictureAtAngles, pieces: list[FloatArray], rank_function: np.ufunc) -> FloatArray:
     """Values of pieces in the order of the given cam angles; the highest rank if an angle has several values."""
-    numbers = np.concatenate([numbers for numbers, _ in sampled.places])
-    loads = np.concatenate([v for v, (kept, _) in zip(pieces, sampled.places, strict=True) if kept.size])
-    ranks = rank(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * sampled.is_beside
+    numbers = np.concatenate([numbers for numbers, _ in sampled.piece_samples])
+    loads = np.concatenate([v for v, (kept, _) in zip(pieces, sampled.piece_samples, strict=True) if kept.size])
+    ranks = (
+        rank_function(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * sampled.is_beside_piece_boundary
+    )
     order, values = np.argsort(ranks, kind="stable"), np.empty(sampled.degrees.size)
     values[numbers[order]] = loads[order]
     return values
@@ -106,10 +108,10 @@ def load_quantity(column: str) -> Quantity | None:
     return LOAD_COLUMNS.get(column) or LOAD_COLUMNS.get(column.partition("_")[2])
 
 
-def load_column(quantity: str) -> str:
+def load_column_name(quantity: str) -> str:
     """The column of a load over the turn, by the quantity that is its extreme."""
     return quantity.replace("_max", "").replace("_min", "")
 
 
-LOAD_COLUMNS = {load_column(name): quantity for name, quantity in QUANTITIES.items()}
+LOAD_COLUMNS = {load_column_name(name): quantity for name, quantity in QUANTITIES.items()}
 """Quantity of each column of loads."""

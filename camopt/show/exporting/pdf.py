@@ -6,7 +6,7 @@ from pathlib import Path
 from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
 from camopt.show.sheet.paper import scale_name
 from camopt.show.sheet.sheet import write_sheets
-from camopt.show.sheet.sizes import Clearance, clearance_of
+from camopt.show.sheet.sizes import Clearance, groove_clearance
 from camopt.solve.tables.cells import with_unit
 
 
@@ -20,7 +20,7 @@ def write(work: Workpiece, path: Path, step: float | None = None) -> Export:
     }
     about = {"paper": [each.paper.name for each in sheets], "scale": [scale_name(each.scale) for each in sheets]}
     texts = {name: ", ".join(dict.fromkeys(values)) for name, values in about.items()}
-    return Export(path, curves, texts, tuple(_clearance_notes(work, clearance_of(sheets[0].cam))))
+    return Export(path, curves, texts, tuple(_clearance_notes(work, groove_clearance(sheets[0].cam))))
 
 
 def _clearance_notes(work: Workpiece, room: Clearance) -> Iterator[str]:

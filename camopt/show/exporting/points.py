@@ -7,8 +7,8 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.show.exporting.cam_points import POINT_WRITERS, cam_points
 from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
-from camopt.solve.contour.deviation import deviation_bound
-from camopt.solve.contour.path_fitting import CHORD_AIM, DEFAULT_CHORD, check_path_options, lines_through
+from camopt.solve.contour.deviation import deviation_upper_bound
+from camopt.solve.contour.path_fitting import CHORD_AIM, DEFAULT_CHORD, check_path_options, polyline_through_angles
 
 
 def write(
@@ -30,7 +30,9 @@ def write(
     angles = np.radians(columns["cam_angle_deg"])
     curves = {
         name: CurveInFile(
-            angles.size - 1, "lines", deviation_bound(curve, lines_through(curve, angles), chord or DEFAULT_CHORD)
+            angles.size - 1,
+            "lines",
+            deviation_upper_bound(curve, polyline_through_angles(curve, angles), chord or DEFAULT_CHORD),
         )
         for name, curve in work.curves(cutter_radius).items()
     }

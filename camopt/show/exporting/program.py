@@ -138,9 +138,9 @@ class Program:
         plain = text.encode("ascii", "replace").decode().replace("(", "[").replace(")", "]")
         self.lines.append(self.words.comment.format(plain))
 
-    def rapid(self, to: complex) -> None:
+    def rapid(self, point: complex) -> None:
         """Go to a point in rapid motion, above or outside of the part."""
-        self.position = x, y = self._coordinates(to)
+        self.position = x, y = self._coordinates(point)
         self.add_lines(self.words.rapid, x=x, y=y)
 
     def raise_cutter(self, height: float) -> None:
@@ -149,9 +149,9 @@ class Program:
     def lower_cutter(self, height: float, feed: float) -> None:
         self.add_lines(self.words.down + self._feed_word(feed), z=self.number(height))
 
-    def line(self, to: complex, feed: float) -> None:
+    def line(self, point: complex, feed: float) -> None:
         """Go straight to a point; no line if the machine is there already, within its digits."""
-        if (place := self._coordinates(to)) != self.position:
+        if (place := self._coordinates(point)) != self.position:
             self.position = x, y = place
             self.add_lines(self.words.line + self._feed_word(feed), x=x, y=y)
 
@@ -172,8 +172,8 @@ class Program:
         for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
             self.arc(one, other, bulge, feed)
 
-    def _coordinates(self, to: complex) -> tuple[str, str]:
-        return self.number(to.real), self.number(to.imag)
+    def _coordinates(self, point: complex) -> tuple[str, str]:
+        return self.number(point.real), self.number(point.imag)
 
     def number(self, value: float) -> str:
         """A coordinate as text, without −0."""

@@ -131,7 +131,7 @@ def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> 
     return Geom_BSplineSurface(places, *reals, *integers, *degrees)
 
 
-def round_surface(radius: float, seam: float) -> CadShape:
+def cylinder_surface(radius: float, seam: float) -> CadShape:
     """A cylinder about the z axis, with its seam at an angle from the x axis [rad]."""
     start = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
     return Geom_CylindricalSurface(gp_Ax3(gp.Origin_s(), gp.DZ_s(), start), radius)
@@ -152,7 +152,7 @@ def arc_edge(centre: CadShape, radius: float, sense: float, first: CadShape, las
 
 
 def surface_face(surface: CadShape, edges: Iterable[CadShape], backwards: bool = False) -> CadShape:
-    """The part of a surface within a closed chain of edges, anticlockwise or ``backwards``."""
+    """The face on a surface bounded by a closed chain of edges; ``backwards`` if the chain is clockwise."""
     made = TopoDS_Face()
     builder = BRep_Builder()
     builder.MakeFace(made, surface, TOUCHING_MM)
@@ -180,9 +180,9 @@ def sew_faces(faces: Iterable[CadShape]) -> CadShape:
     return solid
 
 
-def _cad_array(kind: Any, values: np.ndarray) -> CadShape:
+def _cad_array(array_type: Any, values: np.ndarray) -> CadShape:
     """Numbers as an array of Open CASCADE."""
-    array = kind(1, len(values))
+    array = array_type(1, len(values))
     for k, value in enumerate(values.tolist(), 1):
         array.SetValue(k, value)
     return array
@@ -212,7 +212,7 @@ def subshapes(shape: CadShape, kind: CadShape) -> list[CadShape]:
     return [shapes.FindKey(k) for k in range(1, shapes.Extent() + 1)]
 
 
-def shape_measures(shape: CadShape) -> dict[str, float]:
+def shape_counts_and_volume(shape: CadShape) -> dict[str, float]:
     """Numbers of solids, faces and edges of a shape, and its volume [mm³]."""
     return {
         "solids": len(subshapes(shape, SOLID)),

@@ -2,10 +2,10 @@
 
 A disc cam is a plate from z = 0 to its thickness, with a hub on the side of larger z. Bore and keyway go through
 both. In a conjugate pair, the second disc stands on z = 0, and the first disc in front of it with a gap
-(``Part.plates``). With a hub, both discs are one solid, which cannot twist. Without a hub they are two solids, each
-keyed to the shaft. An export of the first disc alone has the whole hub, one of the second disc has none. A groove
-or rib is on the face at larger z of a round plate. Profiles and walls are true arcs, B-splines or lines, within a
-proven deviation. For cylinders see ``camopt.show.exporting.cylinder``.
+(``Part.plate_extents``). With a hub, both discs are one solid, which cannot twist. Without a hub they are two
+solids, each keyed to the shaft. An export of the first disc alone has the whole hub, one of the second disc has
+none. A groove or rib is on the face at larger z of a round plate. Profiles and walls are true arcs, B-splines or
+lines, within a proven deviation. For cylinders see ``camopt.show.exporting.cylinder``.
 """
 
 from collections.abc import Iterator, Mapping
@@ -65,11 +65,14 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
         faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
-    return found._replace(about=found.about | shapes.shape_measures(found.shape))
+    return found._replace(about=found.about | shapes.shape_counts_and_volume(found.shape))
 
 
 def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, FittedPath]:
-    """The profiles, walls or flanks of a cam by name, within the chord with what flat arcs lose as lines."""
+    """Paths fitted to the profiles, walls or flanks, by name.
+
+    Flat arcs drawn as lines stay within the chord too.
+    """
     check_path_options(curves, chord)
     own = {name: curve for name, curve in work.curves().items() if not name.endswith("pitch")}
     found = {name: fit_path(curve, curves, chord - shapes.FLAT_ARC) for name, curve in own.items()}
@@ -80,7 +83,7 @@ def _disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     followed = _follow_profiles(work, chord, curves)
     _check_wall(work, chord, max(each.deviation for each in followed.values()))
     plates = [
-        shapes.extrude_wire(shapes.closed_wire(profile.path), *work.part.plates[disc.number - 1])
+        shapes.extrude_wire(shapes.closed_wire(profile.path), *work.part.plate_extents[disc.number - 1])
         for disc, profile in zip(work.discs, followed.values(), strict=True)
     ]
     hub = () if work.disc == SECOND_DISC else _hub_shapes(work.part)
@@ -135,7 +138,7 @@ def _solid_mistakes(work: Workpiece) -> Iterator[Mistake]:
     for key in body.solid:
         if getattr(part, key) is None:
             yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
-    base = _least_base(work)
+    base = _smallest_base_radius(work)
     if body.closed and part.bore_reach >= base:
         why = f"must leave a wall to the base circle (radius {base:g} mm); this bore leaves none"
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
@@ -151,12 +154,12 @@ def _solid_mistakes(work: Workpiece) -> Iterator[Mistake]:
 
 def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:
     """Raise BadInput if the deviation of the profile may reach the bore."""
-    wall = _least_base(work) - work.part.bore_reach
+    wall = _smallest_base_radius(work) - work.part.bore_reach
     if deviation >= wall:
         raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall around the bore has {wall:.3g} mm")])
 
 
-def _least_base(work: Workpiece) -> float:
+def _smallest_base_radius(work: Workpiece) -> float:
     """Radius of the smallest base circle [mm]."""
     return min(float(each.problem.design.size[0]) for each in work.discs)
 
@@ -165,7 +168,7 @@ def _hub_shapes(part: Part) -> Iterator[CadShape]:
     """The parts of the hub between the plates, and in front of the first one."""
     if not part.hub_diameter:
         return
-    plates = sorted(part.plates)
+    plates = sorted(part.plate_extents)
     for (_, foot), (end, _) in zip(plates, [*plates[1:], (part.hub_length or 0.0, 0.0)], strict=True):
         if end - foot > shapes.TOUCHING_MM:
             yield shapes.extrude_wire(shapes.circle_wire(part.hub_diameter / 2), foot, end)

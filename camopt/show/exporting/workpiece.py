@@ -52,11 +52,11 @@ class Workpiece:
 
     @property
     def is_cut_from_behind(self) -> bool:
-        """Whether a disc is cut from behind its drawing.
+        """Whether the cam is cut from the back of the drawing: it stands on its hub, or it is the second disc.
 
         A hub stands out in front; the first disc of a pair is in front of the second.
         """
-        return self.part.stands_on_hub if self.disc is None else self.disc == SECOND_DISC
+        return self.part.has_protruding_hub if self.disc is None else self.disc == SECOND_DISC
 
     @property
     def hub_height(self) -> float:
@@ -67,7 +67,7 @@ class Workpiece:
     def depth_below(self) -> float:
         """Free depth below the plate during the cut, down to the rest of the part [mm]."""
         if self.disc is None:
-            return 0.0 if self.part.stands_on_hub else inf
+            return 0.0 if self.part.has_protruding_hub else inf
         return self.part.disc_gap or inf if self.part.hub_diameter else inf
 
 

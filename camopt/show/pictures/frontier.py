@@ -46,84 +46,85 @@ AXIS_NAMES = {
 """Labels of terms; each begins with the name of the term in tables."""
 
 
-def draw_in(axes: Any, found: Frontier) -> None:
+def draw_in(axes: Any, frontier: Frontier) -> None:
     """Draw a frontier in axes: first axis vertical, second horizontal, third as colours."""
-    labels = _draw_frontier(axes, _in_shown_units(found))
+    labels = _draw_frontier(axes, _frontier_in_shown_units(frontier))
     axes.legend()
     place_labels(axes.figure, labels)
 
 
-def _draw_frontier(axes: Any, found: Frontier) -> list[Label]:
+def _draw_frontier(axes: Any, frontier: Frontier) -> list[Label]:
     """Draw the frontier, the known laws and the excluded region; return the labels to place."""
-    (_draw_cloud if len(found.axes) == 3 else _draw_curve)(axes.figure, axes, found)
-    labels = list(_draw_known_laws(axes, found))
-    axes.set(xlabel=_axis_label(found, found.axes[1]), ylabel=_axis_label(found, found.axes[0]))
+    (_draw_three_axis_front if len(frontier.axes) == 3 else _draw_two_axis_front)(axes.figure, axes, frontier)
+    labels = list(_draw_known_laws(axes, frontier))
+    axes.set(xlabel=_axis_label(frontier, frontier.axes[1]), ylabel=_axis_label(frontier, frontier.axes[0]))
     add_grid(axes)
-    _set_axes_limits(axes, found)
-    _draw_excluded(axes, found)
+    _set_axes_limits(axes, frontier)
+    _shade_excluded_region(axes, frontier)
     return labels
 
 
-def draw(found: Frontier, path: Target = None) -> "Figure":
+def draw(frontier: Frontier, path: Target = None) -> "Figure":
     """Draw a frontier on a new figure."""
-    found = _in_shown_units(found)
+    frontier = _frontier_in_shown_units(frontier)
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
-        title = f"{found.scene.name}: the trade-off with free motion laws"
+        title = f"{frontier.scene.name}: the trade-off with free motion laws"
         axes.set_title(title, loc="left", fontsize=PAGE_TITLE, weight="bold")
-        labels = _draw_frontier(axes, found)
+        labels = _draw_frontier(axes, frontier)
         figure.legend(loc="outside lower center", ncols=2)
         place_labels(figure, labels)
     return figure
 
 
-def _axis_label(found: Frontier, axis: str) -> str:
+def _axis_label(frontier: Frontier, axis: str) -> str:
     """The label of an axis, with its unit."""
-    unit = term_unit(axis, found.scene)
+    unit = term_unit(axis, frontier.scene)
     words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
     return f"{words}, {shown_unit(unit)}" if unit else words
 
 
-def _in_shown_units(found: Frontier) -> Frontier:
+def _frontier_in_shown_units(frontier: Frontier) -> Frontier:
     """The frontier with the values of its axes in shown units."""
-    units = found.units
+    units = frontier.units
 
     def convert_row(row: Mapping[str, Any]) -> Any:
         known = {name: unit for name, unit in units.items() if row.get(name) is not None}
         return {**row, **{name: to_shown_unit(row[name], unit) for name, unit in known.items()}}
 
     least = {
-        axis: tuple(end and to_shown_unit(end, units[axis]) for end in ends) for axis, ends in found.least.items()
+        axis: tuple(end and to_shown_unit(end, units[axis]) for end in ends)
+        for axis, ends in frontier.least.items()
     }
-    rows, known = ([convert_row(row) for row in each] for each in (found.rows, found.known))
-    return replace(found, rows=rows, known=known, least=cast("dict[str, tuple[float, float | None]]", least))
+    rows, known = ([convert_row(row) for row in each] for each in (frontier.rows, frontier.known))
+    return replace(frontier, rows=rows, known=known, least=cast("dict[str, tuple[float, float | None]]", least))
 
 
-def _draw_curve(figure: Any, axes: Any, found: Frontier) -> None:
+def _draw_two_axis_front(figure: Any, axes: Any, frontier: Frontier) -> None:
     """Draw the front of two axes as a curve."""
-    up, across = found.axes
-    rows = sorted(found.rows, key=lambda row: float(row[across]))
+    up, across = frontier.axes
+    rows = sorted(frontier.rows, key=lambda row: float(row[across]))
     axes.plot(
         *([row[axis] for row in rows] for axis in (across, up)),
         "-o",
         color=FREE_COLOUR,
         lw=1.8,
         ms=4,
-        label=_free_law_words(found),
+        label=_free_laws_label(frontier),
         zorder=4,
     )
 
 
-def _free_law_words(found: Frontier) -> str:
+def _free_laws_label(frontier: Frontier) -> str:
     """The label of the free laws; local optima are named."""
     words = "free laws, proved to meet every limit"
-    return f"{words}; local optima" if found.local else words
+    return f"{words}; local optima" if frontier.local else words
 
 
-def _draw_excluded(axes: Any, found: Frontier) -> None:
+def _shade_excluded_region(axes: Any, frontier: Frontier) -> None:
     """Shade the values that no motion can reach: a rectangle for each bound, with one outline."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    corners = [(min(a, right), min(b, top)) for a, b in found.excluded if a > left and b > bottom]
+    corners = [(min(a, right), min(b, top)) for a, b in frontier.excluded if a > left and b > bottom]
     if not corners:
         return
     x = [left, *(a for a, _ in corners)]
@@ -140,29 +141,29 @@ def _draw_excluded(axes: Any, found: Frontier) -> None:
     )
 
 
-def _draw_cloud(figure: Any, axes: Any, found: Frontier) -> None:
+def _draw_three_axis_front(figure: Any, axes: Any, frontier: Frontier) -> None:
     """Draw the front of three axes as points, with the third axis as colour."""
-    up, across, third = found.axes
-    x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
+    up, across, third = frontier.axes
+    x, y, z = (np.array([row[axis] for row in frontier.rows]) for axis in (across, up, third))
     norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
-    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free_law_words(found))
-    bar = figure.colorbar(points, ax=axes, label=_axis_label(found, third), pad=0.01, format="{x:.3g}")
+    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free_laws_label(frontier))
+    bar = figure.colorbar(points, ax=axes, label=_axis_label(frontier, third), pad=0.01, format="{x:.3g}")
     bar.ax.yaxis.set_minor_formatter("{x:.3g}")
 
 
-def _visible_laws(found: Frontier) -> list[dict[str, Any]]:
+def _known_laws_with_finite_values(frontier: Frontier) -> list[dict[str, Any]]:
     """The known laws with finite values on the first two axes."""
-    up, across = found.axes[:2]
-    return [row for row in found.known if not isinf(row[across]) and not isinf(row[up])]
+    up, across = frontier.axes[:2]
+    return [row for row in frontier.known if not isinf(row[across]) and not isinf(row[up])]
 
 
-def _draw_known_laws(axes: Any, found: Frontier) -> list[Label]:
+def _draw_known_laws(axes: Any, frontier: Frontier) -> list[Label]:
     """Draw the known laws as points, hollow if they break another limit; return their labels."""
-    up, across = found.axes[:2]
+    up, across = frontier.axes[:2]
     words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit"}
     labels = []
     for within, label in words.items():
-        rows = [row for row in _visible_laws(found) if row["within"] == within]
+        rows = [row for row in _known_laws_with_finite_values(frontier) if row["within"] == within]
         points = [(row[across], row[up]) for row in rows]
         if points:
             face = MUTED if within else "white"
@@ -174,13 +175,13 @@ def _draw_known_laws(axes: Any, found: Frontier) -> list[Label]:
     return labels
 
 
-def _set_axes_limits(axes: Any, found: Frontier) -> None:
+def _set_axes_limits(axes: Any, frontier: Frontier) -> None:
     """Set limits around all points, and around the lower bound over all motions if it is near."""
-    up, across = found.axes[:2]
+    up, across = frontier.axes[:2]
     for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
-        values = [float(row[name]) for row in (*found.rows, *_visible_laws(found))]
+        values = [float(row[name]) for row in (*frontier.rows, *_known_laws_with_finite_values(frontier))]
         low, high = min(values), max(values)
         span = (high - low) or abs(high) or 1.0
-        least = found.least[name][1]
+        least = frontier.least[name][1]
         low = min(low, least) if least is not None and least > low - span else low
         axis(low - AXES_MARGIN * span, high + AXES_MARGIN * span)

@@ -33,7 +33,7 @@ from camopt.show.drawing.style import (
     canvas,
 )
 from camopt.solve.measured.fit_result import Fit
-from camopt.solve.measured.measured_points import angle_from
+from camopt.solve.measured.measured_points import forward_angle_deg
 
 RAW_COLOUR, FIT_COLOUR = MUTED, COLOURS[RISE]
 DIAGRAM_AREAS = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
@@ -68,7 +68,7 @@ def draw(result: Fit, path: Target = None) -> "Figure":
     return figure
 
 
-def _values_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
+def _derivative_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
     """Cam angles [deg] and a derivative of the motion over the turn, with gaps between pieces."""
     angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
     given = picture.problem.given_motion
@@ -76,17 +76,17 @@ def _values_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
 
 
 def _draw_lift(axes: Any, result: Fit, picture: Picture) -> None:
-    angles, values = _values_over_turn(picture, 0)
+    angles, values = _derivative_over_turn(picture, 0)
     one = to_shown_unit(1.0, result.unit)
-    values = values * one * (np.degrees(1.0) if picture.problem.given_turns else 1.0)
+    values = values * one * (np.degrees(1.0) if picture.problem.given_motion_is_angle else 1.0)
     axes.plot(angles, values, color=FIT_COLOUR, lw=1.4, label="motion")
     axes.fill_between(
         angles, values - one * result.band, values + one * result.band, color=FIT_COLOUR, alpha=0.15, lw=0
     )
-    measured = angle_from(result.start, result.points.angles), one * (result.points.lifts - result.zero)
+    measured = forward_angle_deg(result.start, result.points.angles), one * (result.points.lifts - result.zero)
     axes.plot(*measured, color=INK, label="points", **DOT_STYLE)
     if result.outliers.rows.size:
-        left_out = angle_from(result.start, result.outliers.angles)
+        left_out = forward_angle_deg(result.start, result.outliers.angles)
         axes.plot(
             left_out,
             (one * (result.outliers.lifts - result.zero)),
@@ -108,10 +108,10 @@ def _draw_deviations(axes: Any, result: Fit) -> None:
     for side in (-band, band):
         axes.axhline(side, **LIMIT_STYLE)
     off = -one * np.array(result.deviation.at_points)
-    axes.plot(angle_from(result.start, result.points.angles), off, color=INK, **DOT_STYLE)
+    axes.plot(forward_angle_deg(result.start, result.points.angles), off, color=INK, **DOT_STYLE)
     for each in result.left_out:
         side = BANDS_SHOWN * band * (1.0 if each.deviation < 0.0 else -1.0)
-        angle = float(angle_from(result.start, each.angle))
+        angle = float(forward_angle_deg(result.start, each.angle))
         axes.plot([angle], [0.93 * side], ls="none", marker="x", ms=6.0, color=ALARM)
         place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
         axes.annotate(f"row {each.row}: {four_digits(-one * each.deviation)}", (angle, 0.93 * side), **place)
@@ -120,7 +120,7 @@ def _draw_deviations(axes: Any, result: Fit) -> None:
 
 
 def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
-    angles, values = _values_over_turn(picture, 2)
+    angles, values = _derivative_over_turn(picture, 2)
     values = values * result.scale(2)
     at, before = result.differences["acceleration"]
     order = np.argsort(at)
@@ -153,16 +153,16 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     )
     axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
     most = LARGEST_SHOWN * float(np.abs(outline).max())
-    times = _round_factor(most / float(np.abs(result.distances).max()))
+    times = _largest_round_number_below(most / float(np.abs(result.distances).max()))
     shown = [outline]
     for rows, style in (
         (result.points.rows, {"color": INK, "label": "points"}),
         (profile.unreached, {"color": ALARM, "label": "not reached"}),
     ):
         if rows.size:
-            centres = profile.centres_at(problem, result.start, rows)
+            centres = profile.probe_centres_at(problem, result.start, rows)
             foot = np.array([np.abs(outline - centre).argmin() for centre in centres])
-            off = np.clip(times * profile.distances(problem, result.start, rows), -most, most)
+            off = np.clip(times * profile.distances_outside_profile(problem, result.start, rows), -most, most)
             places = outline[foot] + off * normals[foot]
             axes.plot(places.real, places.imag, **style, **DOT_STYLE)
             shown.append(places)
@@ -173,7 +173,7 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
 
 
-def _round_factor(most: float) -> float:
-    """The largest number 1, 2 or 5 times a power of ten, at most ``most``."""
-    power = 10.0 ** floor(log10(most))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most)
+def _largest_round_number_below(upper_bound: float) -> float:
+    """The largest number 1, 2 or 5 times a power of ten, at most ``upper_bound``."""
+    power = 10.0 ** floor(log10(upper_bound))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= upper_bound)

@@ -5,18 +5,18 @@ from typing import Any
 import numpy as np
 
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
-from camopt.model.effects.motion import motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.show.drawing.cam import draw_disc
-from camopt.show.drawing.diagrams import draw_mark, power_of_ten
+from camopt.show.drawing.diagrams import draw_condition_mark, power_of_ten
 from camopt.show.drawing.groove import draw_groove
 from camopt.show.drawing.labels import place_labels
-from camopt.show.drawing.panels import move_marks
+from camopt.show.drawing.panels import move_condition_marks
 from camopt.show.drawing.picture import Picture, value_with_unit
 from camopt.show.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, add_grid, canvas
-from camopt.solve.synthesis.known_law_cams import KnownLawCams, known_laws_of
+from camopt.solve.synthesis.known_law_cams import KnownLawCams, build_known_law_cams
 from camopt.solve.synthesis.result_sentences import OWN_MOVES
 from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.tables.designs import joined_laws
@@ -27,7 +27,7 @@ CURVES = ("displacement", "velocity", "acceleration", "jerk")
 
 def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = None) -> "Figure":
     """Draw the cam of free laws beside the cam of the best known law within the same limits, if any."""
-    known = known or known_laws_of(result.asked)
+    known = known or build_known_law_cams(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
         pictures = {
             "best known law": None if known.best is None else _resolved_picture(known.rows[known.best].scene),
@@ -38,7 +38,7 @@ def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = No
             pictures = dict(zip((title, "free laws"), pictures.values(), strict=True))
         drawn = {word: picture for word, picture in pictures.items() if picture is not None}
         figure.text(0.03, 0.955, result.asked.name, fontsize=PAGE_TITLE, fontweight="bold")
-        figure.text(0.03, 0.93, _own_law_note(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
+        figure.text(0.03, 0.93, _scene_law_feasibility_note(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
         _draw_cams(figure, drawn)
         _draw_motions(figure, list(drawn.values()))
     return figure
@@ -48,17 +48,18 @@ def _resolved_picture(scene: Scene) -> Picture:
     return Picture(scene, resolve(scene))
 
 
-def _own_law_note(known: KnownLawCams) -> str:
+def _scene_law_feasibility_note(known_law_cams: KnownLawCams) -> str:
     """A note on the law of the scene, and on whether a known law meets the limits."""
-    body = known.scene.mechanism.body
-    words = [] if known.best is not None else ["no known law meets all limits"]
-    if known.own_law is None:
+    body = known_law_cams.scene.mechanism.body
+    words = [] if known_law_cams.best is not None else ["no known law meets all limits"]
+    if known_law_cams.own_law is None:
         words.append("nor does the law of the scene" if words else "no feasible cam with the law of the scene")
-    elif known.own_law != known.best:
-        row = known.rows[known.own_law]
+    elif known_law_cams.own_law != known_law_cams.best:
+        row = known_law_cams.rows[known_law_cams.own_law]
         fault = "" if row["within"] else ", which breaks limits on the motion"
         words.append(
-            f"law of the scene, {known.own_law}: {body.size_name} {value_with_unit(row[body.size_quantity])}{fault}"
+            f"law of the scene, {known_law_cams.own_law}: {body.size_name} "
+            f"{value_with_unit(row[body.size_quantity])}{fault}"
         )
     return "  ·  ".join(words)
 
@@ -109,15 +110,15 @@ def _draw_motions(figure: Any, pictures: list[Picture]) -> None:
     for order, name in enumerate(CURVES):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         unit = motion_table_unit(setup, order)
-        per, unit = to_shown_unit(motion_scale(setup, order), unit), shown_unit(unit)
+        per, unit = to_shown_unit(motion_unit_factor(setup, order), unit), shown_unit(unit)
         factor, unit = power_of_ten([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
         words = ["moves of the scene", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.tool_motion)])
             ax.plot(np.degrees(angles), values, label=_picture_laws(picture) or word, **pen)
-        for mark in move_marks(pictures[-1], order, per):
-            draw_mark(ax, mark, factor)
+        for mark in move_condition_marks(pictures[-1], order, per):
+            draw_condition_mark(ax, mark, factor)
         ax.set_title(f"{name.capitalize()}, {unit}", loc="left")
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
         ax.tick_params(labelbottom=order == 3)

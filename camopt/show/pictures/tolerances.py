@@ -12,7 +12,7 @@ import numpy as np
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.effects.error_response import RESPONSE_ORDERS
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.style import (
     ALARM,
@@ -28,7 +28,7 @@ from camopt.show.drawing.style import (
     canvas,
 )
 from camopt.solve.tables.cells import number_text, suffix_of
-from camopt.solve.tolerances.errors import errors_at_places
+from camopt.solve.tolerances.errors import repeat_cam_errors
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.turn_errors import (
     BAND_NAME,
@@ -82,7 +82,7 @@ def draw_in(axes: Any, what: "MotionErrors") -> None:
 
 def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
     """Draw the range of an error over the turn."""
-    angles, unit = np.degrees(turn.nodes), to_shown_unit(motion_scale(turn.problem.setup, order), error.unit)
+    angles, unit = np.degrees(turn.nodes), to_shown_unit(motion_unit_factor(turn.problem.setup, order), error.unit)
     axes.set_title(f"{MOTION_NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
     bounded = bool(np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all())
@@ -117,10 +117,10 @@ def _draw_worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors
     if turn.problem.setup.mechanism.further_contacts and turn.problem.setup.train is not None:
         return  # with two contacts only the motion of the follower is known, not of the tool
     places = np.union1d(turn.nodes, np.linspace(0.0, turn.nodes[-1], ERROR_ANGLES))
-    errors = errors_at_places(what.worst_case.errors, places.size)
+    errors = repeat_cam_errors(what.worst_case.errors, places.size)
     cams, unit = (
         RealCam(turn.problem, 0),
-        to_shown_unit(motion_scale(turn.problem.setup, order), what.errors[order].unit),
+        to_shown_unit(motion_unit_factor(turn.problem.setup, order), what.errors[order].unit),
     )
     with np.errstate(all="ignore"):
         angles = cams.angles_in_turn(cams.contact_angles(errors, places))

@@ -10,12 +10,12 @@ from camopt.scene.problem.linkage import linkage_sketch
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.show.drawing.cam import remaining_outline
-from camopt.show.drawing.figures import shown_panels
-from camopt.show.drawing.linkage import sketch_points
+from camopt.show.drawing.figures import all_panels_in_shown_units
+from camopt.show.drawing.linkage import sketch_extent_over_turn
 from camopt.show.drawing.moving_bodies import FRAME_ANGLES
 from camopt.show.drawing.panels import Panel
 from camopt.show.drawing.picture import STROKE_NAMES, Picture
-from camopt.show.drawing.second_contact import second_contact
+from camopt.show.drawing.second_contact import second_contact_shapes
 
 LARGEST_POWER = 300
 POWERS_OF_TEN = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
@@ -25,21 +25,21 @@ PAGE_DIGITS = 8  # significant digits: more than a screen shows, fewer than a do
 def cam_data(picture: Picture) -> dict[str, Any]:
     """Motion, shape and diagrams of one design. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
     problem = picture.problem
-    if not picture.exists:
+    if not picture.can_assemble:
         return {"exists": False}
     first = picture.contacts[0]
     pitch_point = not problem.setup.mechanism.flat_faced and picture.steepest_contact is first
     return {
         "exists": True,
-        **stroke_kind(picture.scene, problem),
+        **cam_kind_data(picture.scene, problem),
         "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
-        "motion": motion_pieces(picture),
+        "motion": sampled_motion_pieces(picture),
         "strokes": _stroke_data(problem),
-        "pitch_point": first.values["pressure_angle_max_at_deg"] if pitch_point else None,
-        "steepest": first.values["pressure_angle_max_deg"],
+        "pitch_point": first.quantity_values["pressure_angle_max_at_deg"] if pitch_point else None,
+        "steepest": first.quantity_values["pressure_angle_max_deg"],
         "undercut": picture.undercut,
         "left": _undercut_outline(picture),
-        "panels": [_panel_data(panel) for panel in shown_panels(picture)],
+        "panels": [_panel_data(panel) for panel in all_panels_in_shown_units(picture)],
         "train": train_frames(picture),
         "second": _second_contact_data(picture),
     }
@@ -47,12 +47,12 @@ def cam_data(picture: Picture) -> dict[str, Any]:
 
 def _second_contact_data(picture: Picture) -> dict[str, Any] | None:
     """Outlines of a second contact [mm]: its disc, and the parts of the follower at y = 0."""
-    if (contact := second_contact(picture, 0.0)) is None:
+    if (contact := second_contact_shapes(picture, 0.0)) is None:
         return None
     return {
-        "outline": _point_coordinates(contact.outline) if contact.outline.size else None,
-        "solid": [_point_coordinates(points) for points in contact.solid],
-        "lines": [_point_coordinates(points) for points in contact.lines],
+        "outline": _x_and_y_lists(contact.outline) if contact.outline.size else None,
+        "solid": [_x_and_y_lists(points) for points in contact.solid],
+        "lines": [_x_and_y_lists(points) for points in contact.lines],
     }
 
 
@@ -64,13 +64,13 @@ def train_frames(picture: Picture) -> dict[str, Any] | None:
     at = 0j if problem.setup.angular else 1j * picture.start_displacement
     if (sketch := linkage_sketch(problem, FRAME_ANGLES % (2 * np.pi), at, float(size))) is None:
         return None
-    reach = sketch_points(sketch)
+    reach = sketch_extent_over_turn(sketch)
     return {
         "members": [
             {
                 "shape": member.shape,
-                "points": _point_coordinates(member.points),
-                "at": _point_coordinates(member.at),
+                "points": _x_and_y_lists(member.points),
+                "at": _x_and_y_lists(member.at),
                 "turned": page_numbers(np.degrees(member.turned)),
             }
             for member in sketch.members
@@ -78,21 +78,21 @@ def train_frames(picture: Picture) -> dict[str, Any] | None:
         "standing": [
             {
                 "ground": support.ground,
-                "at": _point_coordinates(np.array([support.at])),
-                "way": _point_coordinates(np.array([support.way])),
+                "at": _x_and_y_lists(np.array([support.at])),
+                "way": _x_and_y_lists(np.array([support.way])),
             }
             for support in sketch.supports
         ],
-        "reach": _point_coordinates(np.array([complex(f(reach.real), f(reach.imag)) for f in (np.min, np.max)])),
+        "reach": _x_and_y_lists(np.array([complex(f(reach.real), f(reach.imag)) for f in (np.min, np.max)])),
     }
 
 
-def _point_coordinates(points: ComplexArray) -> list[list[float | None]]:
+def _x_and_y_lists(points: ComplexArray) -> list[list[float | None]]:
     """The list of x and the list of y of points."""
     return [page_numbers(points.real), page_numbers(points.imag)]
 
 
-def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
+def cam_kind_data(scene: Scene, problem: Problem) -> dict[str, Any]:
     """Kinds of cam, motion and contact, sense of rotation, speed and shaft: they select the formulas of the page.
 
     ``outer_diameter`` is that of a disc with a groove or rib on its face [mm]; None if unknown.
@@ -110,7 +110,7 @@ def stroke_kind(scene: Scene, problem: Problem) -> dict[str, Any]:
     }
 
 
-def motion_pieces(picture: Picture) -> dict[str, Any]:
+def sampled_motion_pieces(picture: Picture) -> dict[str, Any]:
     """Cam angle, y and dy/dθ of each smooth piece, and the lift. Jumps lie between pieces."""
     names = [STROKE_NAMES[kind] for kind in picture.kinds]
     pieces = [
@@ -142,7 +142,7 @@ def _undercut_outline(picture: Picture) -> list[list[float | None]] | None:
     """Outline of an undercut disc cam after the follower has cut it [mm]; None without undercut."""
     if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
         return None
-    return _point_coordinates(remaining_outline(picture))
+    return _x_and_y_lists(remaining_outline(picture))
 
 
 def _panel_data(panel: Panel) -> dict[str, Any]:

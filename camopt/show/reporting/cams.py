@@ -11,8 +11,8 @@ from camopt.core.mistakes import BadInput
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.unusual_values import no_wall
-from camopt.show.drawing.figures import results_in_words, sizes_in_words
+from camopt.scene.unusual_values import missing_wall_notes
+from camopt.show.drawing.figures import geometry_results_line, mechanism_and_sizes_line
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.export import export
 from camopt.show.reporting.cam_data import cam_data
@@ -83,9 +83,13 @@ def cams_page(cams: Sequence[ShownCam], title: str = "", summaries: Sequence[str
         Chapter(
             "Quantities", [quantities_table(evaluations, problems, labels if several else ["value"])], open=several
         ),
-        *(each for shown, p in zip(cams, problems, strict=True) for each in chapters_of(shown, p, several=several)),
+        *(
+            each
+            for shown, p in zip(cams, problems, strict=True)
+            for each in cam_chapters(shown, p, with_cam_label=several)
+        ),
     ]
-    files, why = _page_files(cams, several)
+    files, why = _downloads_and_missing_reasons(cams, several)
     return render_page(
         "cams",
         title or cams[0].scene.name,
@@ -119,15 +123,19 @@ def _warning_cells(evaluations: Sequence[Evaluation], labels: list[str]) -> list
 
 def cam_sentences(picture: Picture) -> list[str]:
     """Sentences on the sizes and first results of a cam, and a warning if its bore leaves no wall."""
-    thin = [f"{text[0].upper()}{text[1:]}." for text in no_wall(picture.scene)]
-    return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
+    thin = [f"{text[0].upper()}{text[1:]}." for text in missing_wall_notes(picture.scene)]
+    return [
+        mechanism_and_sizes_line(picture),
+        *([geometry_results_line(picture)] if picture.can_assemble else []),
+        *thin,
+    ]
 
 
-def chapters_of(
-    shown: ShownCam, problem: Problem, *, several: bool = False, pictures: bool = True
+def cam_chapters(
+    shown: ShownCam, problem: Problem, *, with_cam_label: bool = False, pictures: bool = True
 ) -> list[Chapter]:
     """The chapters of a cam: result, inputs, effects, tolerances (with a picture of the errors), scene."""
-    prefix = f"{shown.label}: " if several else ""
+    prefix = f"{shown.label}: " if with_cam_label else ""
     return [
         *_result_chapters(shown.result, prefix),
         Chapter(
@@ -163,11 +171,11 @@ def _prefixed_title(prefix: str, title: str) -> str:
     return f"{prefix}{title[0].lower()}{title[1:]}" if prefix else title
 
 
-def _page_files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
+def _downloads_and_missing_reasons(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
     files, reasons = [], []
     for place, cam in enumerate(cams, start=1):
         stem = re.sub(r"[^\w-]+", "-", cam.scene.name).strip("-")[:40] or "cam"
-        downloads, why = downloads_of(cam.scene, f"{stem}-{place}" if several else stem)
+        downloads, why = cam_downloads_and_missing_reason(cam.scene, f"{stem}-{place}" if several else stem)
         files += downloads
         reasons += [why] if why else []
     return files, "; ".join(dict.fromkeys(reasons))
@@ -181,7 +189,7 @@ class Download(NamedTuple):
     about: str
 
 
-def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
+def cam_downloads_and_missing_reason(scene: Scene, stem: str) -> tuple[list[Download], str]:
     """The files of a cam, and why files for machines are missing (empty if none are)."""
     downloads, why = [], ""
     with TemporaryDirectory() as folder:

@@ -58,7 +58,7 @@ class Control:
         """A value of the scene, in the unit of the control."""
         return to_shown_unit(value, self.unit) if isinstance(value, float) else value
 
-    def read(self, value: Any) -> Any:
+    def scene_value(self, value: Any) -> Any:
         """A value of the control, in the unit of the scene."""
         return from_shown_unit(value, self.unit) if isinstance(value, float) else value
 
@@ -73,15 +73,15 @@ def controls_of(scene: Scene) -> list[Control]:
         *limits,
         *tolerances,
         *_angle_controls(scene),
-        *_load_controls(scene),
+        *_other_number_controls(scene),
     ]
 
 
 def control_values(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[str, Any]:
     """The values of controls for a scene, in units of the scene."""
-    values: dict[str, Any] = scene.numbers([key for key in keys if not _is_motion_key(key)]) | _tolerance_widths(
-        scene
-    )
+    values: dict[str, Any] = scene.numbers(
+        [key for key in keys if not _is_motion_key(key)]
+    ) | _symmetric_tolerance_widths(scene)
     for kind, key in LAW_CONTROLS.items():
         laws = {segment.law for segment in scene.motion if segment.segment == kind}
         values[key] = laws.pop() if len(laws) == 1 else ""
@@ -89,10 +89,10 @@ def control_values(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[st
     return {key: values[key] for key in keys}
 
 
-def scene_of_settings(scene: Scene, initial: Settings, values: Settings, moved: str = "") -> Scene:
+def scene_with_settings(scene: Scene, initial: Settings, values: Settings, moved_key: str = "") -> Scene:
     """The scene with the values of its controls; ``initial`` are those of the scene itself.
 
-    ``moved`` is the key of the control that moved last. If it is an angle, the other angles are scaled, so that
+    ``moved_key`` is the key of the control that moved last. If it is an angle, the other angles are scaled, so that
     the turn stays 360°.
 
     Raises
@@ -100,18 +100,25 @@ def scene_of_settings(scene: Scene, initial: Settings, values: Settings, moved: 
     BadInput
         For keys that are not controls of the scene, and for values that the scene refuses.
     """
-    unknown = [*(key for key in values if key not in initial), *([moved] if moved and moved not in initial else [])]
+    unknown = [
+        *(key for key in values if key not in initial),
+        *([moved_key] if moved_key and moved_key not in initial else []),
+    ]
     if unknown:
         why = {key: f"not a control; {suggest_names(key, initial)}" for key in unknown}
         raise BadInput([Mistake("page", key, None, text, bare=True) for key, text in why.items()])
     changes = {key: value for key, value in values.items() if value != initial[key]}
-    plain = {key: _whole_tolerance(scene, key, value) for key, value in changes.items() if not _is_motion_key(key)}
+    plain = {
+        key: _tolerance_with_its_other_keys(scene, key, value)
+        for key, value in changes.items()
+        if not _is_motion_key(key)
+    }
     if len(plain) < len(changes):
-        plain["motion"] = _changed_segments(scene, {**initial, **values}, moved)
+        plain["motion"] = _changed_segments(scene, {**initial, **values}, moved_key)
     return scene.replace(**plain) if plain else scene
 
 
-def _tolerance_widths(scene: Scene) -> dict[str, float]:
+def _symmetric_tolerance_widths(scene: Scene) -> dict[str, float]:
     """Half-widths of the symmetric tolerances, by key; without ISO classes and measured values."""
     tolerances = scene.tolerances
     even = {key: each for key, each in tolerances.number_and_angle_tolerances.items() if each.plus == each.minus}
@@ -120,8 +127,8 @@ def _tolerance_widths(scene: Scene) -> dict[str, float]:
     return {f"tolerances.{key}": value for key, value in widths.items()}
 
 
-def _whole_tolerance(scene: Scene, key: str, value: Any) -> Any:
-    """The value of a control; for a tolerance with its other keys in the scene."""
+def _tolerance_with_its_other_keys(scene: Scene, key: str, value: Any) -> Any:
+    """The scene's entry for a control: its value, or for a tolerance with further keys all of them."""
     tolerance = scene.tolerances.number_and_angle_tolerances.get(key.removeprefix("tolerances."))
     more = tolerance.model_dump(exclude_defaults=True, exclude={"plus", "minus"}) if tolerance else {}
     return {**more, "plus": value, "minus": value} if more and key.startswith("tolerances.") else value
@@ -131,7 +138,7 @@ def _tolerance_controls(scene: Scene) -> Iterator[Control]:
     """Controls of the symmetric tolerances, from 0 to three times the width, or as far as the scene allows."""
     units = {f"tolerances.{each.key}": each.unit for each in variables_of(scene)}
     units |= {f"tolerances.{key}": "deg" for key in ANGLE_TOLERANCES}
-    for key, value in _tolerance_widths(scene).items():
+    for key, value in _symmetric_tolerance_widths(scene).items():
         unit, label = units.get(key, "mm"), key.removeprefix("tolerances.").rpartition(".")[2].replace("_", " ")
         width = to_shown_unit(value, unit) or NEW_TOLERANCE
         ends = (width * factor for factor in RANGE_FACTORS)
@@ -141,16 +148,16 @@ def _tolerance_controls(scene: Scene) -> Iterator[Control]:
         yield Control(key, TOLERANCE_GROUP, f"± {label}", unit, to_shown_unit(value, unit), least, high, step)
 
 
-def _changed_segments(scene: Scene, values: Settings, moved: str) -> list[dict[str, Any]]:
+def _changed_segments(scene: Scene, values: Settings, moved_key: str) -> list[dict[str, Any]]:
     """The segments of the motion with the laws and angles of the controls."""
     rows: list[dict[str, Any]] = [dict(row) for row in scene.to_dict()["motion"]]
     for place, row in enumerate(rows, start=1):
         row["angle"] = values.get(_angle_key(place), row["angle"])
         if law := values.get(LAW_CONTROLS.get(row["segment"], ""), ""):
             row["law"] = law
-    others = [row for place, row in enumerate(rows, start=1) if _angle_key(place) != moved]
+    others = [row for place, row in enumerate(rows, start=1) if _angle_key(place) != moved_key]
     if len(others) < len(rows) and all(isinstance(row["angle"], float) for row in rows):
-        rest, total = 360.0 - values[moved], sum(row["angle"] for row in others)
+        rest, total = 360.0 - values[moved_key], sum(row["angle"] for row in others)
         for row in others if total > 0.0 and 0.0 <= rest <= 360.0 else ():
             row["angle"] *= rest / total
     return rows
@@ -177,7 +184,7 @@ def _size_controls(scene: Scene) -> Iterator[Control]:
             yield _number_control(scene, each.key, "Speed", "rev/min", value, each.choice)
 
 
-def _load_controls(scene: Scene) -> Iterator[Control]:
+def _other_number_controls(scene: Scene) -> Iterator[Control]:
     """Controls of the other numbers of the scene, such as masses and springs."""
     for key, value, unit in numbers_with_units(scene):
         if isinstance(value, float) and key != "cam.rpm":
@@ -212,22 +219,22 @@ def _angle_controls(scene: Scene) -> Iterator[Control]:
             yield Control(_angle_key(place), TURN_GROUP, label, "deg", segment.angle, 0.0, 360.0, 1.0)
 
 
-def _number_control(scene: Scene, key: str, group: str, unit: str, value: float, chosen: Any) -> Control:
+def _number_control(scene: Scene, key: str, group: str, unit: str, value: float, search_values: Any) -> Control:
     label = key.rpartition(".")[2].replace("_", " ")
     here = to_shown_unit(value, unit)
-    if isinstance(chosen, tuple):
-        options = tuple(to_shown_unit(each, unit) for each in sorted({*chosen, value}))
+    if isinstance(search_values, tuple):
+        options = tuple(to_shown_unit(each, unit) for each in sorted({*search_values, value}))
         return Control(key, group, label, unit, here, options=options)
-    ranged = isinstance(chosen, StepRange)
+    ranged = isinstance(search_values, StepRange)
     ends = (
-        (to_shown_unit(chosen.start, unit), to_shown_unit(chosen.stop, unit))
+        (to_shown_unit(search_values.start, unit), to_shown_unit(search_values.stop, unit))
         if ranged
         else _slider_range(scene, key, here, unit)
     )
     low, high = min(ends[0], here), max(ends[1], here)
     step = round_length((high - low) / SLIDER_STEPS) if high > low else 1.0
-    if ranged and chosen.step:
-        step = to_shown_unit(chosen.step, unit)
+    if ranged and search_values.step:
+        step = to_shown_unit(search_values.step, unit)
     return Control(key, group, label, unit, here, low, high, step)
 
 

@@ -8,8 +8,8 @@ from typing import Any
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES
-from camopt.model.motion.law import motion_task
-from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
+from camopt.model.motion.law import vdi_motion_task
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks, law_peaks_inside_stroke
 from camopt.scene.keys import KeyDescription, find_keys
 from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
@@ -25,9 +25,9 @@ def list_laws() -> Listing:
         {
             "law": name,
             "title": law.TITLE,
-            "joins": motion_task(law),
+            "joins": vdi_motion_task(law),
             **law_peaks(law),
-            **{f"{peak}_inside": value for peak, value in peaks_inside(law).items()},
+            **{f"{peak}_inside": value for peak, value in law_peaks_inside_stroke(law).items()},
             "source": law.SOURCE,
             "aliases": list(ALIASES.get(name, ())),
         }
@@ -58,7 +58,7 @@ def list_keys(name: str | None) -> Listing:
 
 
 def _key_table(table: str, keys: list[KeyDescription]) -> Table:
-    """The keys of one table. Of limits only those with short keys, with a note on the others."""
+    """Table of the keys of one table of a scene; for limits only the short keys, and a note on the others."""
     summary = (SCENE_TABLES[table].__doc__ or "").split("\n")[0]
     short = [key for key in keys if key.key.removeprefix("limits.") in LIMIT_KEYS]
     rows = short if table == "limits" and len(short) > 1 else keys

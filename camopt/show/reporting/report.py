@@ -14,26 +14,26 @@ from camopt.core.storage.files import (
     check_writable,
     checked_path,
     checked_suffix,
-    path_of,
+    decode_user_text,
+    expand_user_path,
     read_bytes,
-    text_of,
     write_text,
 )
-from camopt.core.storage.manifest import Manifest, manifest_of, result_paths, whole_result_file
+from camopt.core.storage.manifest import Manifest, open_checked_result_file, read_manifest, result_paths
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import RESULT_WORDS, Scene, scene_named
 from camopt.show.reporting.cams import ShownCam, cams_page
-from camopt.show.reporting.results import ResultRows, result_rows, results_page
+from camopt.show.reporting.results import ResultRows, results_page, thinned_result_rows
 from camopt.solve.front.result import DESIGNS_TABLE, Sweep
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SENTENCE_KEYS, SUMMARY_FILE
-from camopt.solve.synthesis.known_law_cams import known_laws_of
+from camopt.solve.synthesis.known_law_cams import build_known_law_cams
 from camopt.solve.synthesis.result_sentences import bound_in_words
 from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, joined_laws, scene_of
 from camopt.solve.tables.result import Result
-from camopt.solve.tables.table import frame_of
+from camopt.solve.tables.table import read_data_frame
 from camopt.solve.verdicts.evaluation import Evaluation
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     >>> page = camopt.report(camopt.find_scene("two-pauses"), "cam.html")
     """
     checked_suffix(path, "path", (".html",))
-    place = path_of(path)
+    place = expand_user_path(path)
     check_writable(place)
     targets = what if isinstance(what, (list, tuple)) else [what]
     write_text(place, _page_html([item for target in targets for item in page_items(target)]))
@@ -123,7 +123,7 @@ def page_items(what: Any) -> Iterable[ShownCam | ResultRows]:
         raise BadInput([Mistake("camopt", "what", type(what).__name__, "a result of camopt, a scene, or a path")])
     if getattr(what, "ndim", 2) == 1:  # a row of a table
         return _scene_items(scene_of(what))
-    return [result_rows("table", what)]
+    return [thinned_result_rows("table", what)]
 
 
 @page_items.register
@@ -141,12 +141,12 @@ def _design_items(what: Evaluation | Design) -> Iterable[ShownCam]:
 def _optimum_items(what: Optimum) -> Iterable[ShownCam]:
     if not what.by_law:
         raise BadInput([Mistake("camopt", "what", what, "an optimum with a design; none was feasible")])
-    return _smallest_shown_cams(
+    return _smallest_cams_for_page(
         [ShownCam(law or what.scene.name, design.scene) for law, design in what.by_law.items()]
     )
 
 
-def _smallest_shown_cams(cams: list[ShownCam]) -> list[ShownCam]:
+def _smallest_cams_for_page(cams: list[ShownCam]) -> list[ShownCam]:
     """The smallest cams, at most ``MOST_PAGE_CAMS``, with a sentence on the others."""
     if len(cams) <= MOST_PAGE_CAMS:
         return cams
@@ -159,7 +159,7 @@ def _smallest_shown_cams(cams: list[ShownCam]) -> list[ShownCam]:
 
 @page_items.register
 def _synthesis_items(what: Synthesis) -> Iterable[ShownCam]:
-    known = known_laws_of(what.asked)
+    known = build_known_law_cams(what.asked)
     before = [ShownCam(f"known law: {known.best}", known.rows[known.best].scene)] if known.best else []
     return [*before, ShownCam("new laws", what.scene, bound_in_words(what))]
 
@@ -178,7 +178,7 @@ def _path_items(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]
     if path.is_dir():
         return _folder_items(path)
     if path.suffix == ".parquet":
-        return _table_items(printable(path.name), frame_of(path))
+        return _table_items(printable(path.name), read_data_frame(path))
     if path.suffix not in ("", ".toml") and path.exists():
         raise BadInput([Mistake("camopt", "what", str(what), RESULT_WORDS)])
     return _scene_items(scene_named(str(what), "what", RESULT_WORDS))
@@ -193,47 +193,49 @@ def _table_items(
         raise BadInput([Mistake("camopt", "table", name, why)])
     if len(frame) == 1:
         return _scene_items(scene_of(frame, frame.index[0]))
-    return [result_rows(name, frame, front)]
+    return [thinned_result_rows(name, frame, front)]
 
 
 def _folder_items(folder: Path) -> Iterable[ShownCam | ResultRows]:
     """The result that a command wrote into a folder: the files in its manifest, if it has one."""
-    manifest = manifest_of(folder)
+    manifest = read_manifest(folder)
     names = {path.name for path in result_paths(folder, "*", manifest)}
     if {PARETO, DESIGNS} <= names:
-        frames = [frame_of(folder / name, manifest) for name in (DESIGNS, PARETO)]
+        frames = [read_data_frame(folder / name, manifest) for name in (DESIGNS, PARETO)]
         return _table_items(printable(folder.name), *frames)
     for table in (PARETO, FRONTIER):
         if table in names:
-            return _table_items(printable(table), frame_of(folder / table, manifest))
+            return _table_items(printable(table), read_data_frame(folder / table, manifest))
     if SCENE_FILE in names:
-        summary = _synthesis_summary(folder / SUMMARY_FILE)
+        summary = _read_synthesis_summary(folder / SUMMARY_FILE)
         sentence = str(summary.get(SENTENCE_KEYS[shown_system()], ""))
-        cams = [ShownCam("new laws", _result_scene(folder / SCENE_FILE, manifest), sentence)]
+        cams = [ShownCam("new laws", _read_result_scene(folder / SCENE_FILE, manifest), sentence)]
         if KNOWN_FILE in names:
-            known = ShownCam(f"known law: {summary.get('known_law')}", _result_scene(folder / KNOWN_FILE, manifest))
+            known = ShownCam(
+                f"known law: {summary.get('known_law')}", _read_result_scene(folder / KNOWN_FILE, manifest)
+            )
             cams.insert(0, known)
         return cams
     if optima := result_paths(folder, OPTIMUM, manifest):
-        return _smallest_shown_cams(
-            [ShownCam(path.stem.removeprefix("optimum-"), _result_scene(path, manifest)) for path in optima]
+        return _smallest_cams_for_page(
+            [ShownCam(path.stem.removeprefix("optimum-"), _read_result_scene(path, manifest)) for path in optima]
         )
     why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE_FILE} or {OPTIMUM}"
     raise BadInput([Mistake("camopt", "what", str(folder), why)])
 
 
-def _result_scene(path: Path, manifest: Manifest | None) -> Scene:
+def _read_result_scene(path: Path, manifest: Manifest | None) -> Scene:
     """A scene of a result, checked against its manifest."""
-    with whole_result_file(path, manifest):
+    with open_checked_result_file(path, manifest):
         return Scene.from_toml(path)
 
 
-def _synthesis_summary(path: Path) -> dict[str, Any]:
+def _read_synthesis_summary(path: Path) -> dict[str, Any]:
     """The summary that a synthesis wrote; empty if there is none."""
     if not path.exists():
         return {}
     try:
-        summary = json.loads(text_of(read_bytes(path)))
+        summary = json.loads(decode_user_text(read_bytes(path)))
     except ValueError as trouble:
         raise BadInput([Mistake(path.name, "file", None, f"the JSON that synthesise wrote ({trouble})")]) from None
     return summary if isinstance(summary, dict) else {}

@@ -17,12 +17,12 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.problem.variables import variables_of
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
-from camopt.show.reporting.cam_data import motion_pieces, page_number, stroke_kind, train_frames
+from camopt.show.reporting.cam_data import cam_kind_data, page_number, sampled_motion_pieces, train_frames
 from camopt.show.reporting.cams import Chapter
 from camopt.show.reporting.page import deflate_to_text, render_page
 from camopt.show.reporting.sections import signed_text
 from camopt.solve.tables.cells import heading, shown_column_name, unit_of_column
-from camopt.solve.tables.designs import DESIGNS, PARETO, axes_of, scene_of_row
+from camopt.solve.tables.designs import DESIGNS, PARETO, frontier_axes, scene_of_row
 from camopt.solve.tables.result import NUMERIC, Cell, Table
 
 if TYPE_CHECKING:
@@ -68,13 +68,13 @@ class ResultRows:
     def objectives(self) -> list[str]:
         """Columns that were minimised or maximised; the axes of a frontier."""
         names, search = list(self.frame.columns), self.scene.search
-        return axes_of(names) or [name for name in (*search.minimise, *search.maximise) if name in names]
+        return frontier_axes(names) or [name for name in (*search.minimise, *search.maximise) if name in names]
 
 
 RADIUS_COLUMNS = ("base_radius_mm", "mean_radius_mm")
 
 
-def result_rows(name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None) -> ResultRows:
+def thinned_result_rows(name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None) -> ResultRows:
     """A table with its Pareto front. A table longer than ``PAGE_ROWS`` is thinned evenly, but not its front."""
     import pandas as pd
 
@@ -104,8 +104,8 @@ def results_page(results: Sequence[ResultRows]) -> str:
 
     scenes = [result.scene for result in results]
     frame = pd.concat([r.frame.assign(**{RESULT: r.name}) for r in results], ignore_index=True)
-    motions, motion_of_row = _row_motions(results)
-    columns, constants = _packed_columns(frame, results)
+    motions, motion_of_row = _motions_and_row_indices(results)
+    columns, constants = _packed_and_constant_columns(frame, results)
     numeric = [column["name"] for column in columns if "words" not in column and column["name"] != IN_ROW]
     numeric = [name for name in numeric if frame[name].nunique() > 1]
     worded = [column["name"] for column in columns if "words" in column]
@@ -123,7 +123,7 @@ def results_page(results: Sequence[ResultRows]) -> str:
         "axes": axes[:2],
         "parallel": axes[:MOST_AXES],
         "colour": next((name for name in (RESULT, "free", "law_rise", "law_return") if name in worded), ""),
-        "first": _first_rows(frame, results[0], axes[0]),
+        "first": _rows_drawn_first(frame, results[0], axes[0]),
         "files": [PARETO, DESIGNS] if FRONT in frame else [""],
     }
     return render_page(
@@ -145,7 +145,7 @@ def _result_sentences(result: ResultRows) -> list[str]:
     words = f"{result.name}: {total:,} designs" + (f" of {swept['designs']:,} swept" if swept else "")
     thinned = f"; the page shows {shown:,} of them, evenly spaced" if shown < total else ""
     if "feasible" in result.frame:
-        words += f", {_count_words(result.frame['feasible'].to_numpy(dtype=bool))} feasible"
+        words += f", {_selected_count_text(result.frame['feasible'].to_numpy(dtype=bool))} feasible"
     lines = [words + (f"{thinned}, and all of the Pareto front" if thinned and FRONT in result.frame else thinned)]
     front = result.frame.attrs.get("front")
     if front:
@@ -154,15 +154,15 @@ def _result_sentences(result: ResultRows) -> list[str]:
             f"Pareto front: {front['points']:,} {many}, hypervolume {front['hypervolume']:.6g} (0 "
             f"to 1, higher is better)"
         )
-    return [*lines, *_bound_sentences(result)]
+    return [*lines, *_bound_gap_sentences(result)]
 
 
-def _count_words(mask: BoolArray) -> str:
+def _selected_count_text(mask: BoolArray) -> str:
     """The number of designs that a mask selects: "all", "none" or a count."""
     return "all" if mask.all() else f"{np.sum(mask):,} of those here" if mask.any() else "none"
 
 
-def _bound_sentences(result: ResultRows) -> list[str]:
+def _bound_gap_sentences(result: ResultRows) -> list[str]:
     """A sentence on the gap between the smallest cam of a frontier and the proven bound over all motions."""
     frame = result.frame
     if "bound" not in frame:
@@ -179,7 +179,7 @@ def _bound_sentences(result: ResultRows) -> list[str]:
     return [f"{words} {bound} {shown_unit(unit)}: a gap of {gap:.2%}"]
 
 
-def _row_motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
+def _motions_and_row_indices(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
     """The motions of all rows, and the index of each row's motion. Beyond ``MOST_MOTIONS`` the motion is None."""
     motions: list[Any] = []
     places: list[int] = []
@@ -194,7 +194,7 @@ def _row_motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
         for row in result.frame.iloc[first[:room]].to_dict("records"):
             scene = scene_of_row(result.scene, _present_values(row))
             picture = CoarsePicture(scene, resolve_design(scene))
-            motions.append({"motion": motion_pieces(picture), "train": train_frames(picture)})
+            motions.append({"motion": sampled_motion_pieces(picture), "train": train_frames(picture)})
         motions.append(None)
         places += [offset + min(int(place), len(first[:room])) for place in of_row]
     return motions, places
@@ -207,13 +207,13 @@ def _shape_data(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
     sizes = {name: page_number(values[0]) for name, values in problem.design.sizes.items()}
     defaults = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
     return {
-        "kind": {**stroke_kind(scene, problem), **defaults},
+        "kind": {**cam_kind_data(scene, problem), **defaults},
         "sizes": sizes,
-        "columns": _size_columns(result, frame),
+        "columns": _size_column_by_field(result, frame),
     }
 
 
-def _size_columns(result: ResultRows, frame: "pd.DataFrame") -> dict[str, str]:
+def _size_column_by_field(result: ResultRows, frame: "pd.DataFrame") -> dict[str, str]:
     """The column of each size, by field of Designs."""
     sizes = [variable for variable in variables_of(result.scene) if variable.is_size]
     return {size.field: size.quantity for size in sizes if size.quantity in frame}
@@ -224,7 +224,9 @@ def _present_values(row: Mapping[Any, Any]) -> dict[str, Any]:
     return {n: v for n, v in row.items() if not (v is None or (isinstance(v, float) and isnan(v)))}
 
 
-def _packed_columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list[dict[str, Any]], Table]:
+def _packed_and_constant_columns(
+    frame: "pd.DataFrame", results: Sequence[ResultRows]
+) -> tuple[list[dict[str, Any]], Table]:
     """The packed columns of a page, and a table of the columns that are constant."""
     units, descriptions = (results[0].frame.attrs.get(key, {}) for key in ("units", "descriptions"))
     packed: list[dict[str, Any]] = []
@@ -232,7 +234,7 @@ def _packed_columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tup
     duplicates = (
         {"law_return"} if "law_return" in frame and frame["law_return"].equals(frame["law_rise"]) else set()
     )
-    sized = {name for result in results for name in _size_columns(result, frame).values()}
+    sized = {name for result in results for name in _size_column_by_field(result, frame).values()}
     for name in frame.columns:
         if name in HIDDEN_COLUMNS | duplicates:
             continue
@@ -278,7 +280,7 @@ def _packed_column(values: "pd.Series[Any]") -> dict[str, Any]:
     return {"packed": deflate_to_text(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
 
 
-def _first_rows(frame: "pd.DataFrame", result: ResultRows, objective: str) -> list[int]:
+def _rows_drawn_first(frame: "pd.DataFrame", result: ResultRows, objective: str) -> list[int]:
     """Rows drawn when the page opens: the knee or the best known law, then the best by the first objective."""
     values = frame[objective].to_numpy(dtype=float)
     front = frame[FRONT].to_numpy(dtype=bool) if FRONT in frame else np.ones(len(frame), dtype=bool)

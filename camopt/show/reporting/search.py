@@ -16,8 +16,8 @@ from camopt.solve.smallest.optimise import optimise
 TIME_LIMIT = 60.0  # s
 
 
-def find_smallest_cam(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
-    """``scene`` of the smallest cam and a sentence about it, ``told``; or the reason why there is none, ``why``."""
+def find_smallest_cam_or_reason(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
+    """Find the smallest cam: its ``scene`` and the sentence ``told``, or the reason ``why`` there is none."""
     try:
         result = optimise(scene, seconds=seconds)
     except BadInput as refused:
@@ -49,7 +49,7 @@ def _run_search(tables: Mapping[str, Any], file: str, out: Connection) -> None:
     exit_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        out.send(find_smallest_cam(Scene.from_dict(dict(tables), file)))
+        out.send(find_smallest_cam_or_reason(Scene.from_dict(dict(tables), file)))
     except Exception as fault:
         out.send({"why": f"the search failed: {type(fault).__name__}: {fault}"})
 
@@ -62,7 +62,7 @@ class BackgroundSearch:
         self.process: BaseProcess | None = None
 
     def run(self, scene: Scene) -> dict[str, Any]:
-        """The answer of ``find_smallest_cam``; ``why`` if the search was stopped.
+        """The answer of ``find_smallest_cam_or_reason``; ``why`` if the search was stopped.
 
         Raises
         ------

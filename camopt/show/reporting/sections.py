@@ -7,16 +7,16 @@ from typing import Any
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.effects import find_quantity
-from camopt.scene.mapping import leaves
+from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.limit import Limit, OwnQuantityLimit
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.units import in_shown_units
 from camopt.show.studies.cost_report import effects_run
 from camopt.solve.tables.cells import name_in_shown_unit, number_text, quantity_text
-from camopt.solve.tables.designs import bounds_shown, is_zero_column
+from camopt.solve.tables.designs import is_unsearched_zero_column, limit_texts_by_quantity
 from camopt.solve.tables.result import ABOUT, NUMERIC, WORDS, Cell, Table
-from camopt.solve.verdicts.certify import CONDITIONS, certify_problem
+from camopt.solve.verdicts.certify import CONDITIONS, certify_limits_and_conditions
 from camopt.solve.verdicts.evaluation import Evaluation
 from camopt.solve.verdicts.verdict_words import ARM_UNCHECKED, BROKEN, HELD, UNDECIDED
 
@@ -37,7 +37,7 @@ INTEGRATED = ("section", "solid")
 def limits_table(evaluation: Evaluation, problem: Problem) -> Table:
     """Each limit with its verdict, limit, value, margin and method of proof."""
     limits = {limit.name: limit for limit in problem.limits}
-    verdicts = certify_problem(problem)
+    verdicts = certify_limits_and_conditions(problem)
     proofs = {name: IN_INTERVALS if name == CONDITIONS else _proof_method(limits.get(name)) for name in verdicts}
     return verdicts_table(evaluation, problem, verdicts, proofs)
 
@@ -145,9 +145,9 @@ def all_limits_held(limits: Table) -> bool:
 def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:
     """Every quantity of designs side by side, with unit, limit and meaning."""
     names = dict.fromkeys(
-        n for each in evaluations for n in each if not is_zero_column(each.scene.search.sizes, n, [each])
+        n for each in evaluations for n in each if not is_unsearched_zero_column(each.scene.search.sizes, n, [each])
     )
-    first, *others = (bounds_shown(problem) for problem in problems)
+    first, *others = (limit_texts_by_quantity(problem) for problem in problems)
     bounds = {name: bound for name, bound in first.items() if all(each.get(name) == bound for each in others)}
     heads: list[Cell | str] = [
         "quantity",
@@ -179,7 +179,7 @@ def _shown_tables(scene: Scene) -> dict[str, Any]:
 def motion_table(scene: Scene) -> Table:
     """A table of the segments of the motion, or of the arcs and lines of the profile."""
     data = _shown_tables(scene)
-    unit = "deg" if scene.given_turns else shown_unit("mm")
+    unit = "deg" if scene.given_motion_is_angle else shown_unit("mm")
     body = "follower" if scene.given_at_follower else "tool"
     name = f"Motion of the {body}" if scene.train else "Motion"
     title = f"{name}, segment by segment (angles in deg, lifts in {unit})"
@@ -205,7 +205,9 @@ def train_tables(scene: Scene) -> list[Table]:
 def inputs_table(scene: Scene) -> Table:
     """Sizes, speed, materials and loads of the scene, by key."""
     units = {key: QUANTITIES[name] for key, name in scene.number_quantities.items()}
-    inputs = leaves({name: table for name, table in _shown_tables(scene).items() if name in INPUT_TABLES})
+    inputs = leaf_values_by_key(
+        {name: table for name, table in _shown_tables(scene).items() if name in INPUT_TABLES}
+    )
     rows: list[list[Cell | str]] = [
         [
             key,

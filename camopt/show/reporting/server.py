@@ -159,7 +159,7 @@ class RequestHandler(BaseHTTPRequestHandler):
             self._check_host()
             if self.server.redeem_ticket(self.path.removeprefix("/")):
                 self._send(HTTPStatus.SEE_OTHER, b"", HTML_TYPE, Location=f"/{self.server.token}/")
-            elif self._page_path() == "":
+            elif self._path_after_token() == "":
                 self._send(HTTPStatus.OK, self.server.session.page().encode(), HTML_TYPE)
             else:
                 raise RequestRefused(HTTPStatus.NOT_FOUND)
@@ -168,7 +168,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         """Answer a request of the page."""
         with self._send_refusals():
             self._check_host()
-            path = self._page_path()
+            path = self._path_after_token()
             if self.headers["Origin"] != f"http://{self.headers['Host']}":
                 raise RequestRefused(HTTPStatus.FORBIDDEN)
             request = self._request_body()
@@ -184,7 +184,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         if self.headers.get_all("Host") not in ([f"{HOST}:{port}"], [f"localhost:{port}"]):
             raise RequestRefused(HTTPStatus.FORBIDDEN)
 
-    def _page_path(self) -> str:
+    def _path_after_token(self) -> str:
         """The path after the token."""
         token, _, rest = self.path.removeprefix("/").partition("/")
         if not secrets_match(token, self.server.token):

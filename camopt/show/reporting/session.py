@@ -22,8 +22,8 @@ from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
 from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cam_data import cam_data
-from camopt.show.reporting.cams import Chapter, ShownCam, cam_sentences, cams_page, chapters_of
-from camopt.show.reporting.controls import FOLDED_GROUPS, Control, control_values, controls_of, scene_of_settings
+from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters, cam_sentences, cams_page
+from camopt.show.reporting.controls import FOLDED_GROUPS, Control, control_values, controls_of, scene_with_settings
 from camopt.show.reporting.page import render_page
 from camopt.show.reporting.search import BackgroundSearch
 from camopt.show.reporting.sections import (
@@ -43,7 +43,7 @@ from camopt.show.reporting.tolerances import (
 )
 from camopt.solve.tables.result import Cell, Table
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
-from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 PageAnswer = dict[str, Any]
@@ -57,17 +57,19 @@ class QuickPicture(Picture):
     per_degree = 1.0
 
     @cached_property
-    def rows(self) -> DesignRows:
+    def evaluated_rows(self) -> DesignRows:
         """Quantities and verdict of the design."""
         available = set(available_quantities(self.problem.setup))
         # with two contacts: the limits that this contact has alone
         limits = tuple(limit for limit in self.problem.limits if available.issuperset(limit.required_quantities))
         problem = replace(self.problem, limits=limits)
-        return evaluate_rows(problem, problem.design, self.wanted_quantities, clock_seconds() + QUICK_PROOF_SECONDS)
+        return evaluate_with_verdicts(
+            problem, problem.design, self.wanted_quantities, clock_seconds() + QUICK_PROOF_SECONDS
+        )
 
     @cached_property
-    def values(self) -> dict[str, Any]:
-        return self.rows.records()[0]
+    def quantity_values(self) -> dict[str, Any]:
+        return self.evaluated_rows.records()[0]
 
 
 @dataclass(frozen=True)
@@ -87,12 +89,12 @@ class Session:
         """Values of the controls at the start, in units of the scene."""
         return control_values(self.scene, [control.key for control in self.controls])
 
-    def scene_of(self, request: Mapping[str, Any]) -> Scene:
+    def scene_of_request(self, request: Mapping[str, Any]) -> Scene:
         """The scene with the values of a request."""
-        values = {key: self._scene_value(key, value) for key, value in request["values"].items()}
-        return scene_of_settings(self.scene, self.initial_values, values, request.get("moved", ""))
+        values = {key: self._value_in_scene_unit(key, value) for key, value in request["values"].items()}
+        return scene_with_settings(self.scene, self.initial_values, values, request.get("moved", ""))
 
-    def _scene_value(self, key: str, value: Any) -> Any:
+    def _value_in_scene_unit(self, key: str, value: Any) -> Any:
         """The value of a control in units of the scene; exactly the initial value if the control has not moved."""
         control = next((control for control in self.controls if control.key == key), None)
         if control is None:
@@ -100,7 +102,7 @@ class Session:
         return (
             self.initial_values[key]
             if value == control.control_value(self.initial_values[key])
-            else control.read(value)
+            else control.scene_value(value)
         )
 
     def _shown_values(self, scene: Scene) -> dict[str, Any]:
@@ -110,7 +112,7 @@ class Session:
 
     def page(self) -> str:
         """The HTML of the page as it opens."""
-        scene, answer = self.scene, self.settle({"values": {}})
+        scene, answer = self.scene, self.proved_cam_answer({"values": {}})
         groups: dict[str, list[Control]] = {}
         for control in self.controls:
             groups.setdefault(control.group, []).append(control)
@@ -129,27 +131,29 @@ class Session:
             folder=str(self.folder.resolve()),
         )
 
-    def move(self, request: Mapping[str, Any]) -> PageAnswer:
+    def quick_cam_answer(self, request: Mapping[str, Any]) -> PageAnswer:
         """The cam while a control moves: verdicts in double precision, within milliseconds."""
-        scene = self.scene_of(request)
+        scene = self.scene_of_request(request)
         problem = resolve_design(scene)
         sketch = QuickPicture(scene, problem)
         verdicts = _quick_verdicts(sketch)
-        evaluation = Evaluation(scene, {name: sketch.values[name] for name in in_column_order(sketch.values)})
+        evaluation = Evaluation(
+            scene, {name: sketch.quantity_values[name] for name in in_column_order(sketch.quantity_values)}
+        )
         limits = verdicts_table(evaluation, problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
         feasible = Cell("Feasible in double precision. The proof follows when the controls rest.", "verdict held")
         line = feasible if all_limits_held(limits) else verdict_line(limits, scene)
         return self._cam_answer(sketch, [line, *_tolerance_lines(sketch, MOVING_CAMS)], limits, [])
 
-    def settle(self, request: Mapping[str, Any]) -> PageAnswer:
+    def proved_cam_answer(self, request: Mapping[str, Any]) -> PageAnswer:
         """The cam when the controls rest: every limit proved, all quantities, more samples."""
-        scene = self.scene_of(request)
+        scene = self.scene_of_request(request)
         problem = resolve_design(scene)
         evaluation, picture = evaluate_design(scene, problem), Picture(scene, problem)
         limits = limits_table(evaluation, problem)
         sections = [
             Chapter("Quantities", [quantities_table([evaluation], [problem], ["value"])]),
-            *chapters_of(ShownCam(scene.name, scene), problem, pictures=False),
+            *cam_chapters(ShownCam(scene.name, scene), problem, pictures=False),
         ]
         lines = [verdict_line(limits, scene), *_tolerance_lines(picture, RESTING_CAMS)]
         return self._cam_answer(picture, lines, limits, sections)
@@ -165,26 +169,26 @@ class Session:
             "values": self._shown_values(picture.scene),
         }
 
-    def smallest(self, request: Mapping[str, Any]) -> PageAnswer:
+    def smallest_cam_answer(self, request: Mapping[str, Any]) -> PageAnswer:
         """The control values of the smallest cam that meets the limits, or the reason ``why`` there is none."""
-        answer = self.search.run(self.scene_of(request))
+        answer = self.search.run(self.scene_of_request(request))
         if "why" in answer:
             return answer
         return {"told": answer["told"], "values": self._shown_values(Scene.from_dict(answer["scene"]))}
 
-    def stop(self, request: Mapping[str, Any]) -> PageAnswer:
+    def stop_search(self, request: Mapping[str, Any]) -> PageAnswer:
         """Stop the search for the smallest cam."""
         self.search.stop()
         return {}
 
-    def report(self, request: Mapping[str, Any]) -> PageAnswer:
+    def report_page_answer(self, request: Mapping[str, Any]) -> PageAnswer:
         """The page of ``camopt report`` for the shown cam."""
-        scene = self.scene_of(request)
+        scene = self.scene_of_request(request)
         return {"name": f"{file_stem(scene)}.html", "text": cams_page([ShownCam(scene.name, scene)])}
 
-    def save(self, request: Mapping[str, Any]) -> PageAnswer:
+    def save_scene(self, request: Mapping[str, Any]) -> PageAnswer:
         """Write the scene into the folder; ``overwrite`` allows to replace a file."""
-        scene, name = self.scene_of(request), request.get("name")
+        scene, name = self.scene_of_request(request), request.get("name")
         if not (isinstance(name, str) and SCENE_NAME.fullmatch(name)):
             allowed = "a plain file name that ends in .toml: letters, digits, spaces, and . + - _"
             raise BadInput([Mistake("page", "name", name, allowed)])
@@ -213,10 +217,10 @@ def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
 
 def _quick_verdicts(sketch: QuickPicture) -> dict[str, str]:
     """The verdict on each limit. Deferred limits are undecided if another limit is broken."""
-    limits, broken = sketch.problem.limits, str(sketch.values["violated"]).split(",")
+    limits, broken = sketch.problem.limits, str(sketch.quantity_values["violated"]).split(",")
     if ASSEMBLY in broken:
         return {ASSEMBLY: BROKEN}
-    if sketch.values["status"] == UNDECIDED:
+    if sketch.quantity_values["status"] == UNDECIDED:
         return {limit.name: UNDECIDED for limit in limits}
     others = UNDECIDED if any(broken) else HELD
     return {
@@ -225,12 +229,12 @@ def _quick_verdicts(sketch: QuickPicture) -> dict[str, str]:
 
 
 REQUESTS: dict[str, Callable[[Session, Mapping[str, Any]], PageAnswer]] = {
-    "move": Session.move,
-    "settle": Session.settle,
-    "smallest": Session.smallest,
-    "stop": Session.stop,
-    "report": Session.report,
-    "save": Session.save,
+    "move": Session.quick_cam_answer,
+    "settle": Session.proved_cam_answer,
+    "smallest": Session.smallest_cam_answer,
+    "stop": Session.stop_search,
+    "report": Session.report_page_answer,
+    "save": Session.save_scene,
 }
 """Requests by the last part of their address."""
 
@@ -255,12 +259,12 @@ def request_mistakes(request: Any) -> list[Mistake]:
     return mistakes
 
 
-def answer_request(session: Session, what: str, request: Any) -> PageAnswer:
+def answer_request(session: Session, request_name: str, request: Any) -> PageAnswer:
     """The answer to a request in ``REQUESTS``; or its mistakes, each with the key of a control and a text."""
     try:
         if mistakes := request_mistakes(request):
             raise BadInput(mistakes)
-        return REQUESTS[what](session, request)
+        return REQUESTS[request_name](session, request)
     except BadInput as refused:
         return {
             "mistakes": [

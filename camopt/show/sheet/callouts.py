@@ -8,7 +8,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.show.sheet import symbols
 from camopt.show.sheet.dimensions import ARROW_TAIL, CELL, TEXT_ABOVE_LINE, arrowhead, distance_dimension
-from camopt.show.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_upright
+from camopt.show.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_keyway_section_vertical
 from camopt.show.sheet.marks import (
     LARGE,
     MEDIUM,
@@ -26,7 +26,7 @@ from camopt.show.sheet.marks import (
 from camopt.show.sheet.ring import NAME_DISTANCE
 from camopt.show.sheet.sizes import bore_text, groove_width_text, keyway_width_text
 from camopt.show.sheet.two_contacts import contact_distance
-from camopt.solve.contour.hole import keyway_corners, keyway_turn
+from camopt.solve.contour.hole import keyway_corners, keyway_direction_angle
 
 LETTER_DISTANCE = 9.0  # mm from the end of a cutting plane to its letter
 MARK_LENGTH = 4.0  # mm: length of the timing mark
@@ -43,7 +43,9 @@ Callout = Callable[[FrontView, float], Marks]
 def with_callouts(view: FrontView) -> Marks:
     """The front view with callouts: timing mark, cutting plane, sense of rotation, profile surface, bore."""
     marks = view.marks()
-    there: Marks = [mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring]
+    there: Marks = [
+        mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring_radius
+    ]
     said = _keyway_width(view, marks)
     said += _timing_mark(view, [*there, *said])
     said += _yoke_breadth(view, [*there, *said])
@@ -51,7 +53,7 @@ def with_callouts(view: FrontView) -> Marks:
     for callout, wanted in CALLOUTS.items():
         free = _callout_directions(view, callout)
         near = free[np.argsort(angle_between(free, wanted), kind="stable")]
-        said += first_free((callout(view, float(turn)) for turn in near), [*there, *said])
+        said += first_free_marks((callout(view, float(turn)) for turn in near), [*there, *said])
     return [*marks, *said]
 
 
@@ -63,7 +65,7 @@ def _callout_directions(view: FrontView, callout: Callout) -> FloatArray:
     return np.asarray(EVERY_DEGREE[angle_between(EVERY_DEGREE[:, None], lines).min(axis=1) > LEADER_ANGLE])
 
 
-def first_free(candidates: Iterable[Marks], taken: Marks) -> Marks:
+def first_free_marks(candidates: Iterable[Marks], taken: Marks) -> Marks:
     """The first of several marks that overlaps nothing; the last one if all overlap."""
     marks: Marks = []
     occupied = OccupiedArea(taken)
@@ -75,7 +77,7 @@ def first_free(candidates: Iterable[Marks], taken: Marks) -> Marks:
 
 def _keyway_width(view: FrontView, taken: Marks) -> Marks:
     """The width of the keyway, dimensioned outside the cam at the first free place."""
-    part, turn = view.part, keyway_turn(view.part)
+    part, turn = view.part, keyway_direction_angle(view.part)
     if not part.keyway_width:
         return []
     _, first, last, _ = keyway_corners(part, turn) * view.scale
@@ -83,7 +85,7 @@ def _keyway_width(view: FrontView, taken: Marks) -> Marks:
     level = view.largest_radius(turn, abs(first - last) / bottom) + 5.0 - bottom
     across, width = -1j * np.exp(1j * turn), keyway_width_text(part)
     datum = symbols.datums_of(part, bool(part.thickness)).keyway
-    return first_free(
+    return first_free_marks(
         (
             distance_dimension(*ends, side * across, side * (level + further), width, datum)
             for further in TRIAL_OFFSETS
@@ -99,10 +101,10 @@ def _yoke_breadth(view: FrontView, taken: Marks) -> Marks:
         return []
     distance, (top, low) = contact_distance(view.cam), view.yoke_contacts
     assert distance is not None
-    levels = (view.ring + NAME_CLEARANCE + further for further in TRIAL_OFFSETS)
-    return first_free(
+    levels = (view.ring_radius + NAME_CLEARANCE + further for further in TRIAL_OFFSETS)
+    return first_free_marks(
         (
-            distance_dimension(low, top, 1j, low.real - side * level, distance.nominal)
+            distance_dimension(low, top, 1j, low.real - side * level, distance.toleranced_text)
             for level in levels
             for side in (1.0, -1.0)
         ),
@@ -113,14 +115,17 @@ def _yoke_breadth(view: FrontView, taken: Marks) -> Marks:
 def _timing_mark(view: FrontView, taken: Marks) -> Marks:
     """The timing mark, and the start of the ring."""
     ray = np.exp(1j * view.cam.start_direction)
-    text = f"{view.cam.translate(TIMING_TEXT)} 0°" if _begins_at_mark(view) else "0°"
+    text = f"{view.cam.translate(TIMING_TEXT)} 0°" if _ring_starts_at_timing_mark(view) else "0°"
     place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
     down = 0.5j * MEDIUM * (1.0 - ray.imag)
     outside: list[Marks] = [
-        [line_mark((view.ring + 2.0) * ray, (radius - 1.0) * ray), Words(radius * ray - down, text, MEDIUM, place)]
-        for radius in view.ring + NAME_CLEARANCE + 3.0 + TRIAL_OFFSETS
+        [
+            line_mark((view.ring_radius + 2.0) * ray, (radius - 1.0) * ray),
+            Words(radius * ray - down, text, MEDIUM, place),
+        ]
+        for radius in view.ring_radius + NAME_CLEARANCE + 3.0 + TRIAL_OFFSETS
     ]
-    named = first_free([*outside, [_words_along_ray(ray, view.ring - 3.0, text)]], taken)
+    named = first_free_marks([*outside, [_words_along_ray(ray, view.ring_radius - 3.0, text)]], taken)
     top = 1j * view.mark
     return [line_mark(top - 1j * MARK_LENGTH, top, pen=THICK), *named]
 
@@ -133,15 +138,15 @@ def _words_along_ray(ray: complex, radius: float, text: str) -> Words:
     return Words(radius * ray + 1j * TEXT_ABOVE_LINE * reading, text, MEDIUM, place, turn, backed=True)
 
 
-def _begins_at_mark(view: FrontView) -> bool:
+def _ring_starts_at_timing_mark(view: FrontView) -> bool:
     return bool(angle_between(view.cam.start_direction, UPWARD) < SAME_DIRECTION)
 
 
 def _timing_leader(view: FrontView, turn: float) -> Marks:
     """A leader to the timing mark, unless the ring begins there."""
-    if _begins_at_mark(view):
+    if _ring_starts_at_timing_mark(view):
         return []
-    tip, knee = 1j * (view.mark - MARK_LENGTH / 2), (view.ring + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
+    tip, knee = 1j * (view.mark - MARK_LENGTH / 2), (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
     side = 1.0 if cos(turn) >= 0.0 else -1.0
     words = Words(knee + side * 3.0 - 0.5j * MEDIUM, view.cam.translate(TIMING_TEXT), MEDIUM, 0.5 - 0.5 * side)
     return [line_mark(knee + side * 2.0, knee, tip), arrowhead(tip, (tip - knee) / abs(tip - knee)), words]
@@ -149,30 +154,35 @@ def _timing_leader(view: FrontView, turn: float) -> Marks:
 
 def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
     """The cutting plane of the section through the keyway, with arrows in the direction of view."""
-    turn, found = keyway_turn(view.part), []
-    if not view.part.thickness or is_upright(view.part):
+    turn, found = keyway_direction_angle(view.part), []
+    if not view.part.thickness or is_keyway_section_vertical(view.part):
         return []
     seen = np.exp(1j * (turn - pi / 2))
     for direction in (turn, turn + pi):
         radii = (
             view.largest_radius(direction) + 1.5,
-            view.ring + 2.0,
-            *(view.ring + NAME_CLEARANCE + 2.0 + TRIAL_OFFSETS),
+            view.ring_radius + 2.0,
+            *(view.ring_radius + NAME_CLEARANCE + 2.0 + TRIAL_OFFSETS),
         )
-        found += first_free((_plane_end(radius * np.exp(1j * direction), seen) for radius in radii), taken)
+        found += first_free_marks((_plane_end(radius * np.exp(1j * direction), seen) for radius in radii), taken)
     return found
 
 
-def _plane_end(foot: complex, seen: complex) -> Marks:
+def _plane_end(foot: complex, view_direction: complex) -> Marks:
     """One end of a cutting plane, with the direction of view (unit vector)."""
     end = foot + 6.0 * foot / abs(foot)
-    letter = Words(end - LETTER_DISTANCE * seen - 0.5j * LARGE, "A", LARGE, 0.5)
-    return [line_mark(foot, end, pen=THICK), line_mark(end - 5.0 * seen, end), arrowhead(end, seen), letter]
+    letter = Words(end - LETTER_DISTANCE * view_direction - 0.5j * LARGE, "A", LARGE, 0.5)
+    return [
+        line_mark(foot, end, pen=THICK),
+        line_mark(end - 5.0 * view_direction, end),
+        arrowhead(end, view_direction),
+        letter,
+    ]
 
 
 def _rotation_callout(view: FrontView, turn: float) -> Marks:
     rpm = view.cam.scene.cam.rpm
-    radius = view.ring + NAME_CLEARANCE + 4.0
+    radius = view.ring_radius + NAME_CLEARANCE + 4.0
     words = view.cam.translate("rotation" if rpm is None else "{} rev/min").format(decimal_text(rpm or 0.0))
     at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
     place = 1.0 if cos(turn) < 0.0 else 0.0
@@ -186,7 +196,7 @@ def _surface_leader(view: FrontView, turn: float) -> Marks:
     if not frame:
         return []
     box, side = marks_box(frame), 1.0 if cos(turn) >= 0.0 else -1.0
-    knee = (view.ring + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
+    knee = (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
     shelf = knee + side * 3.0
     tip = view.profile_radius(turn) * np.exp(1j * turn)
     corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * CELL
@@ -205,10 +215,10 @@ def _groove_width(view: FrontView, turn: float) -> Marks:
     curves = cam.curves_at(EVERY_DEGREE)
     near = int(np.argmin(angle_between(np.angle(curves.pitch), turn)))
     middle, normal = complex(curves.pitch[near]) * view.scale, complex(curves.normal[near])
-    half = cam.problem.half_width * view.scale
+    half = cam.problem.wall_distance_from_pitch_curve * view.scale
     inner, outer = middle - half * normal, middle + half * normal
     along, across = (outer * normal.conjugate()).real, (outer * normal.conjugate()).imag
-    reach = np.sqrt((view.ring + NAME_CLEARANCE + 2.0) ** 2 - across**2) - along
+    reach = np.sqrt((view.ring_radius + NAME_CLEARANCE + 2.0) ** 2 - across**2) - along
     knee, side = outer + reach * normal, 1.0 if normal.real >= 0.0 else -1.0
     text = groove_width_text(cam)
     wide = width_of(text, LARGE)
@@ -223,7 +233,7 @@ def _bore_diameter(view: FrontView, turn: float) -> Marks:
     if not part.bore or part.thickness:
         return []
     ray, side = np.exp(1j * turn), 1.0 if cos(turn) >= 0.0 else -1.0
-    tip, knee = part.bore / 2 * view.scale * ray, (view.ring + NAME_CLEARANCE + 2.0) * ray
+    tip, knee = part.bore / 2 * view.scale * ray, (view.ring_radius + NAME_CLEARANCE + 2.0) * ray
     text = bore_text(part)
     wide = width_of(text, LARGE)
     words = Words(knee + side * (1.0 + wide / 2) + 1j * TEXT_ABOVE_LINE, text, LARGE, 0.5)

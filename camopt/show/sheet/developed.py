@@ -28,7 +28,7 @@ from camopt.show.sheet.dimensions import (
     TEXT_ABOVE_LINE,
     VALUE_GAP,
     arrowhead,
-    datum_at,
+    datum_symbol,
     distance_dimension,
 )
 from camopt.show.sheet.marks import (
@@ -58,15 +58,15 @@ from camopt.show.sheet.sizes import (
     keyway_width_text,
 )
 from camopt.show.sheet.true_cam import POINT_STEP, TrueCam
-from camopt.solve.contour.curve import cylinder_ends, groove_heights
-from camopt.solve.contour.hole import keyway_turn
+from camopt.solve.contour.curve import centred_cylinder_ends, pitch_curve_axial_extent
+from camopt.solve.contour.hole import keyway_direction_angle
 
 GROOVE_MARGIN = 0.15  # share of the height of the groove drawn beside it if the length is unknown
 VIEW_GAP = 12.0  # mm between views
 LEADER_LENGTH = 12.0  # mm from a frame to the end of its leader
 
 
-def _heights_at(x: float, line: ComplexArray) -> ComplexArray:
+def _crossing_heights(x: float, line: ComplexArray) -> ComplexArray:
     """Heights at which a line crosses a vertical."""
     beside, y = line.real - x, line.imag
     before = np.flatnonzero((beside[:-1] < 0.0) != (beside[1:] < 0.0))
@@ -86,12 +86,12 @@ class DevelopedView:
         return self.cam.part
 
     @property
-    def mean(self) -> float:
+    def mean_radius(self) -> float:
         return self.cam.size * self.scale
 
     @property
     def circumference(self) -> float:
-        return 2 * pi * self.mean
+        return 2 * pi * self.mean_radius
 
     @cached_property
     def pitch(self) -> ComplexArray:
@@ -99,21 +99,21 @@ class DevelopedView:
         return self.cam.trace * self.scale
 
     @cached_property
-    def ends(self) -> tuple[float, float]:
+    def axial_ends(self) -> tuple[float, float]:
         """Ends of the cylinder along its axis."""
-        low, high = groove_heights(self.cam.problem)
+        low, high = pitch_curve_axial_extent(self.cam.problem)
         shown = (1.0 + 2 * GROOVE_MARGIN) * (high - low + 2 * self.cam.roller_radius)
-        bottom, top = cylinder_ends(self.cam.problem, self.part.thickness or shown)
+        bottom, top = centred_cylinder_ends(self.cam.problem, self.part.thickness or shown)
         return bottom * self.scale, top * self.scale
 
-    def groove(self) -> Marks:
+    def developed_cylinder_marks(self) -> Marks:
         """The developed cylinder from its lower left corner at x = 0."""
-        bottom, top = self.ends
+        bottom, top = self.axial_ends
         marks: Marks = [rectangle_line(1j * bottom, complex(self.circumference, top), THICK)]
         marks += self._visible_lines(self._curves_over_turns("profile"), THICK)
         marks += self._visible_lines(self._curves_over_turns("pitch"), DOUBLE_CHAIN)
         for name, begin, end in self.cam.segments:
-            x = begin * self.mean
+            x = begin * self.mean_radius
             marks += [
                 *self._stroke_marks(name, begin, end),
                 line_mark(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)),
@@ -122,11 +122,11 @@ class DevelopedView:
         marks.append(
             line_mark(complex(self.circumference, top + 1.0), complex(self.circumference, top + FIRST_LEVEL + 4.0))
         )
-        return [*marks, *self._length_marks(), *self._rotation_marks()]
+        return [*marks, *self._circumference_and_length_marks(), *self._surface_motion_marks()]
 
     def _stroke_marks(self, name: str, begin: float, end: float) -> Marks:
         """The name of a stroke with its cam angles [rad], above the cylinder."""
-        x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + FIRST_LEVEL + 2.0
+        x, to, foot = begin * self.mean_radius, end * self.mean_radius, self.axial_ends[1] + FIRST_LEVEL + 2.0
         beside = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
         height = next((h for h, room in beside.items() if width_of(name, h) + 2 * room <= to - x), None)
         if height is None:
@@ -143,7 +143,7 @@ class DevelopedView:
 
     def _visible_lines(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
         """The parts of curves that are on the cylinder."""
-        bottom, top = self.ends
+        bottom, top = self.axial_ends
         face = box(0.0, bottom, self.circumference, top)
         for curve in curves:
             inside = LineString(np.column_stack([curve.real, curve.imag])).intersection(face)
@@ -152,47 +152,53 @@ class DevelopedView:
                     x, y = np.asarray(piece.coords.xy)
                     yield Line(x + 1j * y, pen)
 
-    def _length_marks(self) -> Marks:
-        bottom, top = self.ends
+    def _circumference_and_length_marks(self) -> Marks:
+        bottom, top = self.axial_ends
         foot, end = 1j * bottom, self.circumference + 1j * bottom
         marks = distance_dimension(foot, end, 1.0, -FIRST_LEVEL, self._circumference_text)
         if self.part.thickness:
             marks += distance_dimension(
                 end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, length_text(self.part.thickness)
             )
-        return [*marks, *self._width_marks()]
+        return [*marks, *self._groove_width_marks()]
 
     @property
     def _circumference_text(self) -> str:
         size = self.cam.size
         return f"{length_text(2 * pi * size)} (2π · R{length_text(size)})"
 
-    def _width_marks(self) -> Marks:
+    def _groove_width_marks(self) -> Marks:
         """Dimensions of the width of groove or rib at cam angle 0, and of its middle from the lower face."""
-        start, bottom, half = self._start_middle, 1j * self.ends[0], self._half_width
+        start, bottom, half = (
+            self._groove_middle_at_start,
+            1j * self.axial_ends[0],
+            self._groove_half_width_at_start,
+        )
         text = length_text(2 * half / self.scale) if self.cam.is_ribbed else groove_width_text(self.cam)
         marks = distance_dimension(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
         if self.part.thickness:
             far = length_text(abs(start - bottom) / self.scale)
             marks += distance_dimension(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
         if datum := symbols.datums_of(self.part, self.has_section).face:
-            marks += datum_at(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
+            marks += datum_symbol(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
         return marks
 
     @property
-    def _start_middle(self) -> complex:
+    def _groove_middle_at_start(self) -> complex:
         """Middle of groove or rib at cam angle 0."""
-        return 1j * (sum(self._flank_gap(0.0)) / 2 if self.cam.is_ribbed else float(self.pitch[0].imag))
+        return 1j * (sum(self._both_flank_heights(0.0)) / 2 if self.cam.is_ribbed else float(self.pitch[0].imag))
 
     @property
-    def _half_width(self) -> float:
+    def _groove_half_width_at_start(self) -> float:
         """Half of the width at cam angle 0: across a groove, along the axis for a rib."""
-        low, high = self._flank_gap(0.0)
-        return (high - low) / 2 if self.cam.is_ribbed else self.cam.problem.half_width * self.scale
+        low, high = self._both_flank_heights(0.0)
+        return (
+            (high - low) / 2 if self.cam.is_ribbed else self.cam.problem.wall_distance_from_pitch_curve * self.scale
+        )
 
-    def _rotation_marks(self) -> Marks:
+    def _surface_motion_marks(self) -> Marks:
         """The direction of motion of the surface and other texts, below it."""
-        bottom, _ = self.ends
+        bottom, _ = self.axial_ends
         tip = complex(self.circumference * 0.02, bottom - FIRST_LEVEL - 8.0)
         words = self.cam.translate("the surface moves")
         marks: Marks = [
@@ -214,16 +220,16 @@ class DevelopedView:
         )  # end of the leader, if there is room
         corner += max(0.0, end + LEADER_LENGTH - corner.real) if end <= self.circumference else 0.0
         place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER_LENGTH))))
-        low = self.pitch.real[place] + 1j * self._lower_edge(float(self.pitch.real[place]))
+        low = self.pitch.real[place] + 1j * self._groove_lower_edge_height(float(self.pitch.real[place]))
         shelf = corner + 0.5j * CELL
         knee = shelf - 4.0
         towards = (low - knee) / abs(low - knee)
         return [*shift_marks(frame, corner), line_mark(shelf, knee, low), arrowhead(low, towards)]
 
-    def _lower_edge(self, x: float) -> float:
+    def _groove_lower_edge_height(self, x: float) -> float:
         """Height of the lower edge of the groove at a place of the circumference."""
         flanks = np.concatenate(self._curves_over_turns("profile"))
-        near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
+        near = np.abs(flanks.real - x) <= POINT_STEP * self.mean_radius
         return float(flanks.imag[near].min())
 
     @property
@@ -237,28 +243,28 @@ class DevelopedView:
         return (self.cam.flank_height or 0.0) * self.scale
 
     @property
-    def outer(self) -> float:
-        return self.mean + self._flank_height / 2
+    def outer_radius(self) -> float:
+        return self.mean_radius + self._flank_height / 2
 
     @property
     def _cylinder_radius(self) -> float:
         """Radius of the cylinder without its rib."""
-        return self.outer - self._flank_height if self.cam.is_ribbed else self.outer
+        return self.outer_radius - self._flank_height if self.cam.is_ribbed else self.outer_radius
 
     @property
     def _outer_diameter_text(self) -> str:
-        return f"Ø{length_text(2 * self.outer / self.scale)}{fit_suffix(self.part.outer_fit)}"
+        return f"Ø{length_text(2 * self.outer_radius / self.scale)}{fit_suffix(self.part.outer_fit)}"
 
-    def body(self) -> Marks:
+    def section_and_bore_marks(self) -> Marks:
         """Section and hole side by side, if the scene gives their sizes."""
-        section = self.section() if self.has_section else []
-        hole = self.hole() if self.part.bore else []
+        section = self.axial_section_marks() if self.has_section else []
+        hole = self.bore_marks() if self.part.bore else []
         shift = marks_box(section).high.real + VIEW_GAP - marks_box(hole).low.real if section and hole else 0.0
         return [*section, *shift_marks(hole, shift)]
 
-    def section(self) -> Marks:
+    def axial_section_marks(self) -> Marks:
         """The section through the axis at y = 0, with the lower end of the developed view on the left."""
-        length, solid = (self.part.thickness or 0.0) * self.scale, self._cut_solid()
+        length, solid = (self.part.thickness or 0.0) * self.scale, self._section_solid()
         marks: Marks = [
             *outline_lines(solid),
             *hatch_lines(solid),
@@ -266,12 +272,12 @@ class DevelopedView:
         ]
         round_ = self._cylinder_radius
         marks += [line_mark(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
-        marks += [*keyway_edge(self.part, self.scale, length), *self._rib_behind()]
+        marks += [*keyway_edge(self.part, self.scale, length), *self._rib_edges_behind_section()]
         radius = (self.part.bore or 0.0) / 2 * self.scale
         marks += [
             line_mark(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)
         ]
-        low, beyond = -1j * round_, self.outer - round_ + FIRST_LEVEL
+        low, beyond = -1j * round_, self.outer_radius - round_ + FIRST_LEVEL
         marks += distance_dimension(low, low + length, 1.0, -beyond, length_text(self.part.thickness or 0.0))
         marks += self._diameter_marks()
         if radius:
@@ -280,37 +286,39 @@ class DevelopedView:
             )
         marks += self._section_angle_words()
         corner, far = (
-            complex(self._section_gaps[0][1], self.outer),
+            complex(self._section_gaps[0][1], self.outer_radius),
             length + FIRST_LEVEL + LEVEL_STEP * bool(radius),
         )
-        ends = corner - 1j * self._flank_height, complex(length, self.outer)
+        ends = corner - 1j * self._flank_height, complex(length, self.outer_radius)
         ends = (ends[1] - 1j * self._flank_height, corner) if self.cam.is_ribbed else ends
         marks += distance_dimension(*ends, 1j, ends[0].real - far, length_text(self._flank_height / self.scale))
         if datum := symbols.datums_of(self.part, self.has_section).bore:
-            marks += datum_at(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
+            marks += datum_symbol(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
 
     def _diameter_marks(self) -> Marks:
         """Dimensions of the outer diameter, and of the cylinder below a rib."""
         if not self.cam.is_ribbed:
-            return distance_dimension(-1j * self.outer, 1j * self.outer, 1j, FIRST_LEVEL, self._outer_diameter_text)
+            return distance_dimension(
+                -1j * self.outer_radius, 1j * self.outer_radius, 1j, FIRST_LEVEL, self._outer_diameter_text
+            )
         above, below = self._section_gaps
         foot = self._cylinder_radius
         marks = distance_dimension(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{length_text(2 * foot / self.scale)}")
-        ends = complex(below[0], -self.outer), complex(above[0], self.outer)
+        ends = complex(below[0], -self.outer_radius), complex(above[0], self.outer_radius)
         return [
             *marks,
             *distance_dimension(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, self._outer_diameter_text),
         ]
 
-    def _rib_behind(self) -> Iterator[Line]:
+    def _rib_edges_behind_section(self) -> Iterator[Line]:
         """The edges of a rib behind the section, outside of the cylinder."""
         if not self.cam.is_ribbed:
             return
         first, _ = self._section_angles
         for flank in self._curves_over_turns("profile"):
-            turned = flank.real / self.mean - first
-            level = self.outer * np.cos(turned)
+            turned = flank.real / self.mean_radius - first
+            level = self.outer_radius * np.cos(turned)
             seen = (
                 (self.cam.sense * np.sin(turned) >= 0.0)
                 & (np.abs(level) >= self._cylinder_radius)
@@ -318,11 +326,11 @@ class DevelopedView:
             )
             for piece in np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1):
                 if piece.size > 1:
-                    yield Line(flank.imag[piece] - self.ends[0] + 1j * level[piece], THICK)
+                    yield Line(flank.imag[piece] - self.axial_ends[0] + 1j * level[piece], THICK)
 
     def _section_angle_words(self) -> Iterator[Words]:
         """The cam angles of the section, above its upper groove and below its lower one."""
-        feet = self.outer + VALUE_GAP, -self.outer - FIRST_LEVEL - VALUE_GAP - MEDIUM
+        feet = self.outer_radius + VALUE_GAP, -self.outer_radius - FIRST_LEVEL - VALUE_GAP - MEDIUM
         for gap, turn, foot in zip(self._section_gaps, self._section_angles, feet, strict=True):
             text = f"{length_text(degrees(turn % (2 * pi)))}°"
             yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
@@ -330,24 +338,25 @@ class DevelopedView:
     @property
     def _section_angles(self) -> tuple[float, float]:
         """Cam angles of the section [rad]: in the direction of the keyway and opposite."""
-        first = self.cam.sense * (pi / 2 - keyway_turn(self.part))
+        first = self.cam.sense * (pi / 2 - keyway_direction_angle(self.part))
         return first, first + pi
 
     @cached_property
     def _section_gaps(self) -> tuple[Gap, Gap]:
         """Ranges of the groove along the axis, in the direction of the keyway and opposite."""
         above, below = (
-            (low - self.ends[0], high - self.ends[0]) for low, high in map(self._flank_gap, self._section_angles)
+            (low - self.axial_ends[0], high - self.axial_ends[0])
+            for low, high in map(self._both_flank_heights, self._section_angles)
         )
         return above, below
 
-    def _flank_gap(self, turn: float) -> Gap:
+    def _both_flank_heights(self, turn: float) -> Gap:
         """Heights of both flanks at a cam angle [rad]."""
-        x = turn % (2 * pi) * self.mean
-        found = np.concatenate([_heights_at(x, flank) for flank in self._curves_over_turns("profile")])
+        x = turn % (2 * pi) * self.mean_radius
+        found = np.concatenate([_crossing_heights(x, flank) for flank in self._curves_over_turns("profile")])
         return float(found.min()), float(found.max())
 
-    def _cut_solid(self) -> Any:
+    def _section_solid(self) -> Any:
         """The cut material, as a shape of shapely."""
         length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._flank_height, self._cylinder_radius
         radius = (self.part.bore or 0.0) / 2 * self.scale
@@ -357,14 +366,14 @@ class DevelopedView:
         beyond = 0.0 if self.cam.is_ribbed else 1.0
         cut = union_all(
             [
-                box(above[0], self.outer - depth, above[1], self.outer + beyond),
-                box(below[0], -self.outer - beyond, below[1], depth - self.outer),
+                box(above[0], self.outer_radius - depth, above[1], self.outer_radius + beyond),
+                box(below[0], -self.outer_radius - beyond, below[1], depth - self.outer_radius),
             ]
         )
         whole = body.union(cut) if self.cam.is_ribbed else body.difference(cut)
         return whole.difference(box(-1.0, -radius, length + 1.0, radius + key)) if radius else whole
 
-    def hole(self) -> Marks:
+    def bore_marks(self) -> Marks:
         """The bore with its keyway on top, seen along the axis."""
         part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
         marks: Marks = [Line(hole_outline(part, pi / 2) * self.scale, THICK)]

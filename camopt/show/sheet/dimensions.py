@@ -67,11 +67,11 @@ def distance_dimension(
     if at is None:
         marks.append(line_mark(ends[1], ends[1] + (VALUE_GAP + wide) * along))
         at = ends[1] + (VALUE_GAP + wide / 2) * along
-    marks += datum_at(ends[0], -along, STEM, datum) if datum else []
+    marks += datum_symbol(ends[0], -along, STEM, datum) if datum else []
     return [*marks, Words(at + 1j * reading * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)]
 
 
-def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
+def datum_symbol(point: complex, direction: complex, stem: float, letter: str) -> Marks:
     """A datum: a filled triangle on an extension line, a stem, and the letter in a frame."""
     across, far = 1j * direction, point + (3.0 + stem) * direction
     centre = far + CELL / 2 / max(abs(direction.real), abs(direction.imag)) * direction
@@ -96,11 +96,13 @@ def radius_from_outside(
     return [line_mark(tail, point), arrowhead(point, -direction), words]
 
 
-def radius_from_centre(start: complex, point: complex, clear: float, value: str, height: float = LARGE) -> Marks:
+def radius_from_centre(
+    start: complex, point: complex, clear_length: float, value: str, height: float = LARGE
+) -> Marks:
     """Dimension of a radius from the centre: an arrow to the arc, with the value beyond occupied parts."""
     direction = (point - start) / abs(point - start)
     turn = readable_direction(float(np.angle(direction)))
-    middle = start + (clear + abs(point - start) - ARROW_LENGTH) / 2 * direction
+    middle = start + (clear_length + abs(point - start) - ARROW_LENGTH) / 2 * direction
     words = Words(middle + 1j * np.exp(1j * turn) * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)
     return [line_mark(start, point), arrowhead(point, direction), words]
 

@@ -33,7 +33,7 @@ from camopt.show.sheet.ring import RingSector, ring_marks
 from camopt.show.sheet.sizes import hole_outline
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
-from camopt.solve.contour.hole import keyway_turn
+from camopt.solve.contour.hole import keyway_direction_angle
 
 RING_DISTANCE = 10.0  # mm from the cam, or its pitch curve, to the ring
 BEND_LENGTH = 6.0  # mm from the ring to the bend of lines
@@ -58,7 +58,10 @@ class FrontView:
     def walls(self) -> list[ComplexArray]:
         """The profile, or the walls of a groove or a rib, the inner one first."""
         if self.cam.is_ribbed:
-            return [self.cam.curves[f"{disc.prefix}profile"].points * self.scale for disc in self.cam.discs[::-1]]
+            return [
+                self.cam.curves[f"{disc.curve_name_prefix}profile"].points * self.scale
+                for disc in self.cam.discs[::-1]
+            ]
         flanks = self.cam.problem.setup.mechanism.flanks
         return [self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale for flank in flanks]
 
@@ -86,7 +89,7 @@ class FrontView:
         return self.cam.curve("pitch") * self.scale
 
     @property
-    def paths(self) -> list[ComplexArray]:
+    def roller_centre_paths(self) -> list[ComplexArray]:
         """The paths of roller centres; two for a rib."""
         other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
         return [path for path in (self.pitch, *other) if path.size]
@@ -99,7 +102,7 @@ class FrontView:
         return self.profiles[0] if self.part.hub_diameter else self.outline
 
     @property
-    def base(self) -> float:
+    def base_radius(self) -> float:
         return self.cam.size * self.scale
 
     @cached_property
@@ -122,7 +125,9 @@ class FrontView:
     @cached_property
     def touch_directions(self) -> list[float]:
         """Directions of the contact points on the profile at segment starts [rad]."""
-        return [ray + aside for ray, aside in zip(self.ray_directions, self.cam.ray_offsets, strict=True)]
+        return [
+            ray + aside for ray, aside in zip(self.ray_directions, self.cam.contact_offsets_from_rays, strict=True)
+        ]
 
     @cached_property
     def highest_point(self) -> complex:
@@ -144,32 +149,44 @@ class FrontView:
     def _line_directions(self) -> FloatArray:
         """Directions of centre lines, keyway and rays of the ring [rad]."""
         return np.array(
-            [0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.ray_directions, *self.touch_directions]
+            [
+                0,
+                pi / 2,
+                pi,
+                -pi / 2,
+                keyway_direction_angle(self.part),
+                *self.ray_directions,
+                *self.touch_directions,
+            ]
         )
 
     @cached_property
-    def values(self) -> tuple[str, str]:
+    def radius_texts(self) -> tuple[str, str]:
         """Texts of the smallest and largest radius of the profile."""
-        gap = self.cam.disc_problem.half_width - self.cam.roller_radius
+        gap = self.cam.disc_problem.wall_distance_from_pitch_curve - self.cam.roller_radius
         if self.cam.is_ribbed:  # beyond the inner roller
             inner = self.cam.discs[-1].problem
-            low = float(inner.design.prime_radius[0]) + inner.half_width
+            low = float(inner.design.prime_radius[0]) + inner.wall_distance_from_pitch_curve
         else:
             low = self.cam.size - gap
         high = self.cam.quantity("outer_radius_mm") or abs(self.highest_point) / self.scale
         return f"R{length_text(low)}", f"R{length_text(high)}"
 
     @cached_property
-    def inner(self) -> float:
+    def hub_or_bore_radius(self) -> float:
         """Largest radius around the axis: hub, or bore with keyway."""
         return max((self.part.hub_diameter or 0.0) / 2, self.part.bore_reach) * self.scale
 
     @cached_property
-    def ring(self) -> float:
+    def ring_radius(self) -> float:
         """Radius of the ring of angles."""
-        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in self._outer_curves))
-        room = abs(self.lowest_point) + width_of(self.values[0], LARGE) + 9.0
-        beyond = 0.0 if self._is_largest_inside else abs(self.highest_point) + width_of(self.values[1], LARGE) + 9.0
+        furthest = max(self.hub_or_bore_radius, *(np.abs(curve).max(initial=0.0) for curve in self._outer_curves))
+        room = abs(self.lowest_point) + width_of(self.radius_texts[0], LARGE) + 9.0
+        beyond = (
+            0.0
+            if self._is_largest_radius_inside
+            else abs(self.highest_point) + width_of(self.radius_texts[1], LARGE) + 9.0
+        )
         return float(max(furthest + RING_DISTANCE, room, beyond))
 
     @cached_property
@@ -194,17 +211,18 @@ class FrontView:
         return [self.outline, self.pitch, *self.other_profiles, *self.roller_outlines]
 
     @property
-    def _is_largest_inside(self) -> bool:
+    def _is_largest_radius_inside(self) -> bool:
         """Whether the value of the largest radius is written inside the profile."""
         return (
-            len(self.walls) == 1 and abs(self.highest_point) - self.inner >= width_of(self.values[1], LARGE) + 8.0
+            len(self.walls) == 1
+            and abs(self.highest_point) - self.hub_or_bore_radius >= width_of(self.radius_texts[1], LARGE) + 8.0
         )
 
-    def largest_radius(self, turn: float, half: float = 0.0) -> float:
+    def largest_radius(self, turn: float, half_angle: float = 0.0) -> float:
         """Largest radius of hub, profile and pitch curve within an angle of a direction [rad]."""
-        largest = self.inner
+        largest = self.hub_or_bore_radius
         for curve in self._outer_curves:
-            near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
+            near = angle_between(np.angle(curve), turn) <= max(half_angle, 0.02)
             largest = max(largest, float(np.abs(curve[near]).max(initial=0.0)))
         return largest
 
@@ -219,16 +237,16 @@ class FrontView:
 
     def marks(self) -> Marks:
         """Marks of the view, around the axis of the cam."""
-        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle_mark(self.base, CHAIN)]
+        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle_mark(self.base_radius, CHAIN)]
         marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
         marks += [Line(profile, HIDDEN) for profile in self.other_profiles]
         marks += [Line(roller, DOUBLE_CHAIN) for roller in self.roller_outlines]
-        marks += [Line(path, DOUBLE_CHAIN) for path in self.paths]
+        marks += [Line(path, DOUBLE_CHAIN) for path in self.roller_centre_paths]
         marks += self._centre_lines()
-        part, turn = self.part, keyway_turn(self.part)
+        part, turn = self.part, keyway_direction_angle(self.part)
         marks += [circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
         marks += [Line(hole_outline(part, turn) * self.scale, THICK)] if part.bore else []
-        marks += [*self._ray_lines(), *ring_marks(self.segments, self.ring)]
+        marks += [*self._ray_lines(), *ring_marks(self.segments, self.ring_radius)]
         marks += self._radius_marks()
         return marks
 
@@ -244,23 +262,23 @@ class FrontView:
     def _ray_lines(self) -> Iterator[Line]:
         """Lines from the contact points at segment starts to the ring; bent if the contact is not on the ray."""
         for turn, joint, aside in zip(
-            self.ray_directions, self.touch_directions, self.cam.ray_offsets, strict=True
+            self.ray_directions, self.touch_directions, self.cam.contact_offsets_from_rays, strict=True
         ):
             ray, touched = np.exp(1j * turn), np.exp(1j * joint)
-            bent = [(self.ring - BEND_LENGTH) * touched, self.ring * ray] if aside else []
-            yield line_mark((self.largest_radius(joint) + 1.5) * touched, *bent, (self.ring + 2.0) * ray)
+            bent = [(self.ring_radius - BEND_LENGTH) * touched, self.ring_radius * ray] if aside else []
+            yield line_mark((self.largest_radius(joint) + 1.5) * touched, *bent, (self.ring_radius + 2.0) * ray)
 
     def _radius_marks(self) -> Marks:
-        low, high = self.values
+        low, high = self.radius_texts
         marks = self._base_radius_marks(low)
         if abs(abs(self.highest_point) - abs(self.lowest_point)) <= SAME_RADIUS * abs(self.highest_point):
             return marks
-        if self._is_largest_inside:
-            return [*marks, *radius_from_centre(0.0, self.highest_point, self.inner, high)]
+        if self._is_largest_radius_inside:
+            return [*marks, *radius_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high)]
         away = self.highest_point / abs(self.highest_point)
         return [
             *marks,
-            *radius_from_outside(self.highest_point, away, self.ring - abs(self.highest_point) - 3.0, high),
+            *radius_from_outside(self.highest_point, away, self.ring_radius - abs(self.highest_point) - 3.0, high),
         ]
 
     def _base_radius_marks(self, value: str) -> Marks:
@@ -268,11 +286,16 @@ class FrontView:
         away = self.lowest_point / abs(self.lowest_point)
         sizes = np.abs(self.walls[0])
         turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
-        if np.ptp(turns) < LEAST_RAY_ANGLE and self.base - self.inner >= width_of(value, LARGE) + 8.0:
+        if (
+            np.ptp(turns) < LEAST_RAY_ANGLE
+            and self.base_radius - self.hub_or_bore_radius >= width_of(value, LARGE) + 8.0
+        ):
             lines = np.append(self._line_directions, np.angle(self.highest_point))
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
-            return radius_from_centre(0.0, self.base * np.exp(1j * EVERY_DEGREE[free]), self.inner, value)
-        return radius_from_outside(self.lowest_point, away, self.ring - abs(self.lowest_point) - 3.0, value)
+            return radius_from_centre(
+                0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value
+            )
+        return radius_from_outside(self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value)
 
 
 def _outline_radius(outline: ComplexArray, turn: float) -> float:
@@ -285,6 +308,6 @@ def angle_between(turn: Any, other: Any) -> FloatArray:
     return np.asarray(np.abs(np.angle(np.exp(1j * (turn - other)))))
 
 
-def is_upright(part: Part) -> bool:
+def is_keyway_section_vertical(part: Part) -> bool:
     """Whether the section through the keyway is along the vertical centre line."""
-    return abs(cos(keyway_turn(part))) < SAME_RADIUS
+    return abs(cos(keyway_direction_angle(part))) < SAME_RADIUS

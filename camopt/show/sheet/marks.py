@@ -143,12 +143,12 @@ class OccupiedArea:
         self._words = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
         self._lines = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Line)])
 
-    def overlaps(self, made: Marks) -> bool:
+    def overlaps(self, new_marks: Marks) -> bool:
         """Whether marks overlap earlier words or frames, or their words overlap earlier lines."""
-        shapes = [_mark_shape(mark) for mark in made]
+        shapes = [_mark_shape(mark) for mark in new_marks]
         return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
             self._lines.query(shape, predicate="intersects").size
-            for mark, shape in zip(made, shapes, strict=True)
+            for mark, shape in zip(new_marks, shapes, strict=True)
             if isinstance(mark, Words)
         )
 

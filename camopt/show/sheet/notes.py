@@ -11,10 +11,10 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.stroke import RETURN, RISE, Stroke
 from camopt.scene.problem.limit import Limit
 from camopt.show.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal_text, length_text, wrap_text
-from camopt.show.sheet.sizes import clearance_of, keyway_depth_text
+from camopt.show.sheet.sizes import groove_clearance, keyway_depth_text
 from camopt.show.sheet.true_cam import TrueCam, constant_velocity_strokes
 from camopt.show.sheet.two_contacts import contact_notes
-from camopt.solve.contour.hole import keyway_turn
+from camopt.solve.contour.hole import keyway_direction_angle
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
 
@@ -145,7 +145,9 @@ def _rotation_notes(cam: TrueCam) -> Iterator[str]:
     point = "centre of the face" if ball else tip
     angles = cam.translate(f"Angles round the cam start at the direction of the {point} at cam angle 0.")
     yield angles + (
-        cam.translate(" Bent lines lead to the point of contact on the profile.") if any(cam.ray_offsets) else ""
+        cam.translate(" Bent lines lead to the point of contact on the profile.")
+        if any(cam.contact_offsets_from_rays)
+        else ""
     )
 
 
@@ -154,7 +156,7 @@ def _keyway_notes(cam: TrueCam) -> Iterator[str]:
     part = cam.part
     if not part.keyway_width:
         return
-    angle = round(degrees(cam.sense * (pi / 2 - keyway_turn(part))) % 360.0, 3) % 360.0
+    angle = round(degrees(cam.sense * (pi / 2 - keyway_direction_angle(part))) % 360.0, 3) % 360.0
     if cam.problem.setup.mechanism.body.developed:
         where = ", where the section is" if cam.flank_height else ""
         yield cam.translate(f"The keyway is at cam angle {{}}°{where}.").format(decimal_text(angle))
@@ -177,7 +179,7 @@ def _motion_notes(cam: TrueCam) -> Iterator[str]:
             f"{cam.translate('s: lift of the follower, {}.').format(shown)} ",
         )
     named = [f"{cam.translate(name)} {law}" for name, law in laws.items() if law]
-    named += [_steady_text(stroke, cam) for stroke in constant_velocity_strokes(tool)]
+    named += [_constant_velocity_text(stroke, cam) for stroke in constant_velocity_strokes(tool)]
     lift = cam.translate(words).format(_lift_text(tool.lift, cam.problem.setup.tool_turns))
     yield before + "; ".join([lift, *named]) + "."
 
@@ -186,7 +188,7 @@ def _lift_text(lift: float, angular: bool) -> str:
     return f"{decimal_text(degrees(lift))}°" if angular else length_text(lift)
 
 
-def _steady_text(stroke: Stroke, cam: TrueCam) -> str:
+def _constant_velocity_text(stroke: Stroke, cam: TrueCam) -> str:
     """Text of a stroke at constant velocity."""
     assert stroke.given
     velocity = stroke.given.change / stroke.given.angle
@@ -234,11 +236,11 @@ def _groove_notes(cam: TrueCam) -> Iterator[str]:
     if cam.problem.setup.mechanism.body.bounded:
         return
     if cam.is_ribbed:
-        gap = 2 * (cam.problem.half_width - cam.roller_radius)
+        gap = 2 * (cam.problem.wall_distance_from_pitch_curve - cam.roller_radius)
         if gap:
             yield cam.translate("Clearance of the rib between its rollers {}.").format(length_text(gap, 4))
         return
-    room = clearance_of(cam)
+    room = groove_clearance(cam)
     if room.given is not None or room.ends:
         given = f" {length_text(room.given, 4)}" if room.given is not None else ""
         ends = (
@@ -267,7 +269,7 @@ def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
     yield "smallest convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
     yield "rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"
     if cam.problem.setup.mechanism.two_sided:
-        yield "cutter at most Ø{}", 2 * cam.problem.half_width, "mm"
+        yield "cutter at most Ø{}", 2 * cam.problem.wall_distance_from_pitch_curve, "mm"
     else:
         widest = cam.quantity(CUTTER_RADIUS) or 0.0
         straight = widest > FLANK_RADIUS * cam.size

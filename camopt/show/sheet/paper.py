@@ -49,8 +49,8 @@ class Paper:
         )
 
     @property
-    def small(self) -> bool:
-        """Whether the title block is as wide as the frame, and zones are named on two sides only."""
+    def is_a4(self) -> bool:
+        """Whether the sheet is A4: its title block is as wide as the frame, and zones are named on two sides."""
         return self.name == "A4"
 
     def marks(self) -> Marks:
@@ -74,8 +74,8 @@ class Paper:
         (left, bottom), (right, top) = ((c.real, c.imag) for c in self.frame)
         across = [x + middle.real for x in _zone_borders(left - middle.real, right - middle.real)]
         down = [y + middle.imag for y in _zone_borders(bottom - middle.imag, top - middle.imag)]
-        rows = (top,) if self.small else (bottom - ZONES, top)
-        columns = (right,) if self.small else (left - ZONES, right)
+        rows = (top,) if self.is_a4 else (bottom - ZONES, top)
+        columns = (right,) if self.is_a4 else (left - ZONES, right)
         for y in rows:
             yield from (line_mark(complex(x, y), complex(x, y + ZONES)) for x in across)
             for k, (a, b) in enumerate(zip([left, *across], [*across, right], strict=True), 1):
@@ -103,13 +103,15 @@ def paper_scales(size: float) -> Iterator[float]:
     place = 0
     if size < LEAST_VIEW:
         decade = max(0, floor(log10(LEAST_VIEW / size)))
-        place = next(k for k in range(3 * decade, 3 * decade + 4) if _series_factor(series, k) * size >= LEAST_VIEW)
+        place = next(
+            k for k in range(3 * decade, 3 * decade + 4) if _preferred_scale_factor(series, k) * size >= LEAST_VIEW
+        )
     while True:
-        yield _series_factor(series, place)
+        yield _preferred_scale_factor(series, place)
         place -= 1
 
 
-def _series_factor(series: tuple[float, ...], place: int) -> float:
+def _preferred_scale_factor(series: tuple[float, ...], place: int) -> float:
     """1, 2, 5, 10, … for places from 0; ½, ⅕, ⅒, … for negative places."""
     decade, within = divmod(abs(place), 3)
     factor = series[within] * 10.0**decade

@@ -33,16 +33,16 @@ def ring_marks(segments: list[RingSector], radius: float) -> Marks:
         inverted = cos(turn - (middle - pi / 2)) < 0.0
         foot = radius + NAME_DISTANCE + (height if inverted else 0.0)
         marks.append(Words(foot * np.exp(1j * middle), name, height, 0.5, turn, backed=True))
-    return [*marks, *_cross_names(crowded, radius)]
+    return [*marks, *_names_across_ring(crowded, radius)]
 
 
-def _cross_names(crowded: list[tuple[float, str]], radius: float) -> Marks:
+def _names_across_ring(crowded: list[tuple[float, str]], radius: float) -> Marks:
     foot = radius + CROSS_NAME_DISTANCE
     apart = NAME_STEP * MEDIUM / foot
     if not crowded or len(crowded) * apart > CROWDED_SHARE * 2 * pi:
         return []
     marks: Marks = []
-    names, wanted = unroll_directions(crowded)
+    names, wanted = sort_after_widest_gap(crowded)
     for name, was, turn in zip(names, wanted, spread_directions(wanted, apart), strict=True):
         marks.append(line_mark(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
         reading = readable_direction(float(turn))
@@ -52,7 +52,7 @@ def _cross_names(crowded: list[tuple[float, str]], radius: float) -> Marks:
     return marks
 
 
-def unroll_directions(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
+def sort_after_widest_gap(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
     """Names sorted by direction [rad], beginning after the widest gap."""
     ordered = sorted((turn % (2 * pi), name) for turn, name in named)
     turns = np.array([turn for turn, _ in ordered])
@@ -61,16 +61,16 @@ def unroll_directions(named: list[tuple[float, str]]) -> tuple[list[str], FloatA
     return [name for _, name in ordered[first:] + ordered[:first]], turns + 2 * pi * (turns < turns[0])
 
 
-def spread_directions(wanted: FloatArray, apart: float) -> FloatArray:
-    """Rising directions at least ``apart`` from each other, as near to the wanted ones as possible.
+def spread_directions(wanted_directions: FloatArray, least_angle: float) -> FloatArray:
+    """Rising directions at least ``least_angle`` from each other, as near to the wanted ones as possible.
 
     Those that would be too near to each other share the mean of what they want (pool adjacent violators).
     """
     pools: list[tuple[float, int]] = []  # mean preferred direction of the first name, and number of names
-    for value in wanted - apart * np.arange(wanted.size):
+    for value in wanted_directions - least_angle * np.arange(wanted_directions.size):
         pools.append((float(value), 1))
         while len(pools) > 1 and pools[-1][0] < pools[-2][0]:
             (b, m), (a, n) = pools.pop(), pools.pop()
             pools.append(((a * n + b * m) / (n + m), n + m))
     means = np.concatenate([np.full(n, mean) for mean, n in pools])
-    return np.asarray(means + apart * np.arange(wanted.size))
+    return np.asarray(means + least_angle * np.arange(wanted_directions.size))

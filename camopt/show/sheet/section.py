@@ -15,7 +15,7 @@ from camopt.core.numerics import ComplexArray
 from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.scene.part import Part
 from camopt.show.sheet import symbols
-from camopt.show.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_at, distance_dimension
+from camopt.show.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_symbol, distance_dimension
 from camopt.show.sheet.marks import (
     CHAIN,
     LARGE,
@@ -29,7 +29,7 @@ from camopt.show.sheet.marks import (
     shift_marks,
 )
 from camopt.show.sheet.sizes import bore_text, hole_outline, keyway_depth_text
-from camopt.solve.contour.hole import keyway_turn
+from camopt.solve.contour.hole import keyway_direction_angle
 
 HATCH_DISTANCE = 2.5  # mm between hatch lines
 PLATE_OVERRUN = 2.0  # mm from a plate to its number
@@ -63,16 +63,20 @@ def section_marks(
     Its axis is at y = 0. ``walls`` are the walls of a groove or rib on the face of a single plate, the inner one
     first.
     """
-    turn = np.exp(1j * (np.pi / 2 - keyway_turn(part)))
+    turn = np.exp(1j * (np.pi / 2 - keyway_direction_angle(part)))
     hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
     whole, hub = _total_length(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
     plates = [
         _plate_of_profile(profile * turn, hub, low * scale, high * scale)
-        for profile, (low, high) in zip(profiles, part.plates, strict=True)
+        for profile, (low, high) in zip(profiles, part.plate_extents, strict=True)
     ]
-    gap, face = _axis_gaps(hole), plates[0].high
+    gap, face = _vertical_intervals_inside(hole), plates[0].high
     around = [plates[0].cut] if part.rib_height else []  # beside a rib the plate is cut away
-    grooves = _gaps_between_outlines(*(_axis_gaps(wall * turn) for wall in walls), *around) if walls else []
+    grooves = (
+        _intervals_between_outlines(*(_vertical_intervals_inside(wall * turn) for wall in walls), *around)
+        if walls
+        else []
+    )
     bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
     bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
     bodies += [box(0.0, -hub, whole, hub)] if hub else []
@@ -99,10 +103,10 @@ def section_marks(
 def _plate_of_profile(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
     beyond = profile.imag[profile.real >= 0.0]
     ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
-    return Plate(low, high, _axis_gaps(profile), ends)
+    return Plate(low, high, _vertical_intervals_inside(profile), ends)
 
 
-def _axis_gaps(outline: ComplexArray) -> list[Gap]:
+def _vertical_intervals_inside(outline: ComplexArray) -> list[Gap]:
     """Intervals of the vertical through the axis that are inside an outline [mm]."""
     if not outline.size:
         return []
@@ -113,8 +117,8 @@ def _axis_gaps(outline: ComplexArray) -> list[Gap]:
     return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
 
 
-def _gaps_between_outlines(*outlines: list[Gap]) -> list[Gap]:
-    """Intervals inside the outer wall of a groove but outside of its inner wall.
+def _intervals_between_outlines(*outlines: list[Gap]) -> list[Gap]:
+    """Intervals between the outlines: inside the outer wall of a groove, outside of its inner wall.
 
     With a third outline around a rib: intervals inside this outline but outside of the rib.
     """
@@ -144,11 +148,11 @@ def hatch_lines(solid: Any) -> Iterator[Line]:
                 yield Line(x + 1j * y, THIN)
 
 
-def keyway_edge(part: Part, scale: float, whole: float) -> Iterator[Line]:
+def keyway_edge(part: Part, scale: float, total_length: float) -> Iterator[Line]:
     """The edge of the keyway wall and the bore, behind the section."""
     if part.bore and part.keyway_width:
         y = difference_of_squares_root(part.bore, part.keyway_width) / 2 * scale
-        yield line_mark(1j * y, whole + 1j * y, pen=THICK)
+        yield line_mark(1j * y, total_length + 1j * y, pen=THICK)
 
 
 def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
@@ -156,7 +160,7 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
     hub = (part.hub_diameter or 0.0) / 2 * scale
     rows = [[(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates]]
     rows += [[(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)]
-    rows += [[(complex(whole, -hub), 1j * plates[-1].ends[0])]] if part.stands_on_hub and hub else []
+    rows += [[(complex(whole, -hub), 1j * plates[-1].ends[0])]] if part.has_protruding_hub and hub else []
     marks: Marks = []
     for k, row in enumerate(rows):
         for first, last in row:
@@ -173,12 +177,12 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
             marks += distance_dimension(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_text(part))
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
             place = complex(whole + FIRST_LEVEL, -radius)
-            marks += datum_at(place, -1j, max(STEM, hub - radius), datum)
+            marks += datum_symbol(place, -1j, max(STEM, hub - radius), datum)
     if height := part.groove_depth or part.rib_height:
         rim = plates[0].high + 1j * plates[0].ends[1]
         marks += distance_dimension(rim - height * scale, rim, 1.0, FIRST_LEVEL, length_text(height))
         if datum := symbols.datums_of(part, bool(part.thickness)).face:
-            marks += datum_at(rim - 1j * CELL, 1.0, STEM, datum)
+            marks += datum_symbol(rim - 1j * CELL, 1.0, STEM, datum)
     if across := part.hub_diameter or part.outer_diameter:
         half = 0.5j * across * scale
         marks += distance_dimension(

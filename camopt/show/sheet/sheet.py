@@ -18,7 +18,7 @@ from camopt.scene.scene import Scene
 from camopt.show.drawing.style import figure_pages
 from camopt.show.sheet.callouts import with_callouts
 from camopt.show.sheet.developed import DevelopedView
-from camopt.show.sheet.front_view import FrontView, is_upright
+from camopt.show.sheet.front_view import FrontView, is_keyway_section_vertical
 from camopt.show.sheet.marks import LARGE, MarkBox, Marks, Words, draw_marks, marks_box, shift_marks
 from camopt.show.sheet.notes import note_texts, numbered_notes
 from camopt.show.sheet.paper import (
@@ -81,7 +81,7 @@ class SheetMargins:
         return points_table(table_columns(self.cam, self.form.step), self.form.blocks)
 
     @property
-    def has_room(self) -> bool:
+    def has_room_for_table(self) -> bool:
         """Whether the table fits on the sheet."""
         spare = self.inner.size - marks_box(self.table).size
         return min(spare.real, spare.imag) >= 0.0
@@ -89,7 +89,9 @@ class SheetMargins:
     def frame_marks(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
         paper = self.form.paper
-        block = title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, self.cam.sheet)
+        block = title_block(
+            self.cam.part, self.cam.title, scale_name(scale), paper.name, self.cam.sheet_number_text
+        )
         low, high = paper.frame
         return [*paper.marks(), *shift_marks(block, complex(high.real - BLOCK_WIDTH, low.imag))]
 
@@ -102,7 +104,7 @@ class SheetViews:
     scale: float
 
     @cached_property
-    def disc(self) -> Marks:
+    def disc_views(self) -> Marks:
         """The front view of a disc cam, with the section beside it if the thickness is known."""
         part, front = self.cam.part, FrontView(self.cam, self.scale)
         marks = with_callouts(front)
@@ -112,22 +114,22 @@ class SheetViews:
             front.profiles, part, self.scale, front.walls if part.groove_depth or part.rib_height else ()
         )
         beside = shift_marks(beside, marks_box(marks).high.real + VIEW_DISTANCE - marks_box(beside).low.real)
-        if not is_upright(part):
+        if not is_keyway_section_vertical(part):
             box = marks_box(beside)
             above = complex((box.low.real + box.high.real) / 2, box.high.imag + 3.0)
             beside.append(Words(above, "A–A", LARGE, 0.5))
         return [*marks, *beside]
 
     @cached_property
-    def cylinder(self) -> tuple[Marks, Marks]:
+    def developed_view_and_section(self) -> tuple[Marks, Marks]:
         """The developed groove, and its section with hole."""
         view = DevelopedView(self.cam, self.scale)
-        return view.groove(), view.body()
+        return view.developed_cylinder_marks(), view.section_and_bore_marks()
 
     @cached_property
-    def column(self) -> Marks:
+    def cylinder_views_in_column(self) -> Marks:
         """Views of a cylinder: the developed groove, with section and hole centred below it."""
-        groove, body = self.cylinder
+        groove, body = self.developed_view_and_section
         if not body:
             return groove
         above, below = marks_box(groove), marks_box(body)
@@ -135,49 +137,56 @@ class SheetViews:
         return [*groove, *shift_marks(body, complex(middle, above.low.imag - VIEW_DISTANCE - below.high.imag))]
 
 
-def disc_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
+def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """From top to bottom: views, table, notes, title block."""
-    inner, width = desk.inner, desk.inner.size.real
-    said = shift_marks(numbered_notes(desk.texts, width), complex(inner.low.real, desk.level_above_block))
+    inner, width = margins.inner, margins.inner.size.real
+    said = shift_marks(numbered_notes(margins.texts, width), complex(inner.low.real, margins.level_above_block))
     yield inner, said
-    spare = (width - marks_box(desk.table).size.real) / 2
-    rows = shift_marks(desk.table, complex(inner.low.real + spare, marks_box(said).high.imag + FRAME_MARGIN))
+    spare = (width - marks_box(margins.table).size.real) / 2
+    rows = shift_marks(margins.table, complex(inner.low.real + spare, marks_box(said).high.imag + FRAME_MARGIN))
     yield inner, rows
-    yield MarkBox(complex(inner.low.real, marks_box(rows).high.imag + FRAME_MARGIN), inner.high), views.disc
+    yield MarkBox(complex(inner.low.real, marks_box(rows).high.imag + FRAME_MARGIN), inner.high), views.disc_views
 
 
-def views_beside_table(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
+def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """Views on the left with notes below, table on the right above the title block."""
-    inner = desk.inner
-    said = shift_marks(numbered_notes(desk.texts, desk.width_beside_block), inner.low)
+    inner = margins.inner
+    said = shift_marks(numbered_notes(margins.texts, margins.width_beside_block), inner.low)
     yield inner, said
-    rows = shift_marks(desk.table, inner.high - marks_box(desk.table).high)
-    yield MarkBox(complex(inner.low.real, desk.level_above_block), inner.high), rows
-    floor = max(desk.level_above_block, marks_box(said).high.imag + FRAME_MARGIN)
+    rows = shift_marks(margins.table, inner.high - marks_box(margins.table).high)
+    yield MarkBox(complex(inner.low.real, margins.level_above_block), inner.high), rows
+    floor = max(margins.level_above_block, marks_box(said).high.imag + FRAME_MARGIN)
     room = MarkBox(
         complex(inner.low.real, floor), complex(marks_box(rows).low.real - VIEW_DISTANCE, inner.high.imag)
     )
-    yield room, views.column if desk.cam.problem.setup.mechanism.body.developed else views.disc
+    yield (
+        room,
+        views.cylinder_views_in_column if margins.cam.problem.setup.mechanism.body.developed else views.disc_views,
+    )
 
 
-def cylinder_above(desk: SheetMargins, views: SheetViews) -> PlacedMarks:
+def developed_view_above_section(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """The developed groove on top; below it the body on the left, and table, notes and title block on the right."""
-    inner, right = desk.inner, desk.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH
-    groove, body = views.cylinder
+    inner, right = margins.inner, margins.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH
+    groove, body = views.developed_view_and_section
     floor = inner.high.imag - marks_box(groove).size.imag
     said = shift_marks(
-        numbered_notes(desk.texts, BLOCK_WIDTH - FRAME_MARGIN), complex(right, desk.level_above_block)
+        numbered_notes(margins.texts, BLOCK_WIDTH - FRAME_MARGIN), complex(right, margins.level_above_block)
     )
     yield inner, said
-    rows = shift_marks(desk.table, complex(right, floor - VIEW_DISTANCE) - 1j * marks_box(desk.table).high.imag)
+    rows = shift_marks(
+        margins.table, complex(right, floor - VIEW_DISTANCE) - 1j * marks_box(margins.table).high.imag
+    )
     yield MarkBox(complex(right, marks_box(said).high.imag + FRAME_MARGIN), inner.high), rows
     yield MarkBox(complex(inner.low.real, floor), inner.high), groove
     if body:
         yield MarkBox(inner.low, complex(right - VIEW_DISTANCE, floor - VIEW_DISTANCE)), body
 
 
-def arrange_marks(placed: PlacedMarks) -> Marks:
-    """Marks in their areas, centred from the third area on; empty if one is larger than its area.
+def fit_marks_in_areas(placed: PlacedMarks) -> Marks:
+    """Marks placed in their areas, or an empty list if some marks do not fit.
+
+    Marks from the third area on are centred.
 
     The marks after that one are not made.
     """
@@ -210,12 +219,12 @@ def sheet_arrangements(body: Body, step: float | None = None) -> Iterator[Arrang
 
 
 CYLINDER_ARRANGEMENTS = (
-    Arrangement(A3, 5.0, 4, cylinder_above),
-    *(Arrangement(A3, 10.0, blocks, cylinder_above) for blocks in (4, 3, 2)),
+    Arrangement(A3, 5.0, 4, developed_view_above_section),
+    *(Arrangement(A3, 10.0, blocks, developed_view_above_section) for blocks in (4, 3, 2)),
     Arrangement(A3, 10.0, 1, views_beside_table),
 )
 DISC_ARRANGEMENTS = (
-    *(Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2)),
+    *(Arrangement(A4, 10.0, blocks, views_above_table) for blocks in (3, 2)),
     Arrangement(A3, 5.0, 2, views_beside_table),
     Arrangement(A3, 10.0, 1, views_beside_table),
 )
@@ -240,15 +249,15 @@ def write_sheets(
     problem: Problem,
     path: str | os.PathLike[str],
     step: float | None = None,
-    only: int | None = None,
+    only_disc: int | None = None,
 ) -> list[Sheet]:
     """Write the workshop drawing of a cam as a PDF at true size. The default step of its table is 5 or 10 deg.
 
     A sheet is A4 or A3, or A2 for a table with many rows. It shows the front view of a disc cam with the angles of
     its motion and its section, or the developed groove of a cylindrical cam with its section and hole. It has the
     table of the profile, notes and the title block. The scale is 1:1 if that fits, else the nearest standard scale.
-    A pair of discs has a sheet for each disc (``only``: number of a single one), with the other disc dashed, and
-    the section of both. The same scene gives the same file.
+    A pair of discs has a sheet for each disc (``only_disc``: number of a single one), with the other disc dashed,
+    and the section of both. The same scene gives the same file.
 
     Raises
     ------
@@ -257,7 +266,7 @@ def write_sheets(
     OSError
         If the file cannot be written.
     """
-    sheets = [each for each in sheets_of(scene, problem, step) if only in (None, each.cam.disc.number)]
+    sheets = [each for each in sheets_of(scene, problem, step) if only_disc in (None, each.cam.disc.number)]
     sizes = [(sheet.paper.width / SHEET_INCH_MM, sheet.paper.height / SHEET_INCH_MM) for sheet in sheets]
     with figure_pages(path, sizes) as figures:
         for sheet, figure in zip(sheets, figures, strict=True):
@@ -271,27 +280,31 @@ def write_sheets(
 
 def sheets_of(scene: Scene, problem: Problem, step: float | None = None) -> list[Sheet]:
     """The sheets of all discs, at the same scale."""
-    sheets = [sheet_of(cam, step) for cam in TrueCam(scene, problem).sheets]
+    sheets = [sheet_of(cam, step) for cam in TrueCam(scene, problem).cam_of_each_sheet]
     least = min(sheet.scale for sheet in sheets)
     return [sheet if sheet.scale == least else sheet_of(sheet.cam, step, least) for sheet in sheets]
 
 
-def sheet_of(cam: TrueCam, step: float | None = None, largest: float = inf) -> Sheet:
-    """The sheet with the first scale, at most ``largest``, and the first arrangement that hold the drawing."""
+def sheet_of(cam: TrueCam, step: float | None = None, largest_scale: float = inf) -> Sheet:
+    """The sheet with the first scale, up to ``largest_scale``, and arrangement that hold the drawing."""
     if step is not None and not (step >= LEAST_STEP and (360.0 / step).is_integer()):
         raise BadInput([Mistake("camopt", "step", step, f"a step of at least {LEAST_STEP:g} deg that divides 360")])
     body = cam.problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)
     texts = tuple(note_texts(cam))
-    desks = [desk for form in sheet_arrangements(body, step) if (desk := SheetMargins(cam, form, texts)).has_room]
+    desks = [
+        desk
+        for form in sheet_arrangements(body, step)
+        if (desk := SheetMargins(cam, form, texts)).has_room_for_table
+    ]
     for scale in (
         scale
         for scale in islice(paper_scales(2.0 * cam.size), MOST_SCALES)
-        if width * scale < A2.width and scale <= largest
+        if width * scale < A2.width and scale <= largest_scale
     ):
         views = SheetViews(cam, scale)
         for desk in desks:
-            if marks := arrange_marks(desk.form.place(desk, views)):
+            if marks := fit_marks_in_areas(desk.form.place(desk, views)):
                 return Sheet(
                     cam, desk.form.paper, scale, [*desk.frame_marks(scale), *map(cam.localise_mark, marks)]
                 )

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import ComplexArray
-from camopt.scene.fits import depth_tolerance
+from camopt.scene.fits import keyway_depth_tolerance
 from camopt.scene.iso286 import limit_deviations
 from camopt.scene.part import Part
 from camopt.show.sheet.marks import arc_points, length_text
@@ -27,7 +27,7 @@ def keyway_width_text(part: Part) -> str:
 def keyway_depth_text(part: Part) -> str:
     """Text of the depth from bore to keyway bottom, with the tolerance of DIN 6885 if the keyway has a fit."""
     depth = length_text((part.bore or 0.0) + (part.keyway_depth or 0.0))
-    return f"{depth} +{length_text(depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
+    return f"{depth} +{length_text(keyway_depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
 
 
 def fit_suffix(fit: str | None) -> str:
@@ -54,7 +54,7 @@ class Clearance(NamedTuple):
     """Smallest and largest clearance: by the fit, else by the tolerance of both walls."""
 
 
-def clearance_of(cam: TrueCam) -> Clearance:
+def groove_clearance(cam: TrueCam) -> Clearance:
     """The clearance of the roller in a groove."""
     drive, fit, tolerance = cam.scene.drive, cam.part.groove_fit, cam.part.profile_tolerance
     given = drive.clearance if drive else None
@@ -73,4 +73,4 @@ def groove_width_text(cam: TrueCam) -> str:
     """Text of the width of a groove: the roller diameter with a fit, or the width in files."""
     if cam.part.groove_fit:
         return f"{length_text(2 * cam.roller_radius)} {cam.part.groove_fit}"
-    return length_text(2 * cam.problem.half_width)
+    return length_text(2 * cam.problem.wall_distance_from_pitch_curve)

@@ -69,9 +69,9 @@ class Datums(NamedTuple):
     """Datum that locates a groove along the axis: lower face of a cylinder, or grooved face of a disc."""
 
 
-def datums_of(part: Part, is_cut: bool) -> Datums:
+def datums_of(part: Part, has_section: bool) -> Datums:
     """The datums of a part with a profile tolerance and a section that shows the bore."""
-    bore = bool(part.bore) and is_cut and part.profile_tolerance is not None
+    bore = bool(part.bore) and has_section and part.profile_tolerance is not None
     present = bore, bore and bool(part.keyway_width), bore and bool(part.groove_depth or part.rib_height)
     letters = iter("ABC")
     return Datums(*(next(letters) if datum else "" for datum in present))

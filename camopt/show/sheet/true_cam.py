@@ -61,7 +61,7 @@ def _segment_name(stroke: Stroke, steady: bool, stretches: Iterable[tuple[str, f
 
 def constant_velocity_strokes(programme: Programme) -> list[Stroke]:
     """The strokes of a motion at constant velocity, as the scene gives them."""
-    return [stroke for stroke in programme.strokes if stroke.is_move and not stroke.is_free]
+    return [stroke for stroke in programme.strokes if stroke.is_move and not stroke.is_law_replaceable]
 
 
 @dataclass(frozen=True)
@@ -91,14 +91,14 @@ class TrueCam:
         return len(self.discs) > 1 and not self.is_ribbed
 
     @property
-    def sheets(self) -> "list[TrueCam]":
+    def cam_of_each_sheet(self) -> "list[TrueCam]":
         """The same cam for each sheet."""
         return [replace(self, place=place) for place in range(len(self.discs) if self.is_disc_pair else 1)]
 
     @property
-    def sheet(self) -> str:
+    def sheet_number_text(self) -> str:
         """Number of the sheet and of all sheets, such as 1/2."""
-        return f"{self.disc.number}/{len(self.sheets)}"
+        return f"{self.disc.number}/{len(self.cam_of_each_sheet)}"
 
     @property
     def disc(self) -> Disc:
@@ -184,7 +184,7 @@ class TrueCam:
 
     def curve(self, name: str) -> ComplexArray:
         """Points of a curve of this disc; empty if it is not drawn."""
-        drawn = self.curves.get(f"{self.disc.prefix}{name}")
+        drawn = self.curves.get(f"{self.disc.curve_name_prefix}{name}")
         return drawn.points if drawn else np.zeros(0, dtype=complex)
 
     @cached_property
@@ -194,7 +194,7 @@ class TrueCam:
             []
             if self.is_ribbed
             else [
-                self.curves[f"{disc.prefix}profile"].points
+                self.curves[f"{disc.curve_name_prefix}profile"].points
                 for disc in self.discs
                 if disc.number != self.disc.number
             ]
@@ -205,7 +205,7 @@ class TrueCam:
         """Names of the follower's strokes with their cam angles [rad]; those of the scene's segments, if any."""
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
-            strokes, steady = self.problem.programme.strokes, self.steady_strokes
+            strokes, steady = self.problem.programme.strokes, self.follower_constant_velocity_strokes
             found = [(_segment_name(each, each in steady, found), each.start, each.end) for each in strokes]
         return [
             (f"{self.translate(name)} {decimal_text(degrees(end - begin), 2)}°", begin, end)
@@ -219,7 +219,7 @@ class TrueCam:
         return height
 
     @property
-    def steady_strokes(self) -> list[Stroke]:
+    def follower_constant_velocity_strokes(self) -> list[Stroke]:
         """Strokes of the follower at constant velocity; none with a train, where only the tool has them."""
         programme = self.problem.programme
         return constant_velocity_strokes(programme) if programme.tool is programme else []
@@ -230,7 +230,7 @@ class TrueCam:
         return float(np.angle(self.curves_at(self.picture.pieces[0][:1]).pitch[0]))
 
     @cached_property
-    def ray_offsets(self) -> list[float]:
+    def contact_offsets_from_rays(self) -> list[float]:
         """Angle from the ray of each segment start to the contact point on the profile [rad].
 
         It is 0 if the trace point has its direction of cam angle 0 and lies straight above its contact.

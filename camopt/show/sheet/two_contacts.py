@@ -32,25 +32,25 @@ class ContactDistance(NamedTuple):
     """Largest change over a turn, ±; None if the profile has no tolerance."""
     angular: bool
 
-    def size_text(self, value: float, digits: int = 3) -> str:
+    def distance_text(self, value: float, digits: int = 3) -> str:
         """A distance as text."""
         return f"{decimal_text(value, digits)}°" if self.angular else length_text(value, digits)
 
     @property
-    def clearance(self) -> float:
-        """Largest clearance if the tolerance exceeds the interference; else 0."""
+    def largest_clearance(self) -> float:
+        """Largest clearance of both contacts: the variation less the interference, at least 0."""
         return max((self.variation or 0.0) - self.interference, 0.0) if self.interference else 0.0
 
     @property
-    def nominal(self) -> str:
+    def toleranced_text(self) -> str:
         """Text of the distance with its tolerance."""
         digits = 1e4 if self.angular else 1e3  # down to 0.0001°, or a µm
         tolerance = (
             ""
             if self.variation is None
-            else f" ±{self.size_text(floor(self.variation * digits + DIGIT_ROUNDING) / digits, 4)}"
+            else f" ±{self.distance_text(floor(self.variation * digits + DIGIT_ROUNDING) / digits, 4)}"
         )
-        return f"{self.size_text(self.value)}{tolerance}"
+        return f"{self.distance_text(self.value)}{tolerance}"
 
 
 def contact_distance(cam: TrueCam) -> ContactDistance | None:
@@ -97,16 +97,16 @@ def contact_notes(cam: TrueCam) -> Iterator[str]:
         else "Distance of the centres of both rollers {}"
     )
     made = "{}, made {} for an interference of {}." if found.interference else "{}."
-    sizes = [found.size_text(found.value - found.interference), found.size_text(found.interference, 4)]
+    sizes = [found.distance_text(found.value - found.interference), found.distance_text(found.interference, 4)]
     yield cam.translate(made).format(
-        cam.translate(what).format(found.size_text(found.value)), *sizes[: 2 * bool(found.interference)]
+        cam.translate(what).format(found.distance_text(found.value)), *sizes[: 2 * bool(found.interference)]
     )
     yield cam.translate(_inspection_text(cam)).format(
-        found.nominal if found.variation is not None else found.size_text(found.value)
+        found.toleranced_text if found.variation is not None else found.distance_text(found.value)
     )
-    if found.clearance:
+    if found.largest_clearance:
         text = "Within the tolerance of the profile the interference may be lost: clearance up to {}."
-        yield cam.translate(text).format(found.size_text(found.clearance, 4))
+        yield cam.translate(text).format(found.distance_text(found.largest_clearance, 4))
 
 
 def _inspection_text(cam: TrueCam) -> str:

@@ -23,7 +23,7 @@ from camopt.scene.numbers_with_units import numbers_with_units
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
-from camopt.show.studies.accuracy.subjects import designs_of
+from camopt.show.studies.accuracy.subjects import random_designs
 from camopt.solve.smallest.complete_scene import with_all_sizes
 from camopt.solve.tables.result import Branch, Result
 from camopt.solve.verdicts.effect_runs import with_effect
@@ -49,7 +49,7 @@ def effects_run(problem: Problem) -> list[EffectRun]:
         EffectRun(
             name,
             tuple(_effect_callers(problem, planned, names)),
-            tuple(quantity for quantity in effects[name].reads(problem.setup) if quantity not in names),
+            tuple(quantity for quantity in effects[name].input_quantities(problem.setup) if quantity not in names),
             tuple(in_column_order(names)),
         )
         for name, names in planned.items()
@@ -70,7 +70,9 @@ def _effect_callers(problem: Problem, planned: Mapping[str, frozenset[str]], nam
     others = {
         name: each for name, each in setup_effects(problem.setup).items() if name in planned and name != effect
     }
-    callers += [f"effect {name}" for name, each in others.items() if set(each.reads(problem.setup)) & names]
+    callers += [
+        f"effect {name}" for name, each in others.items() if set(each.input_quantities(problem.setup)) & names
+    ]
     return callers
 
 
@@ -147,7 +149,7 @@ def cost_report(scene: Scene) -> CostReport:
     missing = missing_keys_by_quantity(setup)
     idle = {}
     for name, effect in EFFECTS.items():
-        offers = effect.offers(setup)
+        offers = effect.offered_quantities(setup)
         if name not in times and offers:
             keys = [missing.get(quantity, ()) for quantity in offers]
             idle[name] = () if () in keys else min(keys, key=len)
@@ -158,7 +160,7 @@ def _timing_designs(scene: Scene) -> tuple[Problem, Designs]:
     """Designs on which effects are timed: those of a sweep, or designs near the smallest cam."""
     problem = resolve(scene)
     try:
-        return problem, designs_of(problem)
+        return problem, random_designs(problem)
     except BadInput:
         problem = resolve(with_all_sizes(scene).replace(search=None))
-        return problem, designs_of(problem)
+        return problem, random_designs(problem)

@@ -92,7 +92,7 @@ def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
         {"segment": "dwell", "angle": 360 - rise - dwell - fall},
     ]
     rpm, rotation = random.choice([100, 150, 200, 240, 300, 500, 600]), random.choice(["cw", "ccw"])
-    cam = {"form": body.form, "rotation": rotation, "rpm": rpm, body.size: base}
+    cam = {"form": body.form, "rotation": rotation, "rpm": rpm, body.size_key: base}
     return {"name": f"Exercise: {kind}", "cam": cam, "follower": follower, "motion": moves}
 
 
@@ -144,7 +144,7 @@ def _problem_text(kind: str, scene: Scene) -> str:
     size = "mean radius of the cylinder" if body.developed else "smallest radius of the cam"
     sentences = [
         f"A {body.words} turns {way} at {cam.rpm:g} rev/min and drives {motion.words} {TIP_WORDS[tip]} follower.",
-        f"The {size} is {getattr(cam, body.size):g} mm.",
+        f"The {size} is {getattr(cam, body.size_key):g} mm.",
         *size_sentences,
         *_follower_sentences(body, motion, tip, cam.rotation),
         f"The follower moves outwards by {rise.lift:g}{unit} during {rise.angle:g}° "

@@ -7,7 +7,7 @@ import numpy as np
 
 from camopt.core.engines.progress import Advance
 from camopt.core.kernels.compile_clock import READY_KERNELS
-from camopt.core.kernels.compile_rule import compile_at_once
+from camopt.core.kernels.compile_rule import compile_at_first_call
 from camopt.core.kernels.kernel_cache import NO_FOLDER, kernel_folder
 from camopt.core.numerics.dominance import Dominators
 from camopt.scene.scene import find_scene
@@ -30,7 +30,7 @@ def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
     scenes, folder = [find_scene(name) for name in names or shipped_scenes()], kernel_folder()
     if folder == NO_FOLDER:
         raise PermissionError("there is no folder for compiled kernels; set NUMBA_CACHE_DIR to a folder")
-    compile_at_once()
+    compile_at_first_call()
     sizes = {"start": 40.0, "stop": 90.0, "step": 5.0}  # the kernels of sweeps are the same for all scenes
     sweep(find_scene("roller-1000rpm").replace(search={"base_radius": sizes, "law": ["cycloidal"]}), workers=1)
     Dominators(np.zeros((1, 2))).dominate(np.ones((1, 2)))

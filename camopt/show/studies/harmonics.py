@@ -23,12 +23,12 @@ from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.quantities import displacement_unit
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
-from camopt.model.effects.motion import motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, pen_of
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, series_line_style
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
@@ -158,7 +158,7 @@ def harmonics(scene: SceneSource, orders: int = DEFAULT_ORDERS) -> Harmonics:
         float(waves[0].real) / 2,
         np.abs(waves[1:]),
         np.degrees(np.angle(waves[1:].conj())) % 360.0,
-        np.abs(_fourier_integrals(programme, 2, order)) * motion_scale(setup, 2),
+        np.abs(_fourier_integrals(programme, 2, order)) * motion_unit_factor(setup, 2),
         motion_table_unit(setup, 2),
     )
 
@@ -221,8 +221,8 @@ def _draw_amplitudes(axes: Any, name: str, what: "Harmonics", values: Any) -> No
     largest = float(np.max(values))
     seen = values > LEAST_DRAWN_SHARE * largest
     floor = 10.0 ** np.floor(np.log10(values[seen].min()))
-    axes.vlines(what.order[seen], floor, values[seen], lw=2.0, color=pen_of(0)["color"])
-    axes.plot(what.order[seen], values[seen], ls="", marker="o", ms=4.0, color=pen_of(0)["color"])
+    axes.vlines(what.order[seen], floor, values[seen], lw=2.0, color=series_line_style(0)["color"])
+    axes.plot(what.order[seen], values[seen], ls="", marker="o", ms=4.0, color=series_line_style(0)["color"])
     turn = "" if what.frequency_Hz is None else f", in multiples of {what.frequency_Hz[0]:.6g} Hz"
     axes.set(yscale="log", xlim=(0.0, float(what.order[-1]) + 1.0), xlabel=f"harmonic{turn}")
     axes.set_ylim(floor, 2.0 * largest)

@@ -155,9 +155,9 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     """
     scene = scene_from(scene)
     problem = at_rounding_error(resolve_design(scene))
-    variables = _variable_scales(problem)
+    variables = _variable_values_and_magnitudes(problem)
     numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}
-    freed = problem.with_free_numbers(numbers)
+    freed = problem.with_numbers_per_design(numbers)
     names = [name for name in problem.evaluated_quantities if find_quantity(name, problem.setup).kind is float]
     around = _stencil_designs(problem.design, variables)
     columns = run_effects(EvaluationBlock(freed.setup, freed.programme, around), names).columns
@@ -177,7 +177,7 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     return Sensitivities(scene, values, found)
 
 
-def _variable_scales(problem: Problem) -> dict[Variable, tuple[float, float]]:
+def _variable_values_and_magnitudes(problem: Problem) -> dict[Variable, tuple[float, float]]:
     """Value and order of magnitude of each variable."""
     found, prime = {}, float(problem.design.prime_radius[0])
     for each in problem.variables:
@@ -224,12 +224,15 @@ def _stencil_designs(design: Designs, variables: Mapping[Variable, tuple[float, 
     return design.take(np.zeros(count, dtype=int)).with_values(values)
 
 
-def _stencil_slopes(value: float, beside: FloatArray, step: float, most: float) -> Sensitivity:
-    """Slopes of a quantity from its values on the stencil; None on a side where it bends by more than ``most``."""
+def _stencil_slopes(value: float, stencil_values: FloatArray, step: float, largest_bend: float) -> Sensitivity:
+    """Slopes of a quantity from its values on the stencil.
+
+    None on a side where it bends by more than ``largest_bend``.
+    """
     with np.errstate(invalid="ignore"):
-        change = beside - value
-        change[:2] = np.where(abs(change[0] - 2.0 * change[1]) > most, np.nan, change[:2])
-        change[2:] = np.where(abs(change[3] - 2.0 * change[2]) > most, np.nan, change[2:])
+        change = stencil_values - value
+        change[:2] = np.where(abs(change[0] - 2.0 * change[1]) > largest_bend, np.nan, change[:2])
+        change[2:] = np.where(abs(change[3] - 2.0 * change[2]) > largest_bend, np.nan, change[2:])
         below = float(change[0] - 4.0 * change[1]) / (2.0 * step)
         above = float(4.0 * change[2] - change[3]) / (2.0 * step)
         middle = float(CENTRAL_WEIGHTS @ change) / step

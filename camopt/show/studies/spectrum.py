@@ -19,24 +19,24 @@ from numpy.typing import ArrayLike
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.oscillator import Wave, damped_frequency, response_from_rest
+from camopt.core.numerics.oscillator import Wave, damped_frequency_ratio, response_from_rest
 from camopt.core.numerics.wave_extremes import wave_maximum, wave_peak_magnitude
 from camopt.core.quantities import Quantity
 from camopt.core.quantities.display import Drawable
 from camopt.core.storage.tables import write_table
-from camopt.model.effects.vibration import corner_sizes, mass_acceleration
+from camopt.model.effects.vibration import mass_acceleration, velocity_jump_by_panel
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, RISE, Stroke
-from camopt.scene.arguments import options_by_keyword
+from camopt.scene.arguments import allow_positional_options
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows, concatenate_rows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.plot import plot
-from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, pen_of
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, series_line_style
 from camopt.solve.tables.result import Columns, Result, Table, table_of
-from camopt.solve.tables.table import schema_of, to_table
+from camopt.solve.tables.table import schema_of, to_arrow_table
 
 SPECTRUM = ("spectrum.parquet", "spectrum.svg")
 DRAWN_LAWS = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
@@ -72,7 +72,7 @@ class Spectrum(Columns, Drawable):
     together = True
 
 
-@options_by_keyword
+@allow_positional_options
 def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, damping_ratio: float = 0.0) -> Spectrum:
     """Compute the vibration of a follower train after one rise, by the ratio t₁/Tₙ of rise time to natural period.
 
@@ -110,7 +110,7 @@ def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, dampin
     chosen, λ = _check_inputs(law, PERIOD_RATIOS if ratios is None else ratios, damping_ratio)
     at_once = max(1, PANELS_AT_ONCE // len(_rise_programme(chosen).table.half_width))
     parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
-    responses = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
+    responses = [_response_amplitudes(chosen, tuple(part), float(damping_ratio)) for part in parts]
     values = np.concatenate(responses, axis=1) if responses else np.zeros((4, 0))
     names = ("residual", "overshoot", "deflection", "acceleration")
     labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
@@ -142,10 +142,10 @@ def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tu
 
 
 @lru_cache(maxsize=64)
-def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
+def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
     """Residual, overshoot, deflection and acceleration, (4, ratios)."""
     frequency = 2.0 * np.pi * np.array(ratios)
-    motion, wave = _rise_and_dwell(law, frequency, damping)
+    motion, wave = _motion_and_response_wave(law, frequency, damping)
     beyond = motion.copy()
     beyond[0] -= 1.0
     return np.array(
@@ -158,13 +158,13 @@ def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArra
     )
 
 
-def _rise_and_dwell(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
+def _motion_and_response_wave(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
     """The motion, (powers, panels), and the response on the rise and one period of the dwell."""
     programme = _rise_programme(law)
     motion, rows = programme.table.coefficients.T, frequency[:, None]
     half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
-    half_width[:, -1] = np.pi / (damped_frequency(damping) * frequency)
-    return motion, response_from_rest(motion, half_width, corner_sizes(programme), rows, damping)
+    half_width[:, -1] = np.pi / (damped_frequency_ratio(damping) * frequency)
+    return motion, response_from_rest(motion, half_width, velocity_jump_by_panel(programme), rows, damping)
 
 
 def _rise_programme(law: Law) -> Programme:
@@ -205,7 +205,7 @@ class Spectra(Result):
         """
         table, picture = (Path(folder) / name for name in SPECTRUM)
         table.parent.mkdir(parents=True, exist_ok=True)
-        write_table(to_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
+        write_table(to_arrow_table(self.rows, schema_of(SPECTRUM_COLUMNS.values())), table)
         laws = self.rows.column("law")
         spectra = [
             _spectrum_of_columns({name: self.rows.column(name)[laws == law] for name in SPECTRUM_COLUMNS})
@@ -257,7 +257,7 @@ def _draw_spectra(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) ->
     ratios, values = (np.concatenate([each[column] for each in spectra]) for column in ("period_ratio", name))
     for place, spectrum in enumerate(spectra):
         law = str(spectrum["law"][0])
-        axes.plot(spectrum["period_ratio"], spectrum[name], lw=1.4, label=law, **pen_of(place))
+        axes.plot(spectrum["period_ratio"], spectrum[name], lw=1.4, label=law, **series_line_style(place))
     axes.set(xlim=(0.0, ratios.max()), xlabel="period ratio t₁/Tₙ")
     axes.locator_params(axis="x", nbins=11)
     if name == "residual":

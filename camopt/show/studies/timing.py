@@ -18,7 +18,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.quantities import displacement_unit
-from camopt.model.effects.motion import motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve
@@ -144,7 +144,7 @@ class Timing(Result):
 
     def _crank_angles(self, passage: dict[str, float]) -> dict[str, float]:
         """The cam angles as crank angles, with a common 0; empty unless the scene gives the speed of the crank."""
-        angles = passage if self.scene.by_crank else {}
+        angles = passage if self.scene.is_speed_of_crank else {}
         suffix = "_deg"
         return {
             f"{name.removesuffix(suffix)}_crank{suffix}": TURNS_OF_CRANK * angle
@@ -198,17 +198,15 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     ]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    passages = [each for lift in levels for each in _passages(programme, float(lift), motion_scale(setup, 1))]
+    passages = [each for lift in levels for each in _passages(programme, float(lift), motion_unit_factor(setup, 1))]
     worst = list[WorstPassage]()
     if not problem.missing_variables and (turn := TurnErrors(scene, problem)).node_contributions:
         passages = [_with_passing_range(each, LevelPassages(turn, each.lift * programme.unit)) for each in passages]
-        worst += worst_passages(
-            turn, [event for each in passages for event in _passage_events(each, programme.unit)]
-        )
+        worst += worst_passages(turn, [event for each in passages for event in _passage_ends(each, programme.unit)])
     return Timing(scene, tuple(passages), motion_table_unit(setup, 1), tuple(worst))
 
 
-def _passage_events(passage: Passage, unit: float) -> Iterator[NominalPassage]:
+def _passage_ends(passage: Passage, unit: float) -> Iterator[NominalPassage]:
     """Both ends of a passage."""
     for name, angle in ("rises", passage.rises_at_deg), ("falls", passage.falls_at_deg):
         yield NominalPassage(passage.lift, passage.lift * unit, name, radians(angle))
@@ -226,8 +224,8 @@ def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
     )
 
 
-def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passage]:
-    """Passages above a lift; ``by_angle`` converts a slope by the cam angle into a velocity."""
+def _passages(programme: Programme, lift: float, velocity_per_slope: float) -> list[Passage]:
+    """Passages above a lift; ``velocity_per_slope`` converts a slope by the cam angle into a velocity."""
     table, level = programme.table, lift * programme.unit
     series = table.coefficients.T.copy()
     series[0] -= level
@@ -241,7 +239,7 @@ def _passages(programme: Programme, lift: float, by_angle: float) -> list[Passag
     for start in places[outward]:
         later = (places[inward] - start) % (2 * np.pi)
         end = places[inward][np.argmin(later)]
-        slopes = _motion_at(programme, np.array([start, end]))[1] * by_angle
+        slopes = _motion_at(programme, np.array([start, end]))[1] * velocity_per_slope
         passages.append(
             Passage(lift, degrees(start), degrees(end), degrees(later.min()), float(slopes[0]), float(slopes[1]))
         )

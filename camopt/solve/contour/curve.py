@@ -19,13 +19,13 @@ import numpy as np
 
 from camopt.core.numerics import UNIT_ROUNDOFF, ComplexArray, FloatArray, IndexArray
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.motion_ranges import angle_over, derivatives_over
+from camopt.core.numerics.motion_ranges import derivatives_over, middles_and_angles_over
 from camopt.core.numerics.sloped_interval import range_of
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.mechanisms.design import Designs, Mechanism
 from camopt.model.mechanisms.geometry import normal_distances
 from camopt.model.motion.derived_laws import SkewedLaw
-from camopt.model.motion.programme import Programme, weighted_range
+from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.scca import SCCALaw
 from camopt.model.motion.stroke import ALL_STROKES, Stroke
 from camopt.scene.problem.problem import Problem
@@ -80,7 +80,7 @@ class CamCurve:
         return self.mechanism.body.closed
 
     @property
-    def sense(self) -> float:
+    def frame_rotation_sense(self) -> float:
         """Sense in which the cam's frame turns: +1 opposite to a ccw cam, 0 for a developed cylinder."""
         return 0.0 if self.mechanism.body.developed else self.mirror * self.design.sense
 
@@ -92,9 +92,9 @@ class CamCurve:
             length = np.sqrt(np.square(contact.across) + np.square(contact.up))
             x, height = x + contact.across / length * self.distance, height + contact.up / length * self.distance
         height = height * self.mirror
-        if not self.sense:
+        if not self.frame_rotation_sense:
             return x, height
-        cosine, sine = np.cos(angle), np.sin(angle) * self.sense
+        cosine, sine = np.cos(angle), np.sin(angle) * self.frame_rotation_sense
         return x * cosine + height * sine, height * cosine - x * sine
 
     def points(self, span: SmoothSpan, angles: FloatArray) -> ComplexArray:
@@ -135,26 +135,35 @@ class CamCurve:
 
     def tangents(self, span: SmoothSpan, angles: FloatArray) -> ComplexArray:
         """Unit tangents in the sense of growing cam angle, at cam angles (rad) of a span."""
-        return -1j * (self.sense or self.mirror) * self.normals(span, angles)
+        return -1j * (self.frame_rotation_sense or self.mirror) * self.normals(span, angles)
 
     def normals(self, span: SmoothSpan, angles: FloatArray) -> ComplexArray:
         """Outward unit normals at cam angles (rad) of a span."""
         y, y1, *_ = span.stroke.motion(angles)
         contact = self.mechanism.contact(self.design, self.programme.lift, angles, y, y1)
         normal = contact.across + 1j * self.mirror * contact.up + np.zeros(angles.shape)
-        turned: ComplexArray = normal / np.abs(normal) * np.exp(-1j * self.sense * angles)
+        turned: ComplexArray = normal / np.abs(normal) * np.exp(-1j * self.frame_rotation_sense * angles)
         return turned
 
-    def expansion(self, spans: Sequence[SmoothSpan], lows: FloatArray, highs: FloatArray) -> Expansion:
-        """Taylor series of the curve over stretches between the cam angles ``lows`` and ``highs`` (rad).
+    def taylor_expansion(
+        self, spans: Sequence[SmoothSpan], start_angles: FloatArray, end_angles: FloatArray
+    ) -> Expansion:
+        """Taylor series of the curve over stretches from ``start_angles`` to ``end_angles`` [rad].
 
         Each stretch lies in its span of ``spans``. The remainders come from ranges of the motion: they are proved,
         but for the rounding of later operations.
         """
-        middles = (lows + highs) / 2
-        here, over = (enclose_motion(self.programme, spans, *ends) for ends in ((middles, middles), (lows, highs)))
+        middles = (start_angles + end_angles) / 2
+        here, over = (
+            enclose_motion_derivatives(self.programme, spans, *ends)
+            for ends in ((middles, middles), (start_angles, end_angles))
+        )
         at_middles = self._coordinate_series(middles, [(row.low + row.high) / 2 for row in here])
-        return Expansion(at_middles, self._coordinate_series(Interval(lows, highs), over), (highs - lows) / 2)
+        return Expansion(
+            at_middles,
+            self._coordinate_series(Interval(start_angles, end_angles), over),
+            (end_angles - start_angles) / 2,
+        )
 
     def _coordinate_series(self, angle: Any, rows: list[Any]) -> tuple[Taylor, Taylor]:
         """Taylor series of x and y, from y and its derivatives by the cam angle (``rows``)."""
@@ -173,7 +182,7 @@ class Disc(NamedTuple):
     """−1 where ``problem`` has the mirror image, in the x axis of the frame that both discs share."""
 
     @property
-    def prefix(self) -> str:
+    def curve_name_prefix(self) -> str:
         return "second_" if self.number == SECOND_DISC else ""
 
     def curves(self, cutter_radius: float | None = None) -> dict[str, CamCurve]:
@@ -182,7 +191,9 @@ class Disc(NamedTuple):
         A groove has two profiles, ``profile_left`` and ``profile_right``, and two cutter paths. A flat face has no
         pitch curve.
         """
-        distances = normal_distances(self.problem.setup.mechanism, self.problem.half_width, cutter_radius)
+        distances = normal_distances(
+            self.problem.setup.mechanism, self.problem.wall_distance_from_pitch_curve, cutter_radius
+        )
         curve = replace(offset_curve(self.problem, 0.0), mirror=self.mirror)
         return {name: replace(curve, distance=distance) for name, distance in distances.items()}
 
@@ -202,16 +213,16 @@ def cam_discs(problem: Problem) -> tuple[Disc, ...]:
 
 
 def disc_curves(
-    problem: Problem, cutter_radius: float | None = None, only: int | None = None
+    problem: Problem, cutter_radius: float | None = None, disc_number: int | None = None
 ) -> dict[str, CamCurve]:
     """Curves of all discs by name, as in ``Disc.curves``; names of the second disc begin with ``second_``.
 
-    ``only`` selects the disc with that number.
+    ``disc_number`` selects the disc with that number.
     """
     return {
-        f"{disc.prefix}{name}": curve
+        f"{disc.curve_name_prefix}{name}": curve
         for disc in cam_discs(problem)
-        if only in (None, disc.number)
+        if disc_number in (None, disc.number)
         for name, curve in disc.curves(cutter_radius).items()
     }
 
@@ -226,41 +237,41 @@ def offset_curve(problem: Problem, distance: float) -> CamCurve:
     return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, spans)
 
 
-def groove_heights(problem: Problem) -> tuple[float, float]:
+def pitch_curve_axial_extent(problem: Problem) -> tuple[float, float]:
     """Lowest and highest position of the pitch curves along the cam's axis [mm], from the ends of the motion."""
     curves = [(disc, offset_curve(disc.problem, 0.0)) for disc in cam_discs(problem)]
     places = [
         curve.coordinates(0.0, y, 0.0)
         for disc, curve in curves
-        for y in weighted_range(disc.problem.programme, (1,), ALL_STROKES)
+        for y in weighted_derivative_range(disc.problem.programme, (1,), ALL_STROKES)
     ]
     ends = [float(np.mean(height)) for _, height in places]
     return min(ends), max(ends)
 
 
-def cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
+def centred_cylinder_ends(problem: Problem, length: float) -> tuple[float, float]:
     """Positions of the two ends of a cylinder along its axis [mm]; the groove or rib is in its middle."""
-    middle = sum(groove_heights(problem)) / 2
+    middle = sum(pitch_curve_axial_extent(problem)) / 2
     return middle - length / 2, middle + length / 2
 
 
 def smooth_spans(programme: Programme) -> Iterator[SmoothSpan]:
     for stroke in programme.strokes:
         for ends in pairwise(
-            (0.0, 1.0) if stroke.law is None else sorted({*stroke.law.BREAKS, *_half_wave_joints(stroke.law)})
+            (0.0, 1.0) if stroke.law is None else sorted({*stroke.law.BREAKS, *_wave_half_joint_shares(stroke.law)})
         ):
             yield SmoothSpan(stroke, *(stroke.start + stroke.angle * x for x in ends))
 
 
-def _half_wave_joints(law: Any) -> tuple[float, ...]:
+def _wave_half_joint_shares(law: Any) -> tuple[float, ...]:
     """The joint between the halves of a law of waves (share of the stroke): paths have a joint there."""
     if not isinstance(law, SkewedLaw) and hasattr(law, "law"):
-        return _half_wave_joints(law.law)
+        return _wave_half_joint_shares(law.law)
     return (0.5,) if isinstance(law, SCCALaw) and not law.shares[-1] else ()
 
 
-def enclose_motion(
-    programme: Programme, spans: Sequence[SmoothSpan], lows: FloatArray, highs: FloatArray
+def enclose_motion_derivatives(
+    programme: Programme, spans: Sequence[SmoothSpan], start_angles: FloatArray, end_angles: FloatArray
 ) -> list[Interval]:
     """Ranges of y and its first four derivatives over stretches between cam angles (rad), each within its span."""
     table = replace(programme, load=None).table
@@ -268,14 +279,16 @@ def enclose_motion(
     inside = (table.centre > np.array([[s.start] for s in spans])) & (
         table.centre < np.array([[s.end] for s in spans])
     )
-    meets = inside & (begin <= highs[:, None]) & (end >= lows[:, None])
+    meets = inside & (begin <= end_angles[:, None]) & (end >= start_angles[:, None])
     stretch, panel = np.nonzero(meets)
     centre, half = table.centre[panel], table.half_width[panel]
     ends = (
         np.clip((angle[stretch] - centre) / half, -1.0, 1.0)
-        for angle in (lows - CURVE_ANGLE_ROUNDING, highs + CURVE_ANGLE_ROUNDING)
+        for angle in (start_angles - CURVE_ANGLE_ROUNDING, end_angles + CURVE_ANGLE_ROUNDING)
     )
-    derivatives = derivatives_over(table, panel, *angle_over(table, panel, *ends), REMAINDER_DERIVATIVES)
+    derivatives = derivatives_over(
+        table, panel, *middles_and_angles_over(table, panel, *ends), REMAINDER_DERIVATIVES
+    )
     first = np.flatnonzero(np.diff(stretch, prepend=-1))
     return [
         Interval(np.minimum.reduceat(row.low, first), np.maximum.reduceat(row.high, first))

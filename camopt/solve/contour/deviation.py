@@ -33,61 +33,69 @@ HALVING_GAIN = 0.95  # an element is halved again while halving reduces its boun
 ROUNDING_SHARE = 1e-12  # of the largest coordinate: many times the largest rounding error
 
 
-def deviation_bound(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 0.0) -> float:
+def deviation_upper_bound(curve: CamCurve, path: ArcPath | CubicPath, target_bound: float = 0.0) -> float:
     """Upper bound of the distance between a curve and its path [mm], from each point of one to the other.
 
-    Elements are divided until the bound is at most ``wanted`` (mm), or until dividing no longer helps.
+    Elements are divided until the bound is at most ``target_bound`` (mm), or until dividing no longer helps.
     """
-    bounds, parts = _element_bounds(curve, path, np.arange(len(path)), FIRST_PART_COUNT), FIRST_PART_COUNT
-    wide = np.flatnonzero(~(bounds <= wanted))
+    bounds, parts = _element_deviation_bounds(curve, path, np.arange(len(path)), FIRST_PART_COUNT), FIRST_PART_COUNT
+    wide = np.flatnonzero(~(bounds <= target_bound))
     while parts < MOST_PART_COUNT and wide.size:
         parts *= 2
-        before, after = bounds[wide], _element_bounds(curve, path, wide, parts)
+        before, after = bounds[wide], _element_deviation_bounds(curve, path, wide, parts)
         bounds[wide] = np.fmin(before, after)
-        wide = wide[~(after <= wanted) & ~(after > HALVING_GAIN * before)]
+        wide = wide[~(after <= target_bound) & ~(after > HALVING_GAIN * before)]
     return float(bounds.max())
 
 
-def _element_bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
+def _element_deviation_bounds(
+    curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts_per_element: int
+) -> FloatArray:
     """A bound for each element of ``index`` [mm], which is divided into so many parts."""
     starts, ends = path.angles[index].T
-    edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts + 1)
-    spans = [curve.spans[path.spans[element]] for element in np.repeat(index, parts)]
-    expansion = curve.expansion(spans, edges[:, :-1].ravel(), edges[:, 1:].ravel())
-    bound = _arc_bounds if isinstance(path, ArcPath) else _cubic_bounds
-    distances = bound(path, index, expansion, parts)  # type: ignore[arg-type]
+    edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts_per_element + 1)
+    spans = [curve.spans[path.spans[element]] for element in np.repeat(index, parts_per_element)]
+    expansion = curve.taylor_expansion(spans, edges[:, :-1].ravel(), edges[:, 1:].ravel())
+    bound = _arc_deviation_bounds if isinstance(path, ArcPath) else _cubic_deviation_bounds
+    distances = bound(path, index, expansion, parts_per_element)  # type: ignore[arg-type]
     size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
     return np.asarray(distances + ROUNDING_SHARE * size)
 
 
-def _arc_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
-    arc = np.repeat(index, parts)
+def _arc_deviation_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, parts_per_element: int) -> FloatArray:
+    arc = np.repeat(index, parts_per_element)
     tangent, curvature, first = path.tangents[0][arc], path.curvatures[arc], path.vertices[arc]
 
     def arc_coordinates(x: Taylor, y: Taylor) -> tuple[Taylor, Taylor]:
         x, y = x - first.real, y - first.imag
         return x * tangent.real + y * tangent.imag, y * tangent.real - x * tangent.imag
 
-    def height(x: Taylor, y: Taylor) -> Taylor:
+    def circle_residual(x: Taylor, y: Taylor) -> Taylor:
         u, v = arc_coordinates(x, y)
         above: Taylor = v - (u * u + v * v) * (curvature / 2)
         return above
 
-    def progress(x: Taylor, y: Taylor) -> Taylor:
+    def advance_rate(x: Taylor, y: Taylor) -> Taylor:
         u, v = arc_coordinates(x, y)
         u, v, du, dv = _without_last_term(u), _without_last_term(v), u.slope, v.slope
         rate: Taylor = du * (1.0 - v * curvature) + dv * u * curvature
         return rate
 
-    above = _magnitude_bound(curve, height)
+    above = _formula_magnitude_bounds(curve, circle_residual)
     distance = 2.0 * above / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * np.abs(curvature) * above, 0.0)))
     distance = np.where(2.0 * np.abs(curvature) * above < 1.0, distance, np.inf)
-    back = np.where(_lower_bound(curve, progress) > 0.0, 0.0, _length_bound(curve))
-    radial = distance.reshape(-1, parts).max(axis=1)
-    return np.asarray(radial + back.reshape(-1, parts).sum(axis=1) + _end_distances(path, index, curve, parts))
+    back = np.where(_formula_lower_bounds(curve, advance_rate) > 0.0, 0.0, _stretch_length_bounds(curve))
+    radial = distance.reshape(-1, parts_per_element).max(axis=1)
+    return np.asarray(
+        radial
+        + back.reshape(-1, parts_per_element).sum(axis=1)
+        + _largest_arc_end_mismatches(path, index, curve, parts_per_element)
+    )
 
 
-def _end_distances(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+def _largest_arc_end_mismatches(
+    path: ArcPath, index: np.ndarray, curve: Expansion, parts_per_element: int
+) -> FloatArray:
     """Distance along each arc between its ends and those of the curve [mm]; the larger of the two ends."""
     distances = np.zeros(index.size)
     for part, sign, tangents, vertices in (
@@ -95,26 +103,30 @@ def _end_distances(path: ArcPath, index: np.ndarray, curve: Expansion, parts: in
         (-1, 1.0, path.tangents[1], path.vertices[1:]),
     ):
         x, y = (
-            _cubic_value(terms, sign * curve.half_widths).reshape(-1, parts)[:, part] for terms in curve.at_middles
+            _cubic_value(terms, sign * curve.half_widths).reshape(-1, parts_per_element)[:, part]
+            for terms in curve.at_middles
         )
         local = (x + 1j * y - vertices[index]) * tangents[index].conjugate()
         distances = np.maximum(distances, np.abs(local.real / (1.0 - path.curvatures[index] * local.imag)))
     return distances
 
 
-def _cubic_bounds(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+def _cubic_deviation_bounds(
+    path: CubicPath, index: np.ndarray, curve: Expansion, parts_per_element: int
+) -> FloatArray:
     """Bounds of the difference between the curve and the cubic c₀ + c₁·s + c₂·s² + c₃·s³ at equal cam angles."""
-    p0, p1, p2, p3 = path.controls[np.repeat(index, parts)].T
+    p0, p1, p2, p3 = path.controls[np.repeat(index, parts_per_element)].T
     starts, ends = path.angles[index].T
-    middles = np.tile((np.arange(parts) + 0.5) / parts, index.size)
-    share = Taylor([middles, np.repeat(1.0 / (ends - starts), parts), 0.0, 0.0])
+    middles = np.tile((np.arange(parts_per_element) + 0.5) / parts_per_element, index.size)
+    share = Taylor([middles, np.repeat(1.0 / (ends - starts), parts_per_element), 0.0, 0.0])
     cubic = share * (p3 - 3.0 * p2 + 3.0 * p1 - p0) + 3.0 * (p0 - 2.0 * p1 + p2)
     cubic = (cubic * share + 3.0 * (p1 - p0)) * share + p0
     across, up = (Taylor([part(term) for term in cubic.terms]) for part in (np.real, np.imag))
     bounds = np.hypot(
-        _magnitude_bound(curve, lambda x, y: x - across), _magnitude_bound(curve, lambda x, y: y - up)
+        _formula_magnitude_bounds(curve, lambda x, y: x - across),
+        _formula_magnitude_bounds(curve, lambda x, y: y - up),
     )
-    return np.asarray(bounds.reshape(-1, parts).max(axis=1))
+    return np.asarray(bounds.reshape(-1, parts_per_element).max(axis=1))
 
 
 def _without_last_term(series: Taylor) -> Taylor:
@@ -126,7 +138,7 @@ def _cubic_value(series: Taylor, t: FloatArray) -> FloatArray:
     return np.asarray(a0 + t * (a1 + t * (a2 + t * a3)))
 
 
-def _magnitude_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+def _formula_magnitude_bounds(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
     """Upper bound of |formula| over each stretch: the largest |polynomial| plus the remainder."""
     a0, a1, a2 = formula(*curve.at_middles).terms[:3]
     r = curve.half_widths
@@ -136,14 +148,14 @@ def _magnitude_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylo
     return np.asarray(highest + as_interval(formula(*curve.over_stretches).terms[3]).largest_magnitude * r**3)
 
 
-def _lower_bound(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+def _formula_lower_bounds(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
     """Lower bound of a formula over each stretch, from its value and slope at the middle and the remainder."""
     a0, a1 = formula(*curve.at_middles).terms[:2]
     rest = as_interval(formula(*curve.over_stretches).terms[2]).largest_magnitude
     return np.asarray(a0 - np.abs(a1) * curve.half_widths - rest * curve.half_widths**2)
 
 
-def _length_bound(curve: Expansion) -> FloatArray:
+def _stretch_length_bounds(curve: Expansion) -> FloatArray:
     """Upper bound of the length of the curve on each stretch [mm]."""
     x, y = (as_interval(series.terms[1]).largest_magnitude for series in curve.over_stretches)
     return np.asarray(2.0 * curve.half_widths * np.hypot(x, y))

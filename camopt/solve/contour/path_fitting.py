@@ -22,7 +22,7 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.solve.contour.curve import CamCurve, SmoothSpan
-from camopt.solve.contour.deviation import deviation_bound
+from camopt.solve.contour.deviation import deviation_upper_bound
 from camopt.solve.contour.path import ArcPath, CubicPath
 
 FIRST_STRETCHES, FIT_ROUNDS, END_HALVINGS = 8, 8, 40
@@ -62,7 +62,7 @@ def biarcs(p0: ComplexArray, t0: ComplexArray, p1: ComplexArray, t1: ComplexArra
     return Biarcs(p0, joint, p1, tangent / np.abs(tangent), bulges)
 
 
-def distances_from_arcs(
+def distances_from_arc_circles(
     points: ComplexArray, first: ComplexArray, last: ComplexArray, bulges: FloatArray
 ) -> FloatArray:
     """Distance of points from the circles of arcs [mm]."""
@@ -75,7 +75,9 @@ def distances_from_arcs(
     return distance
 
 
-def equal_error_angles(errors: StretchErrors, start: float, end: float, order: int, chord: float) -> FloatArray:
+def equal_error_angles(
+    errors: StretchErrors, start: float, end: float, error_order: int, chord: float
+) -> FloatArray:
     """Cam angles from start to end that divide the span into stretches of about equal error, at most ``chord``.
 
     Raises BadInput if that needs more than ``ELEMENT_LIMIT`` stretches.
@@ -83,7 +85,7 @@ def equal_error_angles(errors: StretchErrors, start: float, end: float, order: i
     least = int(np.ceil((end - start) / WIDEST_ARC))
     angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)
     for attempt in range(FIT_ROUNDS):
-        need = np.maximum((errors(angles[:-1], angles[1:]) / chord) ** (1.0 / order), 1e-3)
+        need = np.maximum((errors(angles[:-1], angles[1:]) / chord) ** (1.0 / error_order), 1e-3)
         if attempt and need.max() <= 1.0:
             return angles
         wanted = np.concatenate([[0.0], np.cumsum(need)])
@@ -130,15 +132,15 @@ def _stretch_angles(fitter: Fitter, curve: CamCurve, span: SmoothSpan, chord: fl
     )
 
 
-def _checked_angles(starts: FloatArray, ends: FloatArray) -> FloatArray:
+def _deviation_check_angles(starts: FloatArray, ends: FloatArray) -> FloatArray:
     """Cam angles at which stretches are checked, shape (angles, stretches)."""
     return starts + (ends - starts) * CHECKED_SHARES
 
 
-def _line_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def _sampled_line_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
     first, last = curve.points(span, starts), curve.points(span, ends)
-    points = curve.points(span, _checked_angles(starts, ends))
-    return np.asarray(distances_from_arcs(points, first, last, np.zeros(starts.size)).max(axis=0))
+    points = curve.points(span, _deviation_check_angles(starts, ends))
+    return np.asarray(distances_from_arc_circles(points, first, last, np.zeros(starts.size)).max(axis=0))
 
 
 def _span_biarcs(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> Biarcs:
@@ -146,10 +148,13 @@ def _span_biarcs(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: Fl
     return biarcs(curve.points(span, starts), t0, curve.points(span, ends), t1)
 
 
-def _biarc_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    pair, points = _span_biarcs(curve, span, starts, ends), curve.points(span, _checked_angles(starts, ends))
+def _sampled_biarc_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    pair, points = (
+        _span_biarcs(curve, span, starts, ends),
+        curve.points(span, _deviation_check_angles(starts, ends)),
+    )
     halves = zip((pair.first, pair.joint), (pair.joint, pair.last), pair.bulges, strict=True)
-    before, after = (distances_from_arcs(points, *half) for half in halves)
+    before, after = (distances_from_arc_circles(points, *half) for half in halves)
     past_joint = ((points - pair.joint) * pair.tangent.conjugate()).real > 0.0
     return np.asarray(np.where(past_joint, after, before).max(axis=0))
 
@@ -161,24 +166,24 @@ def _hermite_cubics(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends:
     return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])
 
 
-def _cubic_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def _sampled_cubic_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray, ends: FloatArray) -> FloatArray:
     share = CHECKED_SHARES[:, None]
     weights = (1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3
     cubics = sum(w * p for w, p in zip(weights, _hermite_cubics(curve, span, starts, ends)[:, None], strict=True))
     return np.asarray(
-        np.abs(curve.points(span, _checked_angles(starts, ends)) - cubics.reshape(CHECKED_SHARES.size, -1)).max(
-            axis=0
-        )
+        np.abs(
+            curve.points(span, _deviation_check_angles(starts, ends)) - cubics.reshape(CHECKED_SHARES.size, -1)
+        ).max(axis=0)
     )
 
 
 def _fit_lines(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
     points = [curve.points(span, joints[:-1]) for span, joints in zip(curve.spans, angles, strict=True)]
     vertices = _with_last_vertex(curve, np.concatenate(points))
-    return ArcPath(vertices, np.zeros(vertices.size - 1), *_element_angles(angles))
+    return ArcPath(vertices, np.zeros(vertices.size - 1), *_element_angles_and_spans(angles))
 
 
-def lines_through(curve: CamCurve, angles: FloatArray) -> ArcPath:
+def polyline_through_angles(curve: CamCurve, angles: FloatArray) -> ArcPath:
     """The lines through the curve's points at rising cam angles (rad).
 
     A line that passes from one span to the next has an additional vertex there, on the line beside the curve.
@@ -215,16 +220,18 @@ def _fit_arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
         whole = np.stack([np.where(one, np.tan(first + second), pair.bulges[0]), pair.bulges[1]], axis=1)
         chords = np.stack([np.abs(np.where(one, pair.last, pair.joint) - pair.first), lengths[1]], axis=1)
         whole = np.where(np.abs(whole) * chords / 2 < LEAST_RISE, 0.0, whole)
-        middles = _joint_angles(curve, span, pair, ends[:-1], ends[1:])
+        middles = _biarc_joint_angles(curve, span, pair, ends[:-1], ends[1:])
         vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
         bulges.append(whole[keep])
         joints.append(np.append(np.stack([ends[:-1], middles], axis=1)[keep], ends[-1]))
     return ArcPath(
-        _with_last_vertex(curve, np.concatenate(vertices)), np.concatenate(bulges), *_element_angles(joints)
+        _with_last_vertex(curve, np.concatenate(vertices)),
+        np.concatenate(bulges),
+        *_element_angles_and_spans(joints),
     )
 
 
-def _joint_angles(
+def _biarc_joint_angles(
     curve: CamCurve, span: SmoothSpan, pair: Biarcs, starts: FloatArray, ends: FloatArray
 ) -> FloatArray:
     """Cam angles at which the curve passes the joints of biarcs [rad], by the Illinois method.
@@ -255,7 +262,7 @@ def _fit_cubics(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
     cubics = [
         _hermite_cubics(curve, span, ends[:-1], ends[1:]).T for span, ends in zip(curve.spans, angles, strict=True)
     ]
-    return CubicPath(np.concatenate(cubics), *_element_angles(angles))
+    return CubicPath(np.concatenate(cubics), *_element_angles_and_spans(angles))
 
 
 def _with_last_vertex(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
@@ -264,16 +271,16 @@ def _with_last_vertex(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
     return np.append(vertices, vertices[:1] if curve.is_closed else curve.points(last, np.array([last.end])))
 
 
-def _element_angles(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
+def _element_angles_and_spans(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
     """Pairs of cam angles of all elements, and the indices of their spans."""
     pairs = [np.stack([joints[:-1], joints[1:]], axis=1) for joints in angles]
     return np.concatenate(pairs), tuple(k for k, joints in enumerate(angles) for _ in joints[1:])
 
 
 FITTERS = {
-    "arcs": Fitter(3, _biarc_errors, _fit_arcs),
-    "spline": Fitter(4, _cubic_errors, _fit_cubics),
-    "polyline": Fitter(2, _line_errors, _fit_lines),
+    "arcs": Fitter(3, _sampled_biarc_errors, _fit_arcs),
+    "spline": Fitter(4, _sampled_cubic_errors, _fit_cubics),
+    "polyline": Fitter(2, _sampled_line_errors, _fit_lines),
 }
 """The fitters by the option ``curves`` of an export."""
 
@@ -304,7 +311,7 @@ def fit_path(curve: CamCurve, kind: str = "arcs", chord: float = DEFAULT_CHORD) 
     aim = CHORD_AIM * chord
     for _ in range(PROOF_ROUNDS):
         path = fit_unproved_path(curve, kind, aim)
-        fitted = FittedPath(path, deviation_bound(curve, path, chord))
+        fitted = FittedPath(path, deviation_upper_bound(curve, path, chord))
         if fitted.deviation <= chord:
             break
         aim *= SMALLER_AIM

@@ -19,9 +19,9 @@ from camopt.scene.problem.rows import DesignRows, Objectives, concatenate_rows
 from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.curve_numbers import CurveNumbers, OwnCurves
 from camopt.solve.front.curve_verdicts import CurveVerdicts
-from camopt.solve.front.pareto import FrontArchive, best_of_laws, non_dominated
+from camopt.solve.front.pareto import FrontArchive, best_row_of_each_law, non_dominated
 from camopt.solve.verdicts.feasible_filter import feasible_designs, filter_designs
-from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_effort
+from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_verdicts_and_effort
 
 BLOCK_SIZE = 65536  # designs in a block: Python's share of the time is small, and memory stays bounded
 SHARING_BLOCK_SIZE = 2**18  # the same for designs that share pitch curves: most of them take nanoseconds
@@ -69,7 +69,7 @@ def merge_batches(batches: Sequence[BlockBatch], objectives: Objectives) -> Bloc
         reached=max(batch.reached for batch in batches),
         kept=concatenate_rows(batch.kept for batch in batches),
         front=non_dominated(concatenate_rows(batch.front for batch in batches), objectives),
-        best=best_of_laws(concatenate_rows(batch.best for batch in batches), objectives),
+        best=best_row_of_each_law(concatenate_rows(batch.best for batch in batches), objectives),
     )
 
 
@@ -133,36 +133,36 @@ class SpaceBlocks:
         return int(self._ends[-1]) if self._ends else 0
 
     @property
-    def curve_count(self) -> int:
+    def searched_curve_count(self) -> int:
         """Number of pitch curves that are searched: one for each design, unless designs share them."""
         return len(self._numbers) * len(self.space.problems) if self._numbers else len(self.space)
 
-    def _design_range(self, number: int) -> tuple[int, int, int]:
+    def _part_and_design_range(self, block_number: int) -> tuple[int, int, int]:
         """The part of the space that a block belongs to, its first design, and the one after its last."""
-        part = bisect_right(self._ends, number)
+        part = bisect_right(self._ends, block_number)
         _, start, stop = self._parts[part]
         before = self._ends[part - 1] if part else 0
         size = -(-(stop - start) // (self._ends[part] - before))  # all about the same
-        first = start + size * (number - before)
+        first = start + size * (block_number - before)
         return part, first, min(first + size, stop)
 
-    def designs_before(self, number: int) -> int:
+    def design_count_before_block(self, block_number: int) -> int:
         """The number of designs in all blocks before one."""
-        if number >= len(self):
+        if block_number >= len(self):
             return len(self.space)
-        part, first, _ = self._design_range(number)
+        part, first, _ = self._part_and_design_range(block_number)
         return sum(stop - start for _, start, stop in self._parts[:part]) + first - self._parts[part][1]
 
-    def evaluate_block(self, number: int) -> BlockBatch:
-        part, first, last = self._design_range(number)
+    def evaluate_block(self, block_number: int) -> BlockBatch:
+        part, first, last = self._part_and_design_range(block_number)
         problem, *_ = self._parts[part]
         block = self._evaluate_designs(part, problem, first, last)
         objectives, rows = problem.objectives, block.rows.select_columns(self._names)
         front = non_dominated(rows.take(block.compared), objectives)
         kept = rows if self._kept else rows.take(np.arange(0))
         return BlockBatch(
-            first=number,
-            last=number + 1,
+            first=block_number,
+            last=block_number + 1,
             designs=last - first,
             existing=block.existing,
             feasible=block.feasible,
@@ -170,13 +170,13 @@ class SpaceBlocks:
             reached=float(np.max(kept.columns["relative_half_width"], initial=0.0)),
             kept=kept,
             front=front,
-            best=best_of_laws(front, objectives),
+            best=best_row_of_each_law(front, objectives),
         )
 
     def _evaluate_designs(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
         """The results of designs first … last − 1: by pitch curves if these are shared or decide all limits."""
         if self._numbers:
-            return self._evaluate_by_curves(self._curve_verdicts(part, problem), first, last)
+            return self._evaluate_by_curves(self._cached_curve_verdicts(part, problem), first, last)
         if self._own:
             own = OwnCurves(self.space, first, last)
             return self._evaluate_by_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
@@ -186,7 +186,7 @@ class SpaceBlocks:
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         if self._every:
-            rows, effort = evaluate_with_effort(problem, designs, self._names)
+            rows, effort = evaluate_with_verdicts_and_effort(problem, designs, self._names)
             held = rows.column("feasible").astype(bool)
             return BlockResult(len(designs), int(np.count_nonzero(held)), rows, effort, held)
         rows, which, effort = filter_designs(problem, designs, self._names)
@@ -197,18 +197,18 @@ class SpaceBlocks:
 
     def _evaluate_by_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:
         """The results of designs first … last − 1 from the verdicts of their pitch curves."""
-        verdicts = curves.verdicts(first, last, every=self._kept)
+        verdicts = curves.block_verdicts(first, last, keep_dominated=self._kept)
         held, open_ = verdicts.held_designs, verdicts.open_designs
-        rows, count = curves.feasible_rows(held, self._names), verdicts.held_count
+        rows, count = curves.evaluate_held_designs(held, self._names), verdicts.held_count
         compared, effort = verdicts.compared, Effort()
         if len(open_):
-            open_rows, which, effort = curves.filter_open(open_, self._names)
+            open_rows, which, effort = curves.filter_undecided_designs(open_, self._names)
             order = np.argsort(np.concatenate([held.designs, open_.designs[which]]))
             rows, count = concatenate_rows([rows, open_rows]).take(order), count + open_rows.count
             compared = np.concatenate([compared, np.ones(open_rows.count, dtype=bool)])[order]
         return BlockResult(verdicts.existing, count, rows, effort, compared)
 
-    def _curve_verdicts(self, part: int, problem: Problem) -> CurveVerdicts:
+    def _cached_curve_verdicts(self, part: int, problem: Problem) -> CurveVerdicts:
         """The pitch curves of a motion, kept while a thread uses them, or until those of another motion exist."""
         assert self._numbers is not None
         with self._one_at_a_time:
@@ -246,7 +246,7 @@ class SpaceResult(NamedTuple):
 def gather_batches(
     space: DesignSpace,
     batches: Iterable[BlockBatch],
-    block: int,
+    block_size: int,
     write: Callable[[DesignRows], None],
     progress: Progress | None = None,
 ) -> SpaceResult:
@@ -256,7 +256,7 @@ def gather_batches(
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
     objectives, total, best = space.problem.objectives, len(space), list[DesignRows]()
-    archive = FrontArchive(objectives, block)
+    archive = FrontArchive(objectives, block_size)
     for batch in batches:
         designs += batch.designs
         existing += batch.existing
@@ -266,12 +266,12 @@ def gather_batches(
         archive.add(batch.front)
         best.append(batch.best)
         if len(best) > BEST_BATCHES:
-            best = [best_of_laws(concatenate_rows(best), objectives)]
+            best = [best_row_of_each_law(concatenate_rows(best), objectives)]
         write(batch.kept)
         report_progress(progress, designs, total)
     if not best:
         return SpaceResult(NO_ROWS, NO_ROWS, effort, reached, designs, existing, feasible)
     front = archive.front()
     reached = float(np.max(front.columns.get("relative_half_width", 0.0), initial=reached))
-    first = best_of_laws(concatenate_rows(best), objectives)
+    first = best_row_of_each_law(concatenate_rows(best), objectives)
     return SpaceResult(front, first, effort, reached, designs, existing, feasible)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_quotient, as_sloped_interval
 from camopt.model.effects import EvaluationBlock, Setup, find_effect, require_effect
@@ -25,17 +25,17 @@ from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.solve.smallest.enclosure import (
-    constraint_on_designs,
-    curve_of_designs,
-    mean_constraints_on_size,
-    present_constraints,
+    constraints_on_present_strokes,
+    motion_peak_as_curve,
     representative_designs,
+    size_mean_constraints,
     state_with_rounding,
+    with_motion_peak_as_curve,
 )
 from camopt.solve.smallest.excesses import EXCESS_ROUNDING, UNBOUNDED_SLOPE
 from camopt.solve.verdicts.box_quantities import quantities_over_box, runs_on_ranges
-from camopt.solve.verdicts.constraint_boxes import excess_of
-from camopt.solve.verdicts.mean_boxes import mean_excess, mean_power_over
+from camopt.solve.verdicts.constraint_boxes import relative_excess
+from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, enclose_mean_power
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
 COARSE_SHARE = (
@@ -45,24 +45,24 @@ BOUND_ERROR = 1e-12  # relative rounding of a quantity computed from its extreme
 KERNEL_ERROR_FACTOR = 4.0  # errors of kernels, in multiples of the requested error and of the rounding at a point
 
 
-def bounding_form(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
+def bounding_peak_or_mean(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
     """The peak or mean that bounds an objective from below as a cost; ``sign`` is −1 if it is maximised."""
     effect = require_effect(name, setup)
     form = effect.peaks(setup).get(name) or effect.means(setup).get(name)
     return form if form is not None and form.is_least == (sign < 0.0) else None
 
 
-def is_bounded(name: str, sign: float, setup: Setup) -> bool:
-    """Whether boxes of designs, at least those of one setting, bound the cost of an objective from below."""
+def can_bound_objective(name: str, sign: float, setup: Setup) -> bool:
+    """Whether the cost of an objective has a lower bound over boxes of designs."""
     effect = find_effect(name, setup)
     if effect is None or effect.is_of_sizes or effect.is_of_motion(setup):
         return effect is not None
-    return bounding_form(name, sign, setup) is not None
+    return bounding_peak_or_mean(name, sign, setup) is not None
 
 
-def are_all_bounded(problem: Problem) -> bool:
+def can_bound_all_objectives(problem: Problem) -> bool:
     """Whether boxes of designs bound the costs of all objectives from below."""
-    return all(is_bounded(name, sign, problem.setup) for name, sign in problem.objectives.items())
+    return all(can_bound_objective(name, sign, problem.setup) for name, sign in problem.objectives.items())
 
 
 def is_motion_infeasible(problem: Problem) -> bool:
@@ -70,7 +70,7 @@ def is_motion_infeasible(problem: Problem) -> bool:
     if any(limit.is_infinite_on_motion(problem.programme) for limit in problem.limits):
         return True
     motion_limits = [limit for limit in problem.limits if limit.is_of_motion]
-    return bool(np.any(_excess_by_arithmetic(problem, motion_limits, problem.design) > 0.0))
+    return bool(np.any(_least_size_or_motion_excesses(problem, motion_limits, problem.design) > 0.0))
 
 
 class BoxCosts(NamedTuple):
@@ -99,19 +99,19 @@ class BoxBounds(NamedTuple):
     def curve_constraints(self) -> list[Constraint]:
         """The constraints on curves, without those on the motion alone."""
         on_size = tuple(limit for limit in self.problem.limits if not limit.is_of_motion)
-        return present_constraints(
+        return constraints_on_present_strokes(
             self.problem,
             [
-                constraint_on_designs(constraint)
+                with_motion_peak_as_curve(constraint)
                 for constraint in strictest_constraints(replace(self.problem, limits=on_size).constraints)
             ],
         )
 
     @np.errstate(all="ignore")
-    def impossible_boxes(self, box: Designs) -> Any:
+    def boxes_impossible_by_sizes(self, box: Designs) -> Any:
         """Which boxes hold no design that can be assembled, or only designs that break a limit on sizes (n,)."""
         limits = [limit for limit in self.problem.limits if not limit.constraints and not limit.is_of_motion]
-        over = _excess_by_arithmetic(self.problem, limits, box)
+        over = _least_size_or_motion_excesses(self.problem, limits, box)
         return self.problem.setup.mechanism.cannot_assemble(box, self.problem.programme) | np.any(
             over > 0.0, axis=0
         )
@@ -126,15 +126,15 @@ class BoxBounds(NamedTuple):
         existing, middle = box.take(index), inside.take(index)
         for k, (name, sign) in enumerate(objectives.items()):
             if runs_on_ranges(require_effect(name, setup), setup):
-                costs[:, k], cost_change = self._cost_by_arithmetic(name, sign, box, inside)
+                costs[:, k], cost_change = self._bound_size_or_motion_cost(name, sign, box, inside)
                 change = np.maximum(change, cost_change)
             elif index.size:
-                costs[index, k], cost_change = self._cost_by_form(name, sign, existing, middle)
+                costs[index, k], cost_change = self._bound_curve_cost(name, sign, existing, middle)
                 change[:, index] = np.maximum(change[:, index], cost_change)
-        return BoxCosts(costs, np.maximum(change, self._number_widths(box)), inside, exists)
+        return BoxCosts(costs, np.maximum(change, self._relative_number_widths(box)), inside, exists)
 
     @np.errstate(all="ignore")
-    def broken_boxes(self, box: Designs, box_costs: BoxCosts) -> tuple[Any, FloatArray]:
+    def infeasible_boxes(self, box: Designs, box_costs: BoxCosts) -> tuple[Any, FloatArray]:
         """Which boxes hold only designs that break a limit (n,), and the change of the excesses (free, n).
 
         The change is the largest across each free size, over the limits that some designs of a box may break.
@@ -145,23 +145,25 @@ class BoxBounds(NamedTuple):
             return broken, change
         existing, inside = box.take(index), box_costs.inside.take(index)
         width = _box_widths(existing, self.free)
-        for over in self._limit_excesses(existing, inside):
-            excess_change = _finite_slopes(over.slopes.largest_magnitude) * width
+        for over in self._curve_and_mean_excesses(existing, inside):
+            excess_change = _cap_infinite_slopes(over.slopes.largest_magnitude) * width
             broken[index] |= over.value.low > EXCESS_ROUNDING
             change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, excess_change, 0.0))
         return broken, change
 
-    def _limit_excesses(self, box: Designs, inside: Designs) -> Iterator[SlopedInterval]:
+    def _curve_and_mean_excesses(self, box: Designs, inside: Designs) -> Iterator[SlopedInterval]:
         """The excesses of boxes over limits on curves, where one design exceeds them the most, and on means."""
         for constraint in self.curve_constraints:
             goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
-            angle, side = self._worst_angle(constraint.curve, goals, inside)
-            value, designs, like = self._curve_over_boxes(constraint.curve, angle, box, inside)
-            yield as_sloped_interval(excess_of(constraint, side, as_quotient(value), designs), like)
-        for _, mean in mean_constraints_on_size(self.problem):
-            yield mean_excess(self.problem, mean, box, inside, self.free)
+            angle, side = self._most_extreme_angles(constraint.curve, goals, inside)
+            value, designs, like = self._enclose_curve_at_angles(constraint.curve, angle, box, inside)
+            yield as_sloped_interval(relative_excess(constraint, side, as_quotient(value), designs), like)
+        for _, mean in size_mean_constraints(self.problem):
+            yield enclose_mean_excess(self.problem, mean, box, inside, self.free)
 
-    def _cost_by_arithmetic(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _bound_size_or_motion_cost(
+        self, name: str, sign: float, box: Designs, inside: Designs
+    ) -> tuple[Any, FloatArray]:
         """The least cost of an objective of sizes or the motion alone, and its relative change.
 
         A value that is equal for all designs has the digits of each design. Sums of sizes are exact; other
@@ -172,25 +174,25 @@ class BoxBounds(NamedTuple):
             cost = sign * quantities_over_box(self.problem, {name}, inside)[name] + np.zeros(len(box))
             return cost, np.zeros((len(self.free), len(box)))
         value = sign * as_interval(quantities_over_box(self.problem, {name}, box)[name]) + np.zeros(len(box))
-        change = _relative_change(sloped.slopes, _box_widths(box, self.free), value.largest_magnitude)
+        change = _relative_change_across_boxes(sloped.slopes, _box_widths(box, self.free), value.largest_magnitude)
         return value.low if require_effect(name, self.problem.setup).is_of_sizes else _lower_by_rounding(
             value.low
         ), change
 
-    def _cost_by_form(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _bound_curve_cost(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that is the peak or mean of curves, and its relative change."""
-        form = bounding_form(name, sign, self.problem.setup)
+        form = bounding_peak_or_mean(name, sign, self.problem.setup)
         if isinstance(form, Peak):
-            return self._cost_by_extreme(form, sign, box, inside)
+            return self._bound_peak_cost(form, sign, box, inside)
         if form is None:
             # the motion and numbers decide the objective: its cost is known for boxes with one value of each number
-            cost, spread = np.full(len(box), -np.inf), np.sign(self._number_widths(box))
+            cost, spread = np.full(len(box), -np.inf), np.sign(self._relative_number_widths(box))
             single = np.flatnonzero(~spread.any(axis=0))
             cost[single] = sign * quantities_over_box(self.problem, {name}, inside.take(single))[name]
             return cost, UNBOUNDED_SLOPE * spread
-        return self._cost_by_mean(form, sign, box, inside)
+        return self._bound_mean_cost(form, sign, box, inside)
 
-    def _number_widths(self, box: Designs) -> FloatArray:
+    def _relative_number_widths(self, box: Designs) -> FloatArray:
         """Relative widths of boxes in numbers that are not sizes (free, n); slopes do not contain their scales."""
         numbers: Mapping[str, Any] = box.numbers
         widths = np.zeros((len(self.free), len(box)))
@@ -200,39 +202,45 @@ class BoxBounds(NamedTuple):
                 widths[k] = np.divide(width, largest, out=widths[k], where=width > 0.0)
         return widths
 
-    def _cost_by_extreme(self, peak: Peak, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _bound_peak_cost(self, peak: Peak, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that is an extreme of curves, and its relative change."""
         extreme = np.full(len(box), 0.0 if peak.goal == LARGEST_MAGNITUDE else -np.inf)
         change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _box_widths(box, self.free)
-        for curve, part in self._curves_by_stroke(peak):
-            angle, _ = self._worst_angle(curve, [(part, peak.goal)], inside)
-            value, _, like = self._curve_over_boxes(curve, angle, box, inside)
+        for curve, part in self._peak_curves_by_stroke_kind(peak):
+            angle, _ = self._most_extreme_angles(curve, [(part, peak.goal)], inside)
+            value, _, like = self._enclose_curve_at_angles(curve, angle, box, inside)
             sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
-            least, at = _extreme_of_boxes(peak.goal, sloped)
-            extreme = np.maximum(extreme, _fill_unknown(least - self._kernel_error(sloped, least, at)))
-            change = np.where(at > farthest, _relative_change(sloped.slopes, width, np.abs(at)), change)
+            least, at = _box_and_point_extreme_bounds(peak.goal, sloped)
+            extreme = np.maximum(
+                extreme, _unknown_as_minus_infinity(least - self._kernel_error_bound(sloped, least, at))
+            )
+            change = np.where(
+                at > farthest, _relative_change_across_boxes(sloped.slopes, width, np.abs(at)), change
+            )
             farthest = np.fmax(farthest, at)
         signed = -extreme if peak.goal == LEAST else extreme
-        cost = sign * as_interval(peak.scale.quantity(as_interval(signed), box))
+        cost = sign * as_interval(peak.scale.quantity_from_extreme(as_interval(signed), box))
         low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
         return _lower_by_rounding(low), change
 
-    def _cost_by_mean(self, mean: Mean, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
-        sloped = mean.value_of_mean(mean_power_over(self.problem, mean, box, inside, self.free))
-        cost = sign * as_interval(mean.scale.quantity(sloped.value, box))
+    def _bound_mean_cost(self, mean: Mean, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+        sloped = mean.mean_from_power_mean(enclose_mean_power(self.problem, mean, box, inside, self.free))
+        cost = sign * as_interval(mean.scale.quantity_from_extreme(sloped.value, box))
         low = np.where(np.isnan(cost.low), -np.inf, cost.low)
-        return _lower_by_rounding(low), _relative_change(
+        return _lower_by_rounding(low), _relative_change_across_boxes(
             sloped.slopes, _box_widths(box, self.free), sloped.at.largest_magnitude
         )
 
-    def _kernel_error(self, value: SlopedInterval, least: FloatArray, at: FloatArray) -> FloatArray:
+    def _kernel_error_bound(
+        self, value: SlopedInterval, lower_bounds: FloatArray, point_values: FloatArray
+    ) -> FloatArray:
         """The largest error by which kernels may underestimate an extreme."""
-        size = np.maximum(np.abs(least), np.where(np.isfinite(at), np.abs(at), 0.0))
+        size = np.maximum(np.abs(lower_bounds), np.where(np.isfinite(point_values), np.abs(point_values), 0.0))
         return KERNEL_ERROR_FACTOR * self.problem.setup.relative_error * size + KERNEL_ERROR_FACTOR**3 * (
             value.at.high - value.at.low
         )
 
-    def _curves_by_stroke(self, peak: Peak) -> Iterator[tuple[Any, int]]:
+    def _peak_curves_by_stroke_kind(self, peak: Peak) -> Iterator[tuple[Any, int]]:
         """The curves of a peak over rises, and over returns, with their kinds of stroke.
 
         Both are bounded separately, because the best design may be one whose rises and returns have equal peaks.
@@ -240,42 +248,42 @@ class BoxBounds(NamedTuple):
         kind = self.problem.programme.table.kind
         for curve, kinds in peak.curves:
             parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & ALL_STROKES else (kinds,)
-            yield from ((curve_of_designs(curve, part), part) for part in parts if np.any(kind & part))
+            yield from ((motion_peak_as_curve(curve, part), part) for part in parts if np.any(kind & part))
 
-    def _worst_angle(
+    def _most_extreme_angles(
         self, curve: Any, goals_by_kind: list[tuple[int, int]], inside: Designs
     ) -> tuple[FloatArray, FloatArray]:
         """The cam angle at which a curve is the most extreme for one design of each box, and its side of 0.
 
         ``goals_by_kind`` has kinds of stroke, each with a goal.
         """
-        problem, programme = with_coarse_error(self.problem), self.problem.programme
+        problem, programme = with_coarse_extreme_error(self.problem), self.problem.programme
         where = EvaluationBlock(problem.setup, programme, inside).extremes(curve, goals_by_kind).where
         angles = np.concatenate(
             [programme.one_sided_angles(at, kinds) for (kinds, _), at in zip(goals_by_kind, where, strict=True)]
         )
-        value = value_of(curve(inside, programme), ..., programme.state(angles))
+        value = curve_value(curve(inside, programme), ..., programme.state(angles))
         goals = np.repeat([goal for _, goal in goals_by_kind], 2)[:, None]
         sides = np.where(goals == LEAST, -1.0, 1.0)
-        distance = _fill_unknown(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
+        distance = _unknown_as_minus_infinity(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
         row = np.argmax(distance, axis=0)
         return angles[row, np.arange(row.size)], sides[row, 0]
 
-    def _curve_over_boxes(
+    def _enclose_curve_at_angles(
         self, curve: Any, angle: FloatArray, box: Designs, inside: Designs
     ) -> tuple[Any, Designs, SlopedInterval]:
         """A curve over boxes, each at its own cam angle, and the boxes as designs of sloped intervals."""
         designs, like = sloped_boxes(box, inside, self.free, 1)
         state = state_with_rounding(self.problem.programme.state(angle), self.problem.programme)
-        return value_of(curve(designs, self.problem.programme), ..., state), designs, like
+        return curve_value(curve(designs, self.problem.programme), ..., state), designs, like
 
 
-def with_coarse_error(problem: Problem) -> Problem:
+def with_coarse_extreme_error(problem: Problem) -> Problem:
     """The problem with a coarse error of extremes, enough to find their cam angles."""
     return problem.with_relative_error(max(problem.setup.relative_error, COARSE_SHARE))
 
 
-def _excess_by_arithmetic(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:
+def _least_size_or_motion_excesses(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:
     """The least excess over each limit on sizes or the motion alone, (limits, designs)."""
     effects = {name: require_effect(name, problem.setup) for limit in limits for name in limit.required_quantities}
     names = {name for name, effect in effects.items() if runs_on_ranges(effect, problem.setup)}
@@ -285,7 +293,7 @@ def _excess_by_arithmetic(problem: Problem, limits: list[Limit], designs: Design
     return np.array(rows).reshape(len(rows), len(designs))
 
 
-def _extreme_of_boxes(goal: int, value: SlopedInterval) -> tuple[FloatArray, FloatArray]:
+def _box_and_point_extreme_bounds(goal: int, value: SlopedInterval) -> tuple[FloatArray, FloatArray]:
     """Lower bound of the extreme that a goal names, over each box and at its point; of its negative for LEAST."""
     if goal == LARGEST:
         return value.value.low, value.at.low
@@ -300,20 +308,20 @@ def _box_widths(box: Designs, free: list[str]) -> FloatArray:
     return np.array([values[name].high - values[name].low for name in free]).reshape(len(free), len(box))
 
 
-def _relative_change(slopes: Interval, width: FloatArray, scale: FloatArray) -> FloatArray:
+def _relative_change_across_boxes(slopes: Interval, width: FloatArray, scale: FloatArray) -> FloatArray:
     """Change of a quantity across each side of boxes, relative to the quantity."""
     has_scale = (scale > 0.0) & np.isfinite(scale)
-    return _finite_slopes(slopes.largest_magnitude) * width / np.where(has_scale, scale, 1.0)
+    return _cap_infinite_slopes(slopes.largest_magnitude) * width / np.where(has_scale, scale, 1.0)
 
 
 def _lower_by_rounding(cost: FloatArray) -> FloatArray:
     return cost - BOUND_ERROR * np.where(np.isfinite(cost), np.abs(cost), 0.0)
 
 
-def _fill_unknown(least: FloatArray) -> FloatArray:
+def _unknown_as_minus_infinity(least: FloatArray) -> FloatArray:
     """Lower bounds, with −∞ for unknown ones."""
     return np.where(np.isnan(least), -np.inf, least)
 
 
-def _finite_slopes(slopes: FloatArray) -> FloatArray:
+def _cap_infinite_slopes(slopes: FloatArray) -> FloatArray:
     return np.where(np.isfinite(slopes), slopes, UNBOUNDED_SLOPE)

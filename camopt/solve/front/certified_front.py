@@ -46,7 +46,7 @@ class CertifiedFront(NamedTuple):
     """The number of designs for each verdict, the dropped ones included; None if the problem is not robust."""
 
 
-def certify_front(
+def certify_front_with_resweeps(
     plan: SweepPlan, space_result: SpaceResult, threads: Threads, progress: Progress | None
 ) -> CertifiedFront:
     """The results of a sweep with the proofs that its scene requires; the threads run repeated sweeps."""
@@ -56,13 +56,13 @@ def certify_front(
     proofs = ToleranceVerdicts(plan.space)
     for done in range(SWEEP_EXCHANGES + 1):
         proofs.until = clock_seconds() + CERTIFY_SECONDS
-        front, best = (proofs.with_verdicts(rows) for rows in (reported.front, reported.best))
+        front, best = (proofs.with_proof_column(rows) for rows in (reported.front, reported.best))
         if not proofs.violating_errors or done == SWEEP_EXCHANGES:
             break
         plan = plan.with_extra_cams(proofs.violating_errors[:: -(-len(proofs.violating_errors) // MOST_ADDED_CAMS)])
         proofs.violating_errors.clear()
-        batches = plan.batches(plan.part_blocks(), threads)
-        space_result = gather_batches(plan.space, batches, plan.block, lambda rows: None, progress)
+        batches = plan.evaluate_in_batches(plan.part_blocks(), threads)
+        space_result = gather_batches(plan.space, batches, plan.block_size, lambda rows: None, progress)
         reported = report_rows(plan, space_result, progress)
     kept, kept_best = (rows.column(PROOF_COLUMN) != BROKEN for rows in (front, best))
     grid = reported.front.take(kept) if reported.grid is reported.front else reported.grid
@@ -84,7 +84,7 @@ class ToleranceVerdicts:
     violating_errors: list[NumberErrors] = field(default_factory=list)
     """The errors of cams that break limits."""
 
-    def with_verdicts(self, rows: DesignRows) -> DesignRows:
+    def with_proof_column(self, rows: DesignRows) -> DesignRows:
         """The rows with the verdict on each, in the column ``proof``."""
         names = {*self.space.problem.size_names, "law_rise", "law_return"}
         keys = [tuple(row.values()) for row in rows.select_columns(names).records()]

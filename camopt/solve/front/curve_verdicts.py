@@ -17,12 +17,12 @@ from camopt.core.numerics.block_filter import (
     DesignBlock,
     PitchVerdicts,
     RadiusRanges,
-    count_designs,
-    gather_designs,
+    count_held_and_open_designs,
+    gather_feasible_designs,
 )
 from camopt.model.effects import find_effect
 from camopt.model.effects.peak import RadiusRange
-from camopt.model.mechanisms.design import unshared_pitch
+from camopt.model.mechanisms.design import unreduced_designs
 from camopt.scene.problem.limit import FeasibleBodies, Limit, quantities_of_limits
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.scene.problem.rows import DesignRows, QuantityColumns
@@ -33,8 +33,8 @@ from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.feasible_filter import (
     Candidates,
     FilteredRows,
-    filter_beyond_pitch,
-    filter_by_pitch,
+    filter_by_pitch_curve_limits,
+    filter_by_remaining_limits,
     filter_designs,
     unfiltered_candidates,
 )
@@ -94,45 +94,54 @@ class CurveVerdicts:
         self._extreme_share: QuantityColumns = {}
         self._exact = True  # whether all curves so far have the requested accuracy
         self._pending = problem.limits
-        self._later = () if problem.programme.radii else limits_of_curves(problem.limits, wanted)
+        self._later = () if problem.programme.radii else limits_decided_by_pitch_curves(problem.limits, wanted)
         named = wanted.union(*(limit.pitch_curve_quantities or () for limit in self._later))
         self._of_pitch = frozenset[str]() if problem.setup.mechanism.profile else named
         """The quantities that are computed from a pitch curve, for all designs that share it."""
 
-    def verdicts(self, first: int, last: int, every: bool) -> BlockVerdicts:
-        """The verdicts on designs first … last − 1; without ``every``, some dominated designs are left out."""
+    def block_verdicts(self, first: int, last: int, keep_dominated: bool) -> BlockVerdicts:
+        """The verdicts on designs first … last − 1.
+
+        Without ``keep_dominated``, some dominated designs are left out.
+        """
         curves, bodies, parts = self._numbers.curves_of_block(first, last)
-        self._search_unknown(parts, self._parts_at_once(last - first))
-        cost, window = self._curve_costs(), self._size_window(first, last)
+        self._search_unsearched_parts(parts, self._parts_searched_together(last - first))
+        cost, window = self._single_objective_curve_costs(), self._size_axis_slice(first, last)
         costs = np.zeros_like(self._costs) if cost is None else cost
         pitch = PitchVerdicts(self._exists, self._places, self._sure_bodies, self._possible_bodies, costs)
         sizes = window.stop - window.start
         block = DesignBlock(curves, bodies, first % self._numbers.shape[-1] - window.start)
-        counts, least = count_designs(pitch, block, sizes)
-        most = np.full(sizes, np.inf) if cost is None else self._cost_ceilings(least, window)
-        held, compared, open_ = gather_designs(pitch, block, counts, most, every)
+        counts, least = count_held_and_open_designs(pitch, block, sizes)
+        most = np.full(sizes, np.inf) if cost is None else self._non_dominated_cost_ceilings(least, window)
+        held, compared, open_ = gather_feasible_designs(pitch, block, counts, most, keep_dominated)
         held_designs, open_designs = (CurveDesigns(first + i, self._places[curves[i]]) for i in (held, open_))
-        if cost is None and not every and len(held_designs):
+        if cost is None and not keep_dominated and len(held_designs):
             objectives = self._problem.objectives
-            front = is_non_dominated(row_costs(self.feasible_rows(held_designs, frozenset(objectives)), objectives))
+            front = is_non_dominated(
+                row_costs(self.evaluate_held_designs(held_designs, frozenset(objectives)), objectives)
+            )
             held_designs, compared = held_designs.take(front), compared[front]
         return BlockVerdicts(counts.existing, counts.held, held_designs, compared, open_designs)
 
-    def _curve_costs(self) -> FloatArray | None:
+    def _single_objective_curve_costs(self) -> FloatArray | None:
         """The curves' costs by the only objective in which designs of one size differ; None if several differ."""
         objectives = self._problem.objectives
         others = [name for name in objectives if name not in self._columns]
-        if not self._exact or len(objectives) - len(others) > 1 or not all(map(self._is_shared, others)):
+        if (
+            not self._exact
+            or len(objectives) - len(others) > 1
+            or not all(map(self._is_equal_at_same_size, others))
+        ):
             return None
         return self._costs
 
-    def _size_window(self, first: int, last: int) -> slice:
+    def _size_axis_slice(self, first: int, last: int) -> slice:
         """The sizes of the cam of designs first … last − 1: a consecutive run, or all."""
         sizes = self._numbers.shape[-1]
         start = first % sizes
         return slice(start, start + last - first) if start + last - first <= sizes else slice(0, sizes)
 
-    def _cost_ceilings(self, least: FloatArray, window: slice) -> FloatArray:
+    def _non_dominated_cost_ceilings(self, least: FloatArray, window: slice) -> FloatArray:
         """The largest cost of a non-dominated design of each size, from the least cost of each size; −∞ if none."""
         sizes = self._space.axes["size"][window] if "size" in self._space.axes else np.zeros(least.size)
         costs = self._problem.objectives.get(self._problem.size_name, 0.0) * sizes
@@ -148,33 +157,39 @@ class CurveVerdicts:
         most[order] = allowed if all_differ else allowed[np.cumsum(is_new) - 1]
         return most
 
-    def _is_shared(self, name: str) -> bool:
+    def _is_equal_at_same_size(self, name: str) -> bool:
         """Whether a quantity is equal for all designs of the motion with the same size of the cam."""
         setup, effect = self._problem.setup, find_effect(name, self._problem.setup)
         of_motion = effect is not None and effect.is_of_motion(setup)
         return name == self._problem.size_name or (of_motion and not setup.free)
 
-    def feasible_rows(self, held: CurveDesigns, names: frozenset[str]) -> DesignRows:
+    def evaluate_held_designs(self, held: CurveDesigns, names: frozenset[str]) -> DesignRows:
         """Quantities and verdicts of designs that surely meet all limits."""
-        candidates = self._candidates(held, np.ones(len(held), dtype=bool), ())
-        return filter_beyond_pitch(self._with_curve_columns(candidates, held.places, names), names).rows
+        candidates = self._build_candidates(held, np.ones(len(held), dtype=bool), ())
+        return filter_by_remaining_limits(self._with_curve_columns(candidates, held.places, names), names).rows
 
-    def filter_open(self, open_: CurveDesigns, names: frozenset[str]) -> FilteredRows:
+    def filter_undecided_designs(self, undecided_designs: CurveDesigns, names: frozenset[str]) -> FilteredRows:
         """The feasible designs among open ones."""
         if self._later:
-            return filter_designs(self._problem, self._space.designs(open_.designs), names)
-        candidates = self._candidates(open_, self._held[open_.places], self._pending)
-        return filter_beyond_pitch(self._with_curve_columns(candidates, open_.places, names), names)
+            return filter_designs(self._problem, self._space.designs(undecided_designs.designs), names)
+        candidates = self._build_candidates(undecided_designs, self._held[undecided_designs.places], self._pending)
+        return filter_by_remaining_limits(
+            self._with_curve_columns(candidates, undecided_designs.places, names), names
+        )
 
-    def _candidates(self, chosen: CurveDesigns, held: BoolArray, pending: tuple[Limit, ...]) -> Candidates:
-        designs, count = self._space.designs(chosen.designs), len(chosen)
-        return Candidates(self._problem, designs, np.arange(count), DesignRows({}, count), held, pending)
+    def _build_candidates(
+        self, curve_designs: CurveDesigns, held: BoolArray, pending_limits: tuple[Limit, ...]
+    ) -> Candidates:
+        designs, count = self._space.designs(curve_designs.designs), len(curve_designs)
+        return Candidates(self._problem, designs, np.arange(count), DesignRows({}, count), held, pending_limits)
 
     def _with_curve_columns(self, candidates: Candidates, places: IntArray, names: frozenset[str]) -> Candidates:
         """The candidates with the needed quantities from their pitch curves."""
         plan, setup = candidates.plan(names), self._problem.setup
         needed = {name for _, quantities in plan for name in quantities}
-        limited = quantities_of_limits(candidates.pending).union(*(effect.reads(setup) for effect, _ in plan))
+        limited = quantities_of_limits(candidates.pending).union(
+            *(effect.input_quantities(setup) for effect, _ in plan)
+        )
         half_width = self._half_width[places]
         # intervals narrow quantities that are not accurate enough, and then need the outer ends of all of them
         outer = needed & limited if np.all(half_width <= self._problem.accuracy) else needed
@@ -185,26 +200,26 @@ class CurveVerdicts:
         rows = DesignRows(columns, candidates.rows.count, outward, half_width)
         return replace(candidates, rows=rows)
 
-    def _parts_at_once(self, designs: int) -> int:
+    def _parts_searched_together(self, designs: int) -> int:
         """Number of parts that a block of designs searches together: its share, but not too many curves."""
         most = max(CURVES_AT_ONCE // self._numbers.part, 1)
         return min(max(round(len(self._locks) * designs / prod(self._numbers.shape)), 1), most)
 
-    def _search_unknown(self, parts: IntArray, share: int) -> None:
+    def _search_unsearched_parts(self, parts: IntArray, parts_together: int) -> None:
         """Search parts that are not known yet: first those that no other thread searches, then the others."""
         for blocking in (False, True):
-            while locked := self._lock_parts(parts[~self._known[parts]].tolist(), share, blocking):
+            while locked := self._lock_parts(parts[~self._known[parts]].tolist(), parts_together, blocking):
                 try:
-                    self._search_parts(locked[0], locked[-1] + 1)
+                    self._filter_curves_in_parts(locked[0], locked[-1] + 1)
                 finally:
                     for part in locked:
                         self._locks[part].release()
 
-    def _lock_parts(self, unknown: list[int], most: int, blocking: bool) -> list[int]:
-        """Consecutive unknown parts, locked for this thread; at most ``most``."""
+    def _lock_parts(self, unknown: list[int], most_parts: int, blocking: bool) -> list[int]:
+        """Consecutive unknown parts, locked for this thread; at most ``most_parts``."""
         locked: list[int] = []
         for part in unknown:
-            if locked and (len(locked) == most or part > locked[-1] + 1):
+            if locked and (len(locked) == most_parts or part > locked[-1] + 1):
                 break
             if self._locks[part].acquire(blocking=blocking and not locked):
                 if self._known[part]:
@@ -213,10 +228,12 @@ class CurveVerdicts:
                     locked.append(part)
         return locked
 
-    def _search_parts(self, number: int, end: int) -> None:
-        first = number * self._numbers.part
-        exists, designs = self._numbers.existing_designs((number, end), self._problem)
-        filtered = filter_by_pitch(unfiltered_candidates(self._problem, designs), self._of_pitch, self._later)
+    def _filter_curves_in_parts(self, first_part: int, end_part: int) -> None:
+        first = first_part * self._numbers.part
+        exists, designs = self._numbers.assemblable_designs((first_part, end_part), self._problem)
+        filtered = filter_by_pitch_curve_limits(
+            unfiltered_candidates(self._problem, designs), self._of_pitch, self._later
+        )
         places = slice(first, first + filtered.which.size)
         self._exists[first : first + exists.size] = exists
         self._places[first + np.flatnonzero(exists)[filtered.which]] = np.arange(places.start, places.stop)
@@ -235,14 +252,16 @@ class CurveVerdicts:
         self._half_width[places], self._pending = filtered.rows.half_width, filtered.pending
         if np.any(filtered.rows.half_width > self._problem.accuracy):
             self._exact = False
-        ranges = bodies_within_limits(filtered, self._numbers.bodies)
+        ranges = feasible_body_radii(filtered, self._numbers.bodies)
         for bodies, radii in zip((self._sure_bodies, self._possible_bodies), ranges, strict=True):
             bodies.least[places], bodies.most[places] = radii
-        self._known[number:end] = True
+        self._known[first_part:end_part] = True
 
 
-def limits_of_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple[Limit, ...]:
-    """The limits that pitch curves decide without their own quantities, if these quantities are not wanted.
+def limits_decided_by_pitch_curves(
+    limits: tuple[Limit, ...], wanted_quantities: frozenset[str]
+) -> tuple[Limit, ...]:
+    """The limits that pitch curves decide without their quantities, where no table wants these.
 
     There are none unless pitch curves decide every other limit too.
     """
@@ -251,17 +270,17 @@ def limits_of_curves(limits: tuple[Limit, ...], wanted: frozenset[str]) -> tuple
     decided = (
         limit for limit in limits if limit.is_of_motion or limit.pitch_curve_quantities != limit.required_quantities
     )
-    return tuple(limit for limit in decided if not wanted.issuperset(limit.required_quantities))
+    return tuple(limit for limit in decided if not wanted_quantities.issuperset(limit.required_quantities))
 
 
-def curves_decide_limits(problem: Problem, wanted: frozenset[str]) -> bool:
+def pitch_curves_decide_all_limits(problem: Problem, wanted_quantities: frozenset[str]) -> bool:
     """Whether pitch curves decide all limits, and some of these without their own quantities."""
     mechanism = problem.setup.mechanism
-    own = mechanism.profile_or_pitch is unshared_pitch or mechanism.profile or problem.programme.radii
-    return not own and bool(limits_of_curves(problem.limits, wanted))
+    own = mechanism.standard_profile_designs is unreduced_designs or mechanism.profile or problem.programme.radii
+    return not own and bool(limits_decided_by_pitch_curves(problem.limits, wanted_quantities))
 
 
-def bodies_within_limits(curves: Candidates, bodies: RadiusRange) -> FeasibleBodies:
+def feasible_body_radii(curves: Candidates, bodies: RadiusRange) -> FeasibleBodies:
     """The ranges of body radii with which designs on each curve surely meet all limits, and may meet them."""
     block = replace(curves.case, columns=curves.rows.columns, outward=curves.rows.outward)
     constraints = strictest_constraints(curves.pending_constraints)
@@ -271,7 +290,7 @@ def bodies_within_limits(curves: Candidates, bodies: RadiusRange) -> FeasibleBod
         if not limit.constraints or any(constraint in constraints for constraint in limit.constraints)
     ]
     by_limit = [
-        bodies_of_motion_limit(curves, limit) if limit.is_of_motion else limit.feasible_bodies(block, bodies)
+        body_radii_for_motion_limit(curves, limit) if limit.is_of_motion else limit.feasible_bodies(block, bodies)
         for limit in limits
     ]
     feasible = FeasibleBodies()
@@ -283,11 +302,14 @@ def bodies_within_limits(curves: Candidates, bodies: RadiusRange) -> FeasibleBod
     return feasible._replace(sure_bodies=feasible.sure_bodies._replace(most=most))
 
 
-def bodies_of_motion_limit(curves: Candidates, limit: Limit) -> FeasibleBodies:
+def body_radii_for_motion_limit(curves: Candidates, limit: Limit) -> FeasibleBodies:
     """The feasible bodies for a limit on the motion alone: all or none, as evaluated for the first curve."""
     if not len(curves.designs):
         return FeasibleBodies()
     first = curves.take(np.arange(1))
     rows = run_effects(first.case, limit.required_quantities)
-    held = (np.all(excesses((limit,), rows.shifted_columns(side), first.designs) <= 0.0) for side in (1.0, -1.0))
+    held = (
+        np.all(excesses((limit,), rows.columns_shifted_by_width_share(side), first.designs) <= 0.0)
+        for side in (1.0, -1.0)
+    )
     return FeasibleBodies(*(RadiusRange() if is_held else NO_BODIES for is_held in held))

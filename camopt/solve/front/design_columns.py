@@ -37,7 +37,9 @@ class DesignColumns:
     """The labels of the rows."""
 
 
-def read_design_columns(designs: Any, known: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
+def read_design_columns(
+    designs: Any, known_names: Collection[str], names: Iterable[str] | None = None
+) -> DesignColumns:
     """The known columns of a container of designs.
 
     Raises
@@ -45,11 +47,11 @@ def read_design_columns(designs: Any, known: Collection[str], names: Iterable[st
     BadInput
         If it is not such a container, has columns of different lengths, has a column twice, or lacks a value.
     """
-    table, labels = _columns_and_labels(designs, known, names)
-    arrays = {str(name): _column_array(name, table[name]) for name in table if name in known}
+    table, labels = _columns_and_labels(designs, known_names, names)
+    arrays = {str(name): _column_array(name, table[name]) for name in table if name in known_names}
     count = _row_count(arrays, len(table)) if labels is None else len(labels)
     values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
-    others = [str(name) for name in table if name not in known]
+    others = [str(name) for name in table if name not in known_names]
     return DesignColumns(values, others, count, range(count) if labels is None else labels)
 
 

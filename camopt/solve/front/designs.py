@@ -29,15 +29,19 @@ from camopt.scene.design_rows import (
     DERIVED_SIZES,
     EXCESS_PREFIX,
     LAW_NAME_COLUMNS,
-    design_column_mistakes,
-    has_scene,
+    design_column_error,
+    has_embedded_scene,
     unknown_columns,
     warn_of_unknown_columns,
 )
 from camopt.scene.problem.limit import ASSEMBLY
 from camopt.scene.problem.problem import Problem, missing_variable_mistakes, resolve
 from camopt.scene.problem.rows import VERDICT_COLUMNS, DesignRows, scatter_rows
-from camopt.scene.problem.settings import given_profile_mistakes, problem_with_free_numbers, problems_in_settings
+from camopt.scene.problem.settings import (
+    given_profile_mistakes,
+    problem_with_numbers_per_design,
+    problems_in_settings,
+)
 from camopt.scene.problem.variables import Variable
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.scene import Scene
@@ -45,7 +49,7 @@ from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, Scene
 from camopt.scene.train import TrainStage
 from camopt.solve.front.design_columns import DESIGNS_LABEL, DesignColumns, read_design_columns
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import CERTIFIED, evaluate_with_effort, excesses
+from camopt.solve.verdicts.limit_verdicts import CERTIFIED, evaluate_with_verdicts_and_effort, excesses
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -126,7 +130,7 @@ def evaluate_designs(
     columns = _variables_by_column(scene_problem)
     table = _read_designs(designs, columns, names)
     known = (*columns, *LAW_NAME_COLUMNS)
-    if unknown := _other_columns(scene, known, table, strict=strict):
+    if unknown := _check_unknown_columns(scene, known, table, strict=strict):
         warn_of_unknown_columns(unknown, known, table.values, DESIGNS_LABEL)
     varied = _variables_in(columns, table)
     rows = _designs_from_table(scene_problem, table, varied)
@@ -141,7 +145,7 @@ def evaluate_designs(
         values |= {name: values[name].astype(quantity.kind) for name, quantity in quantities.items()}
     frame = pd.DataFrame({name: values[name] for name in columns_in_order}, index=table.labels)
     units = {name: quantity.unit for name, quantity in quantities.items()}
-    frame.attrs = {"units": units, "scene": _scene_text(IdentityKey(scene))}
+    frame.attrs = {"units": units, "scene": _scene_toml(IdentityKey(scene))}
     return frame
 
 
@@ -158,17 +162,17 @@ def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
 
 
 @lru_cache(maxsize=CACHED_SCENES)
-def _scene_text(key: IdentityKey[Scene]) -> str:
+def _scene_toml(key: IdentityKey[Scene]) -> str:
     return key.value.to_toml()
 
 
 def _variables_by_column(problem: Problem) -> Mapping[str, Variable]:
     """The variables of a problem by the names of their columns; sizes also by their keys in the scene."""
-    return _find_variables(IdentityKey(problem))
+    return _cached_variables_by_column(IdentityKey(problem))
 
 
 @lru_cache(maxsize=CACHED_SCENES)
-def _find_variables(key: IdentityKey[Problem]) -> Mapping[str, Variable]:
+def _cached_variables_by_column(key: IdentityKey[Problem]) -> Mapping[str, Variable]:
     variables = key.value.variables
     return {f"{each.name}_mm": each for each in variables if each.is_size} | {
         each.quantity: each for each in variables
@@ -179,7 +183,7 @@ def _read_designs(designs: Any, columns: Collection[str], names: Iterable[str] |
     """The columns that define the designs of a table; BadInput for angles, and for scenes of rows."""
     table = read_design_columns(designs, {*columns, *LAW_NAME_COLUMNS, ROW_SCENE_COLUMN}, names)
     scenes = table.values.pop(ROW_SCENE_COLUMN, None)
-    if scenes is not None and any(has_scene({ROW_SCENE_COLUMN: scene}) for scene in scenes.tolist()):
+    if scenes is not None and any(has_embedded_scene({ROW_SCENE_COLUMN: scene}) for scene in scenes.tolist()):
         why = f"each row has a scene of its own: {SCENE_ADVICE}"
         raise BadInput([Mistake(DESIGNS_LABEL, ROW_SCENE_COLUMN, None, why, bare=True)])
     if ANGLES_COLUMN in table.others:
@@ -188,11 +192,13 @@ def _read_designs(designs: Any, columns: Collection[str], names: Iterable[str] |
     return table if scenes is None else replace(table, others=[*table.others, ROW_SCENE_COLUMN])
 
 
-def _other_columns(scene: Scene, known: Collection[str], table: DesignColumns, *, strict: bool) -> list[str]:
+def _check_unknown_columns(
+    scene: Scene, known: Collection[str], table: DesignColumns, *, strict: bool
+) -> list[str]:
     """The columns that are not quantities; BadInput for these if ``strict``, or if no column defines designs."""
     unknown = unknown_columns(scene, table.others)
     if (not table.values and (table.others or table.count)) or (unknown and strict):
-        raise design_column_mistakes(unknown or table.others, known, DESIGNS_LABEL)
+        raise design_column_error(unknown or table.others, known, DESIGNS_LABEL)
     return unknown
 
 
@@ -261,7 +267,7 @@ def _problem_of_search(
     """The problem of a scene whose search varies the numbers that a valid table has columns for."""
     columns = {each.search_key: name for name, each in varied.items() if each.is_number and table.count}
     if not columns:
-        return problem_with_free_numbers(scene_problem)
+        return problem_with_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
     cache = _cached_searches(IdentityKey(scene))
     cached = cache.get(frozenset(ends))
@@ -279,7 +285,7 @@ def _problem_of_search(
             for key, (low, high) in ends.items()
         }
     numbers = {each.key: ends[each.search_key] for each in varied.values() if each.search_key in ends}
-    search = _CachedSearch(ends, problem_with_free_numbers(problem, numbers))
+    search = _CachedSearch(ends, problem_with_numbers_per_design(problem, numbers))
     cache[frozenset(ends)] = search
     return search.problem
 
@@ -370,17 +376,19 @@ def _evaluate_rows(
     limits = [f"{EXCESS_PREFIX}{limit.name}" for limit in problem.limits]
     if existing.size or not impossible.size:
         assembled = designs.take(existing) if impossible.size else designs
-        evaluated = evaluate_with_effort(problem, assembled, names | problem.required_quantities)[0]
+        evaluated = evaluate_with_verdicts_and_effort(problem, assembled, names | problem.required_quantities)[0]
         excess = dict(zip(limits, excesses(problem.limits, evaluated.columns, assembled), strict=True))
         yield rows[existing], DesignRows(evaluated.select_columns(names).columns | excess, existing.size)
     if impossible.size:
         block = EvaluationBlock(problem.setup, problem.programme, designs.take(impossible))
         sizes = run_effects(block, problem.size_names)
-        missing = {name: UNASSEMBLED_VALUES.get(name, _missing_value(name)) for name in names - problem.size_names}
+        missing = {
+            name: UNASSEMBLED_VALUES.get(name, _unassembled_value(name)) for name in names - problem.size_names
+        }
         columns = sizes.columns | missing | dict.fromkeys(limits, inf)
         yield rows[impossible], DesignRows(columns, impossible.size)
 
 
-def _missing_value(name: str) -> Any:
+def _unassembled_value(name: str) -> Any:
     kind = QUANTITIES[name].kind if name in QUANTITIES else float
     return inf if kind is float else kind()

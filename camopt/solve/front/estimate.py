@@ -57,15 +57,17 @@ def estimate_sweep(
         return None
     places = np.linspace(0, len(numbers) - 2, BLOCKS_A_THREAD * threads.workers + 2).astype(int)[1:-1]
     neighbours, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
-    for _ in threads.in_order(plan.evaluate_blocks, neighbours):
+    for _ in threads.results_in_order(plan.evaluate_blocks, neighbours):
         pass
     start = clock_seconds()
-    batches = [*threads.in_order(plan.evaluate_blocks, timed)]
+    batches = [*threads.results_in_order(plan.evaluate_blocks, timed)]
     seconds = (clock_seconds() - start) * threads.workers / workers
     share = len(numbers) / len(timed)
     tabled = batches if plan.keep in TABLED_KEEPS else []
     kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in tabled)
-    designs = plan.blocks.designs_before(numbers.stop) - plan.blocks.designs_before(numbers.start)
+    designs = plan.blocks.design_count_before_block(numbers.stop) - plan.blocks.design_count_before_block(
+        numbers.start
+    )
     return SweepEstimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 
 
@@ -91,7 +93,7 @@ def announce_estimate(store: Store, threads: Threads, engine: Engine, tell: Mess
     Threads of this process time a few blocks. A sweep that resumes gets no estimate: it had one at its start, and
     part of its room is taken already.
     """
-    if not store.files():
+    if not store.finished_batch_files():
         estimate = estimate_sweep(store.plan, store.numbers, threads, engine.workers, store.folder)
         if estimate and tell:
             tell(str(estimate))

@@ -77,22 +77,24 @@ class FrontSearch:
             PointTree(len(self.objectives)),
         )
 
-    def run(self) -> SpaceResult:
+    def find_front(self) -> SpaceResult:
         """The front, with its rows in the order of the space."""
         self.pool = ThreadPoolExecutor(self.workers)
         try:
-            self.start()
+            self.open_first_boxes()
             while self.open_boxes:
-                self.step()
+                self.halve_or_evaluate_boxes()
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.take_front()
-        rows = self.with_sizes(rows.take_and_release(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1]))
+        rows = self.replace_numbers_by_sizes(
+            rows.take_and_release(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1])
+        )
         return SpaceResult(
             rows, rows, self.effort, self.reached, self.evaluated, boxes=self.bounded_count, decided=self.decided
         )
 
-    def with_sizes(self, rows: DesignRows) -> DesignRows:
+    def replace_numbers_by_sizes(self, rows: DesignRows) -> DesignRows:
         """The rows in the order of the space, with the sizes of their designs instead of the numbers."""
         motion, number = np.divmod(rows.column(DESIGN_NUMBER), self.space.designs_per_problem)
         motions, firsts = np.unique(motion if rows.count else [0], return_index=True)
@@ -111,16 +113,16 @@ class FrontSearch:
             block = EvaluationBlock(problem.setup, problem.programme, self.space.designs(number[first:last]))
             yield slice(first, last), run_effects(block, names)
 
-    def start(self) -> None:
+    def open_first_boxes(self) -> None:
         """Open a box for each motion that may meet the limits, cut into many: bounding few takes as long."""
         infeasible = np.array([is_motion_infeasible(problem) for problem in self.space.problems])
-        boxes = self.keep_boxes(self.grid.whole_boxes(len(self.objectives)), ~infeasible)
+        boxes = self.take_undecided_boxes(self.grid.whole_box_of_each_motion(len(self.objectives)), ~infeasible)
         while 0 < len(boxes) < FIRST_BOXES and np.all(boxes.design_counts > LARGE_RATIO * FEW_DESIGNS):
             boxes = boxes.halve_boxes(np.argmax(boxes.high - boxes.low, axis=1))
-        self.evaluate_numbers(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
+        self.evaluate_designs_by_number(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
         self.open_boxes.append(boxes)
 
-    def step(self) -> None:
+    def halve_or_evaluate_boxes(self) -> None:
         """Halve the latest boxes, up to ``HALVED_AT_ONCE``, and evaluate small ones."""
         boxes = self.open_boxes.pop()
         if len(boxes) > HALVED_AT_ONCE:
@@ -129,40 +131,44 @@ class FrontSearch:
         small = boxes.design_counts <= FEW_DESIGNS
         self.small_boxes.append(boxes.take(small))
         if not small.all():
-            self.open_boxes.append(self.halve_boxes(boxes.take(~small)))
+            self.open_boxes.append(self.bound_and_halve_boxes(boxes.take(~small)))
         if not self.open_boxes or sum(int(part.design_counts.sum()) for part in self.small_boxes) > PENDING_DESIGNS:
             self.evaluate_small_boxes(chained_boxes(self.small_boxes))
         done = self.bounded_count + self.finished_count
         halvings = (np.log2(np.maximum(part.design_counts / FEW_DESIGNS, 2.0)).sum() for part in self.open_boxes)
         report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small_boxes)))
 
-    def keep_boxes(self, boxes: GridBoxes, kept: Any) -> GridBoxes:
+    def take_undecided_boxes(self, boxes: GridBoxes, is_undecided: Any) -> GridBoxes:
         """The kept boxes; the designs of the others count as decided."""
-        self.decided += int(boxes.design_counts[~kept].sum())
-        return boxes.take(kept)
+        self.decided += int(boxes.design_counts[~is_undecided].sum())
+        return boxes.take(is_undecided)
 
-    def halve_boxes(self, boxes: GridBoxes) -> GridBoxes:
+    def bound_and_halve_boxes(self, boxes: GridBoxes) -> GridBoxes:
         """The halves of the boxes that may hold a part of the front."""
-        self.evaluate_numbers(boxes.motion, self.grid.design_numbers(boxes.middle_places))
+        self.evaluate_designs_by_number(boxes.motion, self.grid.design_numbers(boxes.middle_places))
         dominators = self.dominators()
-        boxes = self.keep_boxes(boxes, ~dominators.dominate(boxes.costs))
+        boxes = self.take_undecided_boxes(boxes, ~dominators.dominate(boxes.costs))
         self.bounded_count += len(boxes)
         order = np.argsort(boxes.motion, kind="stable")
         parts = [
             boxes.take(index) for index in _split_by_motion_and_size(order, boxes.motion[order], BOUNDED_AT_ONCE)
         ]
-        bounded = list(self.map_in_order(partial(self.bound_boxes, dominators), parts))
+        bounded = list(self.map_in_order(partial(self.bound_boxes_and_choose_axes, dominators), parts))
         if not bounded:
             return boxes
         bounded_boxes, are_open, axes = (list(column) for column in zip(*bounded, strict=True))
         open_ = np.concatenate(are_open)
-        return self.keep_boxes(chained_boxes(bounded_boxes), open_).halve_boxes(np.concatenate(axes)[open_])
+        return self.take_undecided_boxes(chained_boxes(bounded_boxes), open_).halve_boxes(
+            np.concatenate(axes)[open_]
+        )
 
-    def bound_boxes(self, dominators: Dominators | TreePair, boxes: GridBoxes) -> tuple[GridBoxes, Any, IntArray]:
+    def bound_boxes_and_choose_axes(
+        self, dominators: Dominators | TreePair, boxes: GridBoxes
+    ) -> tuple[GridBoxes, Any, IntArray]:
         """Boxes of one motion with lower bounds of their costs, which boxes stay open, and the axis to cut."""
         bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.free)
         designs = self.grid.box_designs(boxes)
-        open_, change = ~bounds.impossible_boxes(designs), np.zeros((len(self.grid.free), len(boxes)))
+        open_, change = ~bounds.boxes_impossible_by_sizes(designs), np.zeros((len(self.grid.free), len(boxes)))
         costs = np.full((len(boxes), len(self.objectives)), -np.inf)
         box_costs = bounds.bound_costs(designs.take(open_))
         costs[open_], change[:, open_] = box_costs.costs, box_costs.change
@@ -171,17 +177,17 @@ class FrontSearch:
         non_dominated = ~dominators.dominate(costs[index])
         open_[index[~non_dominated]] = False
         index = index[non_dominated]
-        broken, excess_change = bounds.broken_boxes(designs.take(index), box_costs.take(non_dominated))
+        broken, excess_change = bounds.infeasible_boxes(designs.take(index), box_costs.take(non_dominated))
         open_[index[broken]] = False
         change[:, index] = np.maximum(change[:, index], excess_change)
-        return replace(boxes, costs=costs), open_, self.widest_axis(boxes, change)
+        return replace(boxes, costs=costs), open_, self.choose_cut_axes(boxes, change)
 
-    def widest_axis(self, boxes: GridBoxes, change: Any) -> IntArray:
+    def choose_cut_axes(self, boxes: GridBoxes, bound_changes: Any) -> IntArray:
         """The axis of each box to cut: the one with several values across which the bounds change the most."""
         places = boxes.high - boxes.low
         free = [k for k, name in enumerate(self.grid.axes) if name in self.grid.free]
         share = np.zeros(places.shape)
-        share[:, free] = np.where(places[:, free] > 0, change.T + 1e-9 * places[:, free], -1.0)
+        share[:, free] = np.where(places[:, free] > 0, bound_changes.T + 1e-9 * places[:, free], -1.0)
         share[:, [k for k in range(places.shape[1]) if k not in free]] = -1.0
         return np.asarray(np.argmax(share, axis=1))
 
@@ -191,25 +197,29 @@ class FrontSearch:
         done = np.cumsum(boxes.design_counts)
         for first in range(0, int(done[-1]) if done.size else 0, PENDING_DESIGNS):
             block = boxes.take((done > first) & (done <= first + PENDING_DESIGNS))
-            block = self.keep_boxes(block, ~self.dominators().dominate(block.costs))
-            self.evaluate_numbers(np.repeat(block.motion, block.design_counts), self.grid.numbers_in_boxes(block))
+            block = self.take_undecided_boxes(block, ~self.dominators().dominate(block.costs))
+            self.evaluate_designs_by_number(
+                np.repeat(block.motion, block.design_counts), self.grid.numbers_in_boxes(block)
+            )
         self.small_boxes, self.finished_count = [], self.finished_count + len(boxes)
 
-    def evaluate_numbers(self, motion: IntArray, number: IntArray) -> None:
+    def evaluate_designs_by_number(self, motion: IntArray, number: IntArray) -> None:
         """Evaluate designs, given by motion and number, and keep those that may be on the front."""
         order = np.argsort(motion, kind="stable")
         blocks = [
             (motion[part], number[part])
             for part in _split_by_motion_and_size(order, motion[order], EVALUATED_AT_ONCE)
         ]
-        for result in self.map_in_order(self.evaluate_block, blocks or [(np.zeros(1, dtype=np.int64), number)]):
+        for result in self.map_in_order(
+            self.evaluate_designs_of_motion, blocks or [(np.zeros(1, dtype=np.int64), number)]
+        ):
             self.add_front_rows(result.front)
             self.effort, self.reached = self.effort.plus(result.effort), max(self.reached, result.reached)
             self.evaluated += result.evaluated
 
-    def evaluate_block(self, item: tuple[IntArray, IntArray]) -> SpaceResult:
+    def evaluate_designs_of_motion(self, motions_and_numbers: tuple[IntArray, IntArray]) -> SpaceResult:
         """Evaluate some designs of one motion."""
-        (motion, *_), number = item
+        (motion, *_), number = motions_and_numbers
         problem, designs = self.space.problems[motion], self.space.designs(number)
         exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
         filtered = filter_designs(problem, designs.take(exists), frozenset(self.names))
@@ -223,13 +233,13 @@ class FrontSearch:
 
     def add_front_rows(self, rows: DesignRows) -> None:
         """Add rows that may be on the front to the archive, unless a known point dominates them."""
-        self.archive.add(rows.take(~self.points.add(self.costs_of(rows))))
+        self.archive.add(rows.take(~self.points.add_and_find_dominated(self.finite_row_costs(rows))))
 
     def dominators(self) -> Dominators | TreePair:
         """The points that dominate boxes: the front of the designs evaluated so far, and perhaps others."""
-        return self.points.dominators(lambda: self.costs_of(self.archive.front()))
+        return self.points.dominators(lambda: self.finite_row_costs(self.archive.front()))
 
-    def costs_of(self, rows: DesignRows) -> FloatArray:
+    def finite_row_costs(self, rows: DesignRows) -> FloatArray:
         """The costs of rows, with the largest number for infinite ones."""
         return np.nan_to_num(row_costs(rows, self.objectives))
 

@@ -20,14 +20,14 @@ class Grid:
     space: DesignSpace
 
     @cached_property
-    def axis_orders(self) -> list[IntArray]:
+    def sorted_axis_indices(self) -> list[IntArray]:
         """For each axis, the indices of its values in rising order."""
         return [np.argsort(values, kind="stable") for values in self.space.axes.values()]
 
     @cached_property
     def axes(self) -> dict[str, FloatArray]:
         """The rising values of each axis, by field of ``Designs``."""
-        ordered = zip(self.space.axes.items(), self.axis_orders, strict=True)
+        ordered = zip(self.space.axes.items(), self.sorted_axis_indices, strict=True)
         return {field: values[order] for (field, values), order in ordered}
 
     @cached_property
@@ -35,12 +35,12 @@ class Grid:
         """The sizes and numbers with several values."""
         return [name for name, values in self.axes.items() if values.size > 1]
 
-    def whole_boxes(self, objectives: int) -> "GridBoxes":
+    def whole_box_of_each_motion(self, objective_count: int) -> "GridBoxes":
         """One box for each problem with all of its designs; their costs are unknown."""
         motion = np.arange(len(self.space.problems))
         last = np.array([values.size - 1 for values in self.axes.values()], dtype=np.int64)
         high = np.tile(last, (motion.size, 1))
-        return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objectives), -LARGEST_COST))
+        return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objective_count), -LARGEST_COST))
 
     def box_designs(self, boxes: "GridBoxes") -> Designs:
         """Boxes as designs of Intervals."""
@@ -56,7 +56,7 @@ class Grid:
     def design_numbers(self, places: IntArray) -> IntArray:
         """The numbers of designs of a motion in the space, from their places on the axes (designs, axes)."""
         shape = tuple(values.size for values in self.axes.values())
-        where = tuple(order[place] for order, place in zip(self.axis_orders, places.T, strict=True))
+        where = tuple(order[place] for order, place in zip(self.sorted_axis_indices, places.T, strict=True))
         return np.asarray(np.ravel_multi_index(where, shape) if shape else np.zeros(len(places), dtype=np.int64))
 
     def numbers_in_boxes(self, boxes: "GridBoxes") -> IntArray:

@@ -35,7 +35,7 @@ def sort_by_objectives(rows: DesignRows, objectives: Objectives) -> DesignRows:
     return rows.take(np.lexsort(row_costs(rows, objectives).T[::-1])) if rows.count else rows
 
 
-def best_of_laws(rows: DesignRows, objectives: Objectives) -> DesignRows:
+def best_row_of_each_law(rows: DesignRows, objectives: Objectives) -> DesignRows:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
     rows = sort_by_objectives(rows, objectives)
     if not any(np.ndim(rows.columns[laws]) for laws in ("law_rise", "law_return")):

@@ -12,9 +12,15 @@ from camopt.core.engines import Engine
 from camopt.core.engines.progress import Progress, with_progress_bar
 from camopt.core.engines.threads import Threads
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.manifest import DamagedManifest, Manifest, has_entry, manifest_of, readable_manifest
+from camopt.core.storage.manifest import (
+    DamagedManifest,
+    Manifest,
+    file_matches_entry,
+    read_manifest,
+    read_manifest_or_empty,
+)
 from camopt.core.storage.publishing import publication, published_answer
-from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.scene_notes import notes_on_search
 from camopt.scene.scene import Scene
 from camopt.solve.front.blocks import BlockBatch, SpaceResult, gather_batches
@@ -27,12 +33,18 @@ from camopt.solve.front.store import (
     BrokenBatch,
     MessageSink,
     Store,
-    batch_files,
     interrupted_key,
     read_batch,
-    save_at_end,
+    save_batches_on_early_end,
+    sorted_batch_files,
 )
-from camopt.solve.front.sweep import SWEEP_COMMAND, Write, published_sweep, sweep_result, up_to_date_message
+from camopt.solve.front.sweep import (
+    SWEEP_COMMAND,
+    Write,
+    published_sweep,
+    run_and_publish_sweep,
+    up_to_date_message,
+)
 from camopt.solve.tables.result import Result
 from camopt.solve.verdicts.limit_verdicts import Effort
 
@@ -122,7 +134,7 @@ class SweepPart(Result):
         return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
 
 
-@options_by_keyword
+@allow_positional_options
 @with_progress_bar("designs")
 def sweep_part(  # noqa: PLR0913
     scene: SceneSource,
@@ -183,7 +195,7 @@ def sweep_part(  # noqa: PLR0913
     """
     scene = scene_from(scene)
     check_count("workers", workers)
-    plan, threads = _plan_of_part(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
+    plan, threads = _plan_cut_for_parts(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, question = Path(out) / name_of_part(*part), plan.sweep_key(*part)
     if not again and (answer := published_answer(folder, PART_COMMAND, question.to_manifest)):
         with suppress(LookupError, TypeError):  # a manifest may be damaged
@@ -192,13 +204,15 @@ def sweep_part(  # noqa: PLR0913
                 tell(up_to_date_message(folder))
             return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
     kept = (BATCH_FILES, QUESTION_FILE)
-    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=question.to_manifest, keeps=kept) as unit:
+    with publication(
+        folder, PART_COMMAND, (BATCH_FILES,), question=question.to_manifest, kept_patterns=kept
+    ) as unit:
         store = Store(unit.staging, plan, question, tell)
-        with save_at_end(store):
+        with save_batches_on_early_end(store):
             announce_estimate(store, threads, engine or threads, tell)
-            batches = store.batches(engine or threads)
-            counted = gather_batches(plan.space, batches, plan.block, lambda rows: None, progress)
-        store.save()
+            batches = store.load_or_evaluate_batches(engine or threads)
+            counted = gather_batches(plan.space, batches, plan.block_size, lambda rows: None, progress)
+        store.write_pending_batches()
         if store.trouble:
             raise store.trouble
         existing, feasible = counted.existing or 0, counted.feasible or 0
@@ -212,7 +226,7 @@ def name_of_part(part: int, parts: int) -> str:
     return f"part-{part}-of-{parts}"
 
 
-def _plan_of_part(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
+def _plan_cut_for_parts(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     """The plan with blocks small enough for all parts to have some; BadInput if there is no such part.
 
     Rows do not depend on the size of blocks.
@@ -225,10 +239,10 @@ def _plan_of_part(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
         raise BadInput([Mistake("camopt", "part", part, f"one of at most {SWEEP_PARTS:,} parts")])
     if not 1 <= number <= parts:
         raise BadInput([Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}")])
-    return replace(plan, most=min(plan.block, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
+    return replace(plan, most=min(plan.block_size, max(len(plan.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
-@options_by_keyword
+@allow_positional_options
 @with_progress_bar("designs")
 def merge(
     parts: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
@@ -276,7 +290,7 @@ def merge(
     """
     places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
     questions, files, mistakes = _read_parts(_part_folders(places))
-    plan = _check_parts(questions, mistakes)
+    plan = _plan_of_complete_parts(questions, mistakes)
     if out is not None:
         _check_out_folder(Path(out), plan)
     if out is not None and not again and (done := published_sweep(plan, out, tell)):
@@ -285,16 +299,16 @@ def merge(
 
     def batches() -> Iterator[BlockBatch]:
         for folder in in_order:
-            for _, path in batch_files(folder / name for name in files[folder]):
+            for _, path in sorted_batch_files(folder / name for name in files[folder]):
                 try:
                     yield read_batch(path, plan)
                 except BrokenBatch as why:
                     raise BadInput([_part_mistake(path, f"this is {why}")]) from None
 
     def gather_parts(store: Store | None, write: Write) -> SpaceResult:
-        return gather_batches(plan.space, batches(), plan.block, write, progress)
+        return gather_batches(plan.space, batches(), plan.block_size, write, progress)
 
-    return sweep_result(plan, out, gather_parts, Threads(os.cpu_count() or 1), progress)
+    return run_and_publish_sweep(plan, out, gather_parts, Threads(os.cpu_count() or 1), progress)
 
 
 def _check_out_folder(folder: Path, plan: SweepPlan) -> None:
@@ -314,7 +328,7 @@ def _part_folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
         parts = [
             folder
             for folder in folders
-            if PART_FOLDER.fullmatch(folder.name) or PART_COMMAND in readable_manifest(folder).results
+            if PART_FOLDER.fullmatch(folder.name) or PART_COMMAND in read_manifest_or_empty(folder).results
         ]
         if not parts:
             raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
@@ -332,7 +346,7 @@ def _read_parts(
     plans: dict[SweepKey, SweepPlan | str] = {}
     for folder in folders:
         try:
-            result = (manifest_of(folder) or Manifest()).results.get(PART_COMMAND)
+            result = (read_manifest(folder) or Manifest()).results.get(PART_COMMAND)
         except DamagedManifest:
             mistakes.append(_part_mistake(folder, "its manifest is damaged, or of another version of camopt"))
             continue
@@ -353,7 +367,7 @@ def _read_parts(
         for name, entry in result.files.items():
             if not (folder / name).exists():
                 mistakes.append(_part_mistake(folder / name, "this is missing"))
-            elif not has_entry(folder / name, entry):
+            elif not file_matches_entry(folder / name, entry):
                 mistakes.append(_part_mistake(folder / name, "this is damaged, changed, or from another run"))
         if not _covers_blocks(result.files, plan.part_blocks(question.part, question.parts)):
             mistakes.append(_part_mistake(folder, "its files do not cover all of its designs"))
@@ -363,17 +377,17 @@ def _read_parts(
 def _covers_blocks(names: Iterable[str], numbers: range) -> bool:
     """Whether files of batches cover all blocks, each once."""
     position = numbers.start
-    for blocks, _ in batch_files(map(Path, names)):
+    for blocks, _ in sorted_batch_files(map(Path, names)):
         if blocks.start != position:
             return False
         position = blocks.stop
     return position == numbers.stop
 
 
-def _plan_or_fault(question: SweepKey) -> SweepPlan | str:
+def _plan_or_fault(key: SweepKey) -> SweepPlan | str:
     """The plan of a key, or the fault of the key in words."""
     try:
-        return plan_of_key(question)
+        return plan_of_key(key)
     except BadInput as error:
         first = error.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
@@ -383,17 +397,17 @@ def _part_mistake(path: Path, why: str) -> Mistake:
     return Mistake("camopt", "part", str(path), f"a complete part of a sweep; {why}")
 
 
-def _check_parts(questions: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
+def _plan_of_complete_parts(keys_by_folder: dict[Path, SweepKey], mistakes: list[Mistake]) -> SweepPlan:
     """The plan of the whole sweep; BadInput with all mistakes if the parts are not all parts of one sweep."""
-    if not questions:
+    if not keys_by_folder:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
-    first = next(iter(questions))
-    whole, parts = questions[first].whole_sweep, questions[first].parts
+    first = next(iter(keys_by_folder))
+    whole, parts = keys_by_folder[first].whole_sweep, keys_by_folder[first].parts
     named = {int(number) for mistake in mistakes for number in re.findall(r"part-(\d+)-of-", str(mistake.value))}
     by_part: dict[int, list[Path]] = {}
-    for path, question in questions.items():
+    for path, question in keys_by_folder.items():
         if question.whole_sweep != whole or question.parts != parts:
-            other = ", ".join(name for name in question.differences_from(questions[first]) if name != "part")
+            other = ", ".join(name for name in question.differences_from(keys_by_folder[first]) if name != "part")
             why = f"a part of the same sweep as {first}; it differs in {other}"
             mistakes.append(Mistake("camopt", "part", str(path), why))
         else:

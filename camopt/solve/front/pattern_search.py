@@ -16,8 +16,8 @@ from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
 from camopt.scene.problem.limits import pressure_angle_limits
 from camopt.scene.problem.problem import Problem
 from camopt.solve.front.pareto import objective_costs
-from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, least_size
-from camopt.solve.verdicts.limit_verdicts import bound_excesses
+from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, size_lower_bound
+from camopt.solve.verdicts.limit_verdicts import quantities_with_excess_bounds
 
 OPENING_STEP, LONGEST_STEP, SHORTEST_STEP = 1 / 16, 1 / 4, 1e-10  # steps, as shares of a range
 SEARCH_STEPS = 300
@@ -44,40 +44,42 @@ class PatternSearch:
         name = self.problem.size_name
         return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
 
-    def costs(self, designs: Designs) -> tuple[FloatArray, Any]:
+    def worst_costs_and_feasibility(self, designs: Designs) -> tuple[FloatArray, Any]:
         """The worse end of each objective as a cost, (designs, objectives), and which designs are feasible."""
         problem = self.problem
         held = problem.setup.mechanism.can_assemble(designs, self.problem.programme) & (designs.size > 0.0)
         costs = np.full((len(designs), len(problem.objectives)), np.inf)
         existing = designs.take(held)
-        rows, excess, _ = bound_excesses(problem, existing, frozenset())
-        costs[held] = objective_costs(rows.shifted_columns(1.0), len(existing), problem.objectives)
+        rows, excess, _ = quantities_with_excess_bounds(problem, existing, frozenset())
+        costs[held] = objective_costs(rows.columns_shifted_by_width_share(1.0), len(existing), problem.objectives)
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
-    def is_allowed(self, designs: Designs, ceilings: FloatArray) -> Any:
+    def are_feasible_under_ceilings(self, designs: Designs, ceilings: FloatArray) -> Any:
         """Which designs are feasible and cost no more than their ceilings."""
-        costs, held = self.costs(designs)
+        costs, held = self.worst_costs_and_feasibility(designs)
         return held & np.all(costs <= ceilings, axis=1)
 
-    def lower_objective(self, designs: Designs, ceilings: FloatArray) -> tuple[Designs, FloatArray]:
+    def evaluate_objective_at_least_size(
+        self, designs: Designs, ceilings: FloatArray
+    ) -> tuple[Designs, FloatArray]:
         """Designs with their objectives, at the least size if that is the objective; inf for those not allowed."""
         if self.lowers_size:
-            index = np.flatnonzero(self.is_allowed(designs, ceilings))
+            index = np.flatnonzero(self.are_feasible_under_ceilings(designs, ceilings))
             size, reached = designs.size.copy(), np.full(len(designs), np.inf)
             size[index] = reached[index] = self._least_sizes(designs.take(index), ceilings[index])
             return replace(designs, size=size), reached
-        costs, held = self.costs(designs)
+        costs, held = self.worst_costs_and_feasibility(designs)
         held &= np.all(costs <= ceilings, axis=1)
         return designs, np.where(held, costs[:, self.objective_index(self.objective)], np.inf)
 
     def _least_sizes(self, designs: Designs, ceilings: FloatArray) -> FloatArray:
         """The least allowed size of each allowed design, by bisection [mm]."""
         low, high = np.full(len(designs), self.free["size"][0]), designs.size
-        high = np.where(self.is_allowed(replace(designs, size=low), ceilings), low, high)
+        high = np.where(self.are_feasible_under_ceilings(replace(designs, size=low), ceilings), low, high)
         for _ in range(STEP_HALVINGS):
             middle = (low + high) / 2
-            held = self.is_allowed(replace(designs, size=middle), ceilings)
+            held = self.are_feasible_under_ceilings(replace(designs, size=middle), ceilings)
             low, high = np.where(held, low, middle), np.where(held, middle, high)
         return high
 
@@ -98,7 +100,7 @@ def polish_designs(pattern: PatternSearch, designs: Designs, ceilings: FloatArra
 def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
     """The designs at local optima, by a pattern search; designs that are not allowed stay."""
     names = [name for name in pattern.free if not (pattern.lowers_size and name == "size")]
-    designs, value = pattern.lower_objective(designs, ceilings)
+    designs, value = pattern.evaluate_objective_at_least_size(designs, ceilings)
     step = np.where(np.isfinite(value), OPENING_STEP, 0.0)
     random = np.random.default_rng(0)
     for _ in range(SEARCH_STEPS if names else 0):
@@ -111,7 +113,7 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatA
         directions = np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
         index = np.repeat(active, len(directions))
         shares = step[index, None] * np.tile(directions, (active.size, 1))
-        moved, reached = pattern.lower_objective(
+        moved, reached = pattern.evaluate_objective_at_least_size(
             _shift_designs(designs.take(index), pattern.free, names, shares), ceilings[index]
         )
         best = np.argmin(reached.reshape(active.size, -1), axis=1) + np.arange(active.size) * len(directions)
@@ -147,7 +149,7 @@ def smallest_by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: 
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)
         held = larger.size <= designs.size[index[open_]]
-        held[held] = pattern.is_allowed(larger.take(held), ceilings[index[open_[held]]])
+        held[held] = pattern.are_feasible_under_ceilings(larger.take(held), ceilings[index[open_[held]]])
         designs = designs.replace_at(index[open_[held]], larger.take(held))
         proved[index[open_[held]]] = True
         open_ = open_[~held]
@@ -169,5 +171,5 @@ def _closed_form_bound(pattern: PatternSearch, design: Designs, ceilings: FloatA
     tighter = replace(problem, limits=(*problem.limits, *pressure))
     box = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
     box |= {name: ends for name, ends in pattern.free.items() if name in design.sizes}
-    box["size"] = (least_size(tighter, box), box["size"][1])
+    box["size"] = (size_lower_bound(tighter, box), box["size"][1])
     return closed_form_design(tighter, box)

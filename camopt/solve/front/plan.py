@@ -14,11 +14,11 @@ from camopt.core.engines.threads import Threads
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities import Quantity, in_column_order, motion_quantity
 from camopt.core.quantities.function import FunctionCall
-from camopt.core.storage.version import version_of_rows
+from camopt.core.storage.version import camopt_and_kernel_version
 from camopt.model.effects import find_effect, find_quantity
 from camopt.model.motion.installed_laws import installed_laws
 from camopt.scene.arguments import check_count
-from camopt.scene.mapping import leaves
+from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.rows import VERDICT_COLUMNS
 from camopt.scene.problem.sample import sweep_space
@@ -26,8 +26,8 @@ from camopt.scene.problem.space import DesignSpace
 from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.scene.scene import Scene
 from camopt.solve.front.blocks import BLOCK_SIZE, SHARING_BLOCK_SIZE, BlockBatch, SpaceBlocks, merge_batches
-from camopt.solve.front.curve_numbers import CurveNumbers, curve_numbers
-from camopt.solve.front.curve_verdicts import curves_decide_limits
+from camopt.solve.front.curve_numbers import CurveNumbers, shared_pitch_curve_numbers
+from camopt.solve.front.curve_verdicts import pitch_curves_decide_all_limits
 
 FRONT_ONLY = "front-only"
 SWEEP_PARTS = 100_000
@@ -66,7 +66,7 @@ class SweepKey:
 
     def differences_from(self, other: "SweepKey") -> list[str]:
         """The differences of another key from this one: keys of the scene, and names of other values."""
-        ours, theirs = (dict(leaves(tomllib.loads(question.scene))) for question in (self, other))
+        ours, theirs = (dict(leaf_values_by_key(tomllib.loads(question.scene))) for question in (self, other))
         keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
         rest = ("keep", "block", "version", "part", "parts")
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
@@ -104,21 +104,26 @@ class SweepPlan:
     """The most designs of a block; None takes what suits the space."""
 
     @cached_property
-    def numbers_of_curves(self) -> CurveNumbers | None:
+    def shared_pitch_curves(self) -> CurveNumbers | None:
         """The numbers of the pitch curves that designs share; None if each design is evaluated by itself."""
-        return None if self.keep == "all" or self.problem.robust_errors else curve_numbers(self.space)
+        return None if self.keep == "all" or self.problem.robust_errors else shared_pitch_curve_numbers(self.space)
 
     @cached_property
     def uses_own_curves(self) -> bool:
         """Whether designs share no pitch curves, but each one's own pitch curve decides all its limits."""
-        if self.numbers_of_curves or self.keep in TABLED_KEEPS or self.problem.robust_errors or not self.space.axes:
+        if (
+            self.shared_pitch_curves
+            or self.keep in TABLED_KEEPS
+            or self.problem.robust_errors
+            or not self.space.axes
+        ):
             return False
-        return curves_decide_limits(self.problem, frozenset(self.row_columns))
+        return pitch_curves_decide_all_limits(self.problem, frozenset(self.row_columns))
 
     @cached_property
-    def block(self) -> int:
+    def block_size(self) -> int:
         """The most designs of a block."""
-        return self.most or (SHARING_BLOCK_SIZE if self.numbers_of_curves or self.uses_own_curves else BLOCK_SIZE)
+        return self.most or (SHARING_BLOCK_SIZE if self.shared_pitch_curves or self.uses_own_curves else BLOCK_SIZE)
 
     @cached_property
     def table_columns(self) -> tuple[str, ...]:
@@ -144,15 +149,17 @@ class SweepPlan:
             return False
         if not boxes_are_faster(self):
             return False
-        from camopt.solve.front.box_bounds import are_all_bounded
+        from camopt.solve.front.box_bounds import can_bound_all_objectives
 
-        return all(map(are_all_bounded, self.space.problems))
+        return all(map(can_bound_all_objectives, self.space.problems))
 
     @cached_property
     def blocks(self) -> SpaceBlocks:
         """The blocks of the space."""
         every, kept, own = self.keep == "all", self.keep in TABLED_KEEPS, self.uses_own_curves
-        return SpaceBlocks(self.space, self.row_columns, self.numbers_of_curves, every, kept, self.block, own)
+        return SpaceBlocks(
+            self.space, self.row_columns, self.shared_pitch_curves, every, kept, self.block_size, own
+        )
 
     def with_extra_cams(self, errors: Sequence[NumberErrors]) -> "SweepPlan":
         """The plan in which each design must meet the limits with these errors too."""
@@ -163,13 +170,13 @@ class SweepPlan:
         """The key of the sweep, or of one of several equal parts."""
         text = self.scene.to_toml()
         packages = (law.package for name, law in installed_laws().items() if f'"{name}"' in text)
-        version = " ".join([version_of_rows(), *packages, *(each.digest for each in self.function_calls)])
-        return SweepKey(text, self.keep, self.block, version, part, parts)
+        version = " ".join([camopt_and_kernel_version(), *packages, *(each.digest for each in self.function_calls)])
+        return SweepKey(text, self.keep, self.block_size, version, part, parts)
 
     @property
     def function_calls(self) -> list[FunctionCall]:
         """The Python functions that are quantities of the scene."""
-        return [each.call for each in self.problem.setup.own_quantities.values() if each.call]
+        return [each.function_call for each in self.problem.setup.own_quantities.values() if each.function_call]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Another process gets the key, and the calls, which pickle the user's functions along."""
@@ -179,13 +186,13 @@ class SweepPlan:
         """The merged results of consecutive blocks."""
         return merge_batches([self.blocks.evaluate_block(number) for number in numbers], self.problem.objectives)
 
-    def batches(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
+    def evaluate_in_batches(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         """The results of blocks from an engine, in batches and in order."""
         if not isinstance(engine, Threads):
             for call in self.function_calls:
                 call.check_importable()  # an engine's own message would be less clear
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE_BLOCKS, dtype=int)).tolist()
-        return engine.in_order(self.evaluate_blocks, numbers, sample)
+        return engine.results_in_order(self.evaluate_blocks, numbers, sample)
 
     def part_blocks(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""
@@ -201,13 +208,13 @@ def boxes_are_faster(plan: SweepPlan) -> bool:
     setup, effects = plan.problem.setup, [find_effect(name, plan.problem.setup) for name in plan.problem.objectives]
     varying = [effect for effect in effects if effect is None or setup.free or not effect.is_of_motion(setup)]
     least = BOXES_OF_MORE if len(varying) > 1 else BOXES_OF_ONE
-    return plan.blocks.curve_count + DESIGN_COST * len(plan.space) >= least * len(plan.space.problems)
+    return plan.blocks.searched_curve_count + DESIGN_COST * len(plan.space) >= least * len(plan.space.problems)
 
 
-def key_from_manifest(question: Any) -> SweepKey | None:
+def key_from_manifest(manifest_question: Any) -> SweepKey | None:
     """The key in a manifest's question; None if there is none."""
     with suppress(ValueError, TypeError):
-        return SweepKey.from_json(question)
+        return SweepKey.from_json(manifest_question)
     return None
 
 
@@ -221,7 +228,7 @@ def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
     resolved = resolve(scene)
     if resolved.robust_errors and (mistakes := [*_robust_mistakes(scene, keep)]):
         raise BadInput(mistakes)
-    problem = with_objectives(resolved)
+    problem = with_default_objectives(resolved)
     if problem is not resolved:
         scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
     space = sweep_space(problem)
@@ -237,12 +244,12 @@ def _robust_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
         yield Mistake("camopt", "keep", keep, "with search.robust must be feasible or pareto", bare=True)
 
 
-def plan_of_key(question: SweepKey, calls: Sequence[FunctionCall] = ()) -> SweepPlan:
+def plan_of_key(key: SweepKey, calls: Sequence[FunctionCall] = ()) -> SweepPlan:
     """The plan of a key, on another machine or in a later run; unpickling ``calls`` restores their functions."""
-    return sweep_plan(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
+    return sweep_plan(Scene.embedded(key.scene, "sweep"), key.keep, key.block)
 
 
-def with_objectives(problem: Problem) -> Problem:
+def with_default_objectives(problem: Problem) -> Problem:
     """The problem with objectives: the scene's, or else size, peak acceleration and pressure angle.
 
     With a flat face the pressure angle hardly varies, and is no objective.

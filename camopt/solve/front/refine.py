@@ -17,7 +17,7 @@ import numpy as np
 
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.core.numerics.clock import clock_seconds, next_task_deadline
 from camopt.model.effects import require_effect
 from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
 from camopt.scene.problem.problem import Problem, at_rounding_error
@@ -27,7 +27,7 @@ from camopt.solve.front.pareto import non_dominated, thin_front
 from camopt.solve.front.pattern_search import PatternSearch, polish_designs, search_by_pattern
 from camopt.solve.smallest.optimise import OPTIMISE_SECONDS
 from camopt.solve.smallest.smallest import solve_smallest_cam
-from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 
 MOVED_AT_ONCE = 1024  # designs that move together
 CURVE_LEVELS = 1000  # even levels that fill a curve
@@ -41,7 +41,9 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
     """
     problem, names = at_rounding_error(space.problem), frozenset(grid.columns)
     free = free_ranges(problem)
-    decided = [name for name in decided_objectives(problem) if name != problem.size_name or "size" in free]
+    decided = [
+        name for name in variable_dependent_objectives(problem) if name != problem.size_name or "size" in free
+    ]
     if not free or not decided or not grid.count:
         return _with_refined_column(grid, False)
     sized = "size" in free and problem.objectives.get(problem.size_name, 0.0) > 0.0
@@ -51,7 +53,7 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
     groups = list(space.designs_of_rows(start))
     parts, done, total = [], 0, start.count + CURVE_LEVELS * len(groups)
 
-    def at_optima(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
+    def polish_in_blocks(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
         nonlocal done
         for first in range(0, max(len(designs), 1), MOVED_AT_ONCE):
             block = slice(first, first + MOVED_AT_ONCE)
@@ -61,17 +63,21 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
 
     for group_problem, index, designs in groups:
         pattern = PatternSearch(at_rounding_error(group_problem), free, objective)
-        _, held = pattern.costs(designs)
+        _, held = pattern.worst_costs_and_feasibility(designs)
         # rows so near a limit that only intervals decide stay as they are
         parts.append(_with_refined_column(start.take(index[~held]), False))
-        designs = concatenate([designs.take(held), *_front_ends(pattern, designs.take(held), decided)])
-        ceilings = pattern.costs(designs)[0]
+        designs = concatenate(
+            [designs.take(held), *_best_designs_by_objective(pattern, designs.take(held), decided)]
+        )
+        ceilings = pattern.worst_costs_and_feasibility(designs)[0]
         designs = concatenate(
             block
-            for search in _searches_in_turn(pattern, decided)
-            for block in at_optima(search, designs, ceilings)
+            for search in _searches_by_objective(pattern, decided)
+            for block in polish_in_blocks(search, designs, ceilings)
         )
-        designs = concatenate([designs, *at_optima(pattern, *_curve_levels(pattern, designs, decided))])
+        designs = concatenate(
+            [designs, *polish_in_blocks(pattern, *_level_starts_and_ceilings(pattern, designs, decided))]
+        )
         parts.append(_with_refined_column(_feasible_rows(pattern.problem, designs, names), True))
     front = non_dominated(concatenate_rows(parts), problem.objectives)
     return thin_front(front, problem.objectives, EQUAL_ROWS)
@@ -85,9 +91,9 @@ def free_ranges(problem: Problem) -> SizeBounds:
     return free
 
 
-def decided_objectives(problem: Problem) -> list[str]:
+def variable_dependent_objectives(problem: Problem) -> list[str]:
     """The objectives that free variables change; others depend on the motion and listed numbers alone."""
-    free = [n for n in problem.search_space.numbers if n.key in problem.setup.free and n.is_free]
+    free = [n for n in problem.search_space.numbers if n.key in problem.setup.free and n.is_searched_continuously]
     listed = {number.quantity for number in problem.search_space.numbers if number not in free}
     names = [name for name in problem.objectives if name not in listed]
     return [name for name in names if free or not require_effect(name, problem.setup).is_of_motion(problem.setup)]
@@ -97,9 +103,9 @@ def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[Design
     """The smallest cam of each motion and each choice of listed values, within the time of ``optimise``."""
     end, problems = clock_seconds() + OPTIMISE_SECONDS, [at_rounding_error(problem) for problem in space.problems]
     for done, problem in enumerate(problems):
-        until, boxes = time_share(end, len(problems) - done), search_boxes(problem)
+        until, boxes = next_task_deadline(end, len(problems) - done), search_boxes(problem)
         answers = [
-            solve_smallest_cam(problem, box, time_share(until, len(boxes) - k)).design
+            solve_smallest_cam(problem, box, next_task_deadline(until, len(boxes) - k)).design
             for k, box in enumerate(boxes)
         ]
         cams = [design for design in answers if design is not None]
@@ -107,33 +113,37 @@ def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[Design
             yield _feasible_rows(problem, concatenate(cams), names)
 
 
-def _searches_in_turn(pattern: PatternSearch, decided: list[str]) -> list[PatternSearch]:
+def _searches_by_objective(pattern: PatternSearch, objective_names: list[str]) -> list[PatternSearch]:
     """The searches for each design: for its objective, and with three objectives or more, for each one in turn.
 
     The front of two objectives is a curve that levels fill. With more, a single objective would move all designs
     to the same corner.
     """
-    others = [name for name in decided if name != pattern.objective]
+    others = [name for name in objective_names if name != pattern.objective]
     return [pattern, *(replace(pattern, objective=name) for name in others if len(others) > 1)]
 
 
-def _front_ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
+def _best_designs_by_objective(
+    pattern: PatternSearch, designs: Designs, objective_names: list[str]
+) -> Iterator[Designs]:
     """The best design for each objective alone, by a search from the best of some designs.
 
     The smallest cam is known already, and needs no search.
     """
-    costs, _ = pattern.costs(designs)
-    for name in decided if len(designs) else ():
+    costs, _ = pattern.worst_costs_and_feasibility(designs)
+    for name in objective_names if len(designs) else ():
         if name != pattern.problem.size_name or not pattern.lowers_size:
             best = designs.take([int(np.argmin(costs[:, pattern.objective_index(name)]))])
             search = replace(pattern, objective=name)
             yield search_by_pattern(search, best, np.full((1, costs.shape[1]), np.inf))
 
 
-def _curve_levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
+def _level_starts_and_ceilings(
+    pattern: PatternSearch, designs: Designs, objective_names: list[str]
+) -> tuple[Designs, FloatArray]:
     """Starts and ceilings that fill a curve: even levels of the other objective, each from the design below it."""
-    costs, _ = pattern.costs(designs)
-    others = [pattern.objective_index(name) for name in decided if name != pattern.objective]
+    costs, _ = pattern.worst_costs_and_feasibility(designs)
+    others = [pattern.objective_index(name) for name in objective_names if name != pattern.objective]
     if len(others) != 1 or len(designs) < 2 or not np.isfinite(costs[:, others]).all():
         return designs.take(slice(0)), costs[:0]
     (other,) = others
@@ -147,7 +157,7 @@ def _curve_levels(pattern: PatternSearch, designs: Designs, decided: list[str]) 
 
 
 def _feasible_rows(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
-    rows = evaluate_rows(problem, designs, names).select_columns(names)
+    rows = evaluate_with_verdicts(problem, designs, names).select_columns(names)
     return rows.take(rows.column("feasible").astype(bool))
 
 

@@ -17,10 +17,15 @@ from camopt.scene.problem.rows import DesignRows, concatenate_rows, scatter_rows
 from camopt.scene.problem.space import EDGE_OF_SPACE, DesignSpace
 from camopt.scene.scene import Scene
 from camopt.solve.front.blocks import BLOCK_SIZE, SpaceResult
-from camopt.solve.front.pareto import best_of_laws, thin_front
+from camopt.solve.front.pareto import best_row_of_each_law, thin_front
 from camopt.solve.front.plan import SweepPlan, sweep_columns
 from camopt.solve.tables.designs import Design, DesignsByLaw, joined_laws
-from camopt.solve.verdicts.limit_verdicts import bound_excesses, evaluate_rows, excess_rank, least_excess
+from camopt.solve.verdicts.limit_verdicts import (
+    evaluate_with_verdicts,
+    excess_rank,
+    index_of_least_excess,
+    quantities_with_excess_bounds,
+)
 
 MOST_MISS_DESIGNS = 1 << 22  # most designs tried for the nearest miss, so that it takes little of a sweep's time
 
@@ -47,10 +52,10 @@ def report_rows(plan: SweepPlan, space_result: SpaceResult, progress: Progress |
 
         rows = refine_front(space, rows, progress)
     rows = rows if search.thin is None else thin_front(rows, objectives, search.thin)
-    best = best_of_laws(space_result.best, objectives)
+    best = best_row_of_each_law(space_result.best, objectives)
     index, smaller = next_smaller_cams(space, best)
     tables = [best, smaller, rows] + ([] if rows is space_result.front else [space_result.front])
-    best, smaller, *fronts = with_evaluated_columns(space, frozenset(plan.table_columns), *tables)
+    best, smaller, *fronts = with_reevaluated_columns(space, frozenset(plan.table_columns), *tables)
     return ReportedRows(fronts[0], fronts[-1], best, active_limits_of(best.count, index, smaller))
 
 
@@ -61,14 +66,14 @@ def best_of_each_law(scene: Scene, reported: ReportedRows) -> dict[str, Design]:
     return DesignsByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, scene)) for row in rows)
 
 
-def with_evaluated_columns(space: DesignSpace, names: frozenset[str], *tables: DesignRows) -> list[DesignRows]:
+def with_reevaluated_columns(space: DesignSpace, names: frozenset[str], *tables: DesignRows) -> list[DesignRows]:
     """The tables with the columns that ``evaluate`` computes, so that equal designs have equal rows.
 
     Columns are in the order of the quantities, wherever the rows come from.
     """
     total = sum(rows.count for rows in tables)
     sizes = concatenate_rows(rows.select_columns(space.problem.size_names) for rows in tables)
-    evaluated = scatter_rows(_evaluate_by_motion(space, names, sizes), total)
+    evaluated = scatter_rows(_reevaluate_by_motion(space, names, sizes), total)
     ends = np.cumsum([rows.count for rows in tables])
     if not evaluated.columns:
         return [*tables]
@@ -76,14 +81,14 @@ def with_evaluated_columns(space: DesignSpace, names: frozenset[str], *tables: D
     return [_replace_columns(rows, evaluated.slice_rows(part)) for rows, part in zip(tables, parts, strict=True)]
 
 
-def _evaluate_by_motion(
+def _reevaluate_by_motion(
     space: DesignSpace, names: frozenset[str], sizes: DesignRows
 ) -> Iterator[tuple[IndexArray, DesignRows]]:
     """The evaluated rows of designs with given sizes, block by block, with their places."""
     for problem, index, designs in space.designs_by_setting(sizes):
         for first in range(0, index.size, BLOCK_SIZE):
             block = slice(first, first + BLOCK_SIZE)
-            yield index[block], rows_as_evaluated(problem, designs.take(block), names)
+            yield index[block], reevaluate_designs(problem, designs.take(block), names)
 
 
 def _replace_columns(rows: DesignRows, evaluated: DesignRows) -> DesignRows:
@@ -91,7 +96,7 @@ def _replace_columns(rows: DesignRows, evaluated: DesignRows) -> DesignRows:
     return replace(rows, columns={name: columns[name] for name in in_column_order(columns)})
 
 
-def rows_as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
+def reevaluate_designs(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:
     """The quantities of designs with the digits of ``evaluate``.
 
     All quantities that ``evaluate`` encloses are enclosed here too, because they change the last digits of others.
@@ -99,7 +104,7 @@ def rows_as_evaluated(problem: Problem, designs: Designs, names: frozenset[str])
     setup = problem.setup
     planned, effects = plan_effects(names | problem.evaluated_quantities, setup), setup_effects(setup)
     enclosed = (quantities for effect, quantities in planned.items() if not effects[effect].exact)
-    return evaluate_rows(at_rounding_error(problem), designs, names.union(*enclosed)).select_columns(names)
+    return evaluate_with_verdicts(at_rounding_error(problem), designs, names.union(*enclosed)).select_columns(names)
 
 
 def next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray, DesignRows]:
@@ -127,20 +132,20 @@ def nearest_miss_of_space(plan: SweepPlan) -> Design | None:
     space = plan.space
     best: tuple[tuple[float, float], Problem, Designs] | None = None
     step = max(len(space) // MOST_MISS_DESIGNS, 1)
-    for problem, first, last in islice(space.blocks(plan.block), step // 2, None, step):
+    for problem, first, last in islice(space.blocks(plan.block_size), step // 2, None, step):
         designs = space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         if not len(designs):
             continue
-        excess = bound_excesses(problem, designs, frozenset()).outer
-        i = least_excess(excess)
+        excess = quantities_with_excess_bounds(problem, designs, frozenset()).outer
+        i = index_of_least_excess(excess)
         key = excess_rank(excess[:, i])
         if best is None or key < best[0]:
             best = key, problem, designs.take([i])
     if best is None:
         return None
     _, problem, design = best
-    (row,) = rows_as_evaluated(problem, design, frozenset(sweep_columns(problem))).records()
+    (row,) = reevaluate_designs(problem, design, frozenset(sweep_columns(problem))).records()
     return Design(row, plan.scene)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.core.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
 from camopt.core.quantities.display import Drawable
-from camopt.core.storage.manifest import manifest_of
+from camopt.core.storage.manifest import read_manifest
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.scene_notes import notes_on_search
 from camopt.scene.problem.space import EDGE_OF_SPACE
@@ -15,13 +15,13 @@ from camopt.scene.scene import Scene
 from camopt.solve.front.pareto import Front
 from camopt.solve.tables.designs import (
     Design,
-    bounds_shown,
-    columns_of,
+    design_table_columns,
     designs_table,
-    laws_shown,
-    miss_sections,
-    own_units,
-    with_law,
+    limit_texts_by_quantity,
+    nearest_miss_sections,
+    own_quantity_units,
+    shown_law_columns,
+    with_law_column,
 )
 from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.tables.table_writers import TableInMemory, import_table_module
@@ -160,7 +160,7 @@ class Sweep(Result, Drawable):
                 return self._rows[name].to_pandas()
             # BadInput if a later run left another result in the folder of the sweep
             folder = self.files[0].parent
-            manifest = manifest_of(folder)
+            manifest = read_manifest(folder)
             if manifest and all(result.question != self._question for result in manifest.results.values()):
                 why = "has another result now; give each sweep a folder of its own"
                 raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
@@ -203,11 +203,11 @@ class Sweep(Result, Drawable):
         """The best design of each law."""
         if not self.best:
             return None
-        rows, search = with_law(self.best.values()), self.scene.search
+        rows, search = with_law_column(self.best.values()), self.scene.search
         where = " on the front" if self.feasible is None else ""
         if search.refine:
             where += " of the grid" if where else " on the grid"
-        title = f"The best design{' of each law' if laws_shown(rows) else ''}{where}"
+        title = f"The best design{' of each law' if shown_law_columns(rows) else ''}{where}"
         return designs_table(title, resolve(self.scene), rows, ["held_by"], (*search.minimise, *search.maximise))
 
     def knee_table(self) -> Table | None:
@@ -215,31 +215,35 @@ class Sweep(Result, Drawable):
         if self.front is None or not self.best:
             return None
         knee, search, problem = [self.front.knee], self.scene.search, resolve(self.scene)
-        columns = columns_of(problem, with_law(self.best.values()), (*search.minimise, *search.maximise))
-        names = [*laws_shown(knee), *(name for name in columns if not name.startswith("law"))]
-        return table_of("Its knee", with_law(knee), names, bounds_shown(problem), own_units(problem))
+        columns = design_table_columns(
+            problem, with_law_column(self.best.values()), (*search.minimise, *search.maximise)
+        )
+        names = [*shown_law_columns(knee), *(name for name in columns if not name.startswith("law"))]
+        return table_of(
+            "Its knee", with_law_column(knee), names, limit_texts_by_quantity(problem), own_quantity_units(problem)
+        )
 
     def sections(self) -> Iterator[Table | str]:
         """Counts, the best design of each law, the front; or the nearest miss."""
         undecided = f"{self.effort.undecided:,} undecided, " if self.effort.undecided else ""
         designs = f"{self.designs:,} design{'s' * (self.designs != 1)}"
-        yield f"{self.scene.name}: {designs}, {self._counts}{undecided}{self.pareto:,} on the Pareto front"
+        yield f"{self.scene.name}: {designs}, {self._counts_in_words}{undecided}{self.pareto:,} on the Pareto front"
         if self.obstacle and (self.best or self.nearest_miss):
             yield f"Cannot be assembled: {self.obstacle}."
         if best := self.table():
             yield ""
             yield best
             yield from self._front_sections()
-            yield from self._verdict_sections()
+            yield from self._robust_verdict_sections()
         elif self.nearest_miss:
-            yield from miss_sections(self.nearest_miss)
+            yield from nearest_miss_sections(self.nearest_miss)
         elif self.impossible is not None:
             yield f"No design can be assembled: {self.obstacle}."
         else:
             yield f"No feasible design. None of the designs tried can be assembled: {self.obstacle}."
 
     @property
-    def _counts(self) -> str:
+    def _counts_in_words(self) -> str:
         """The numbers of impossible and feasible designs; or, if not counted, how the front was found."""
         if self.feasible is None:
             return f"{self.decided_by_boxes:,} decided by boxes, {self.evaluated:,} evaluated, "
@@ -263,7 +267,7 @@ class Sweep(Result, Drawable):
             yield ""
             yield knee
 
-    def _verdict_sections(self) -> Iterator[str]:
+    def _robust_verdict_sections(self) -> Iterator[str]:
         """With ``search.robust``, the number of designs on the front for each verdict on all their cams."""
         counts = self.every_cam or {}
         verdicts = ", ".join(f"{n:,} {verdict}" for verdict, n in counts.items() if verdict != BROKEN)

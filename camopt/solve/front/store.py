@@ -20,12 +20,19 @@ from camopt.core.engines import Engine
 from camopt.core.mistakes import Stopped
 from camopt.core.numerics.clock import clock_seconds
 from camopt.core.quantities import Quantity
-from camopt.core.storage.files import WORK_FOLDER, LossWarning, read_bytes, regular_file, whole_file, write_text
+from camopt.core.storage.files import (
+    WORK_FOLDER,
+    LossWarning,
+    open_regular_file,
+    read_bytes,
+    whole_file,
+    write_text,
+)
 from camopt.core.storage.tables import ARROW_ERRORS, PARQUET_OPTIONS
 from camopt.scene.problem.rows import DesignRows
 from camopt.solve.front.blocks import BlockBatch, merge_batches
 from camopt.solve.front.plan import SweepKey, SweepPlan
-from camopt.solve.tables.table import parquet_options, schema_of, to_table
+from camopt.solve.tables.table import parquet_options, schema_of, to_arrow_table
 from camopt.solve.verdicts.limit_verdicts import Effort
 
 BATCH_FILES, QUESTION_FILE = "blocks-*.parquet", "question.json"
@@ -76,20 +83,20 @@ class Store:
                 )
             )
 
-    def files(self) -> list[tuple[range, Path]]:
+    def finished_batch_files(self) -> list[tuple[range, Path]]:
         """The files of this sweep with their blocks, in order; a file that overlaps an earlier one is left out."""
         files: list[tuple[range, Path]] = []
-        for blocks, path in batch_files(self.folder.iterdir()) if self._is_own else ():
+        for blocks, path in sorted_batch_files(self.folder.iterdir()) if self._is_own else ():
             start = files[-1][0].stop if files else self.numbers.start
             if start <= blocks.start and blocks.stop <= self.numbers.stop:
                 files.append((blocks, path))
         return files
 
-    def batches(self, engine: Engine) -> Iterator[BlockBatch]:
+    def load_or_evaluate_batches(self, engine: Engine) -> Iterator[BlockBatch]:
         """All batches in order: whole ones from disk, and the others from an engine, which are then saved."""
-        files = self.files()
+        files = self.finished_batch_files()
         if files and self._tell:
-            self._tell(f"resuming an interrupted sweep: {self.progress} are done")
+            self._tell(f"resuming an interrupted sweep: {self.progress_in_words} are done")
         for path in {*self.folder.glob(BATCH_FILES)} - {path for _, path in files} if self._is_own else ():
             path.unlink()
         position = self.numbers.start
@@ -106,17 +113,17 @@ class Store:
 
     def _evaluate_missing(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         self._since = clock_seconds()
-        for batch in self.plan.batches(numbers, engine) if numbers else ():
+        for batch in self.plan.evaluate_in_batches(numbers, engine) if numbers else ():
             self._pending.append(batch)
             rows = sum(pending.kept.count for pending in self._pending)
             if rows >= SAVE_ROWS or clock_seconds() - self._since >= SAVE_SECONDS:
-                self.save()
+                self.write_pending_batches()
                 self._since = clock_seconds()
             yield batch
         if numbers and numbers.stop < self.numbers.stop:
-            self.save()  # the next blocks are on disk
+            self.write_pending_batches()  # the next blocks are on disk
 
-    def save(self) -> None:
+    def write_pending_batches(self) -> None:
         """Write the pending batches. If the disk refuses them, the sweep continues without."""
         pending, self._pending = self._pending, []
         if not pending or self.trouble:
@@ -132,10 +139,10 @@ class Store:
             self.trouble = trouble
 
     @property
-    def progress(self) -> str:
+    def progress_in_words(self) -> str:
         """The number of finished designs, in words."""
-        before = self.plan.blocks.designs_before
-        done = sum(before(blocks.stop) - before(blocks.start) for blocks, _ in self.files())
+        before = self.plan.blocks.design_count_before_block
+        done = sum(before(blocks.stop) - before(blocks.start) for blocks, _ in self.finished_batch_files())
         return f"{done:,} of {before(self.numbers.stop) - before(self.numbers.start):,} designs"
 
 
@@ -152,15 +159,15 @@ def interrupted_key(folder: Path, command: str) -> SweepKey | None:
 
 
 @contextmanager
-def save_at_end(store: Store | None) -> Iterator[None]:
+def save_batches_on_early_end(store: Store | None) -> Iterator[None]:
     """Save pending batches if work ends early, and add the progress to the message of the error or interrupt."""
     try:
         yield
     except BaseException as end:
         if store:
-            store.save()
-            if store.files():
-                message = f"{store.progress} are done and kept; the same command goes on from there"
+            store.write_pending_batches()
+            if store.finished_batch_files():
+                message = f"{store.progress_in_words} are done and kept; the same command goes on from there"
                 if isinstance(end, (KeyboardInterrupt, Stopped)):
                     end.args = (f"{end if end.args else 'interrupted'}; {message}",)
                 else:
@@ -168,7 +175,7 @@ def save_at_end(store: Store | None) -> Iterator[None]:
         raise
 
 
-def batch_files(paths: Iterable[Path]) -> list[tuple[range, Path]]:
+def sorted_batch_files(paths: Iterable[Path]) -> list[tuple[range, Path]]:
     """The files of batches among some paths, with their blocks, in order; the longest first at equal starts."""
     named = [(BATCH_NAME.fullmatch(path.name), path) for path in paths]
     files = [(range(int(name[1]), int(name[2])), path) for name, path in named if name]
@@ -182,7 +189,7 @@ class BrokenBatch(ValueError):
 def batch_bytes(batch: BlockBatch, quantities: Iterable[Quantity]) -> bytes:
     """A batch as a Parquet file: its rows of all three kinds, with its counts in the metadata."""
     layout = schema_of(quantities, camopt_scene="")
-    tables = [to_table(getattr(batch, name), layout) for name in BATCH_TABLES]
+    tables = [to_arrow_table(getattr(batch, name), layout) for name in BATCH_TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in BATCH_TABLES}
     metadata = {BATCH_METADATA: json.dumps([numbers, [table.num_rows for table in tables]])}
     sink = pa.BufferOutputStream()
@@ -210,7 +217,7 @@ def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
         If it cannot be read.
     """
     name = BATCH_NAME.fullmatch(path.name)
-    with regular_file(path) as file:
+    with open_regular_file(path) as file:
         data = file.read()
     if not name or sha256(data).hexdigest()[:16] != name[3]:
         raise BrokenBatch("damaged, or changed since it was written")
@@ -226,7 +233,7 @@ def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
             for kind, start, count in zip(BATCH_TABLES, starts, counts, strict=False)
         }
         batch = BlockBatch(**{**numbers, "effort": Effort._make(numbers["effort"])}, **rows)
-        before = plan.blocks.designs_before
+        before = plan.blocks.design_count_before_block
         is_of_plan = batch.designs == before(batch.last) - before(batch.first) and sum(counts) == table.num_rows
     except (*ARROW_ERRORS, LookupError, TypeError, AttributeError, RecursionError) as trouble:
         raise BrokenBatch("not what a sweep of its scene gives") from trouble

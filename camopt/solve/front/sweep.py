@@ -25,18 +25,18 @@ from camopt.core.engines.threads import Threads
 from camopt.core.quantities import QUANTITIES
 from camopt.core.storage.files import write_text
 from camopt.core.storage.publishing import Publication, publication, published_answer
-from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.space import DesignSpace
 from camopt.scene.scene import Scene
 from camopt.solve.front.blocks import SpaceResult, gather_batches
-from camopt.solve.front.certified_front import PROOF_COLUMN, certify_front
+from camopt.solve.front.certified_front import PROOF_COLUMN, certify_front_with_resweeps
 from camopt.solve.front.estimate import announce_estimate
 from camopt.solve.front.pareto import Front, summarise_front
 from camopt.solve.front.plan import FRONT_ONLY, TABLED_KEEPS, SweepPlan, sweep_plan
 from camopt.solve.front.reported_rows import best_of_each_law, largest_half_width, nearest_miss_of_space
 from camopt.solve.front.result import Sweep
-from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, MessageSink, Store, save_at_end
+from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, MessageSink, Store, save_batches_on_early_end
 from camopt.solve.tables.cells import to_json
 from camopt.solve.tables.designs import Design, DesignsByLaw
 from camopt.solve.tables.table_writers import TableInMemory, TableWriter, table_file
@@ -53,7 +53,7 @@ SUMMARY_FIELDS: dict[str, Any] = {
 """The fields of a ``Sweep`` that its manifest stores unchanged, with their types."""
 
 
-@options_by_keyword
+@allow_positional_options
 @with_progress_bar("designs")
 def sweep(  # noqa: PLR0913
     scene: SceneSource,
@@ -137,17 +137,17 @@ def sweep(  # noqa: PLR0913
         from camopt.solve.front.front_search import FrontSearch
 
         search = FrontSearch(plan.space, plan.table_columns, threads.workers, progress)
-        return sweep_result(plan, out, lambda store, write: search.run(), threads, progress)
+        return run_and_publish_sweep(plan, out, lambda store, write: search.find_front(), threads, progress)
 
     def evaluate_space(store: Store | None, write: Write) -> SpaceResult:
         if store is None:
-            batches = plan.batches(plan.part_blocks(), engine or threads)
+            batches = plan.evaluate_in_batches(plan.part_blocks(), engine or threads)
         else:
             announce_estimate(store, threads, engine or threads, tell)
-            batches = store.batches(engine or threads)
-        return gather_batches(plan.space, batches, plan.block, write, progress)
+            batches = store.load_or_evaluate_batches(engine or threads)
+        return gather_batches(plan.space, batches, plan.block_size, write, progress)
 
-    return sweep_result(
+    return run_and_publish_sweep(
         plan, out, evaluate_space, threads, progress, lambda folder: Store(folder, plan, plan.sweep_key(), tell)
     )
 
@@ -156,7 +156,7 @@ Write = Callable[[DesignRows], None]
 """A function that writes rows to the table of designs."""
 
 
-def sweep_result(
+def run_and_publish_sweep(
     plan: SweepPlan,
     out: str | os.PathLike[str] | None,
     search: Callable[[Store | None, Write], SpaceResult],
@@ -169,13 +169,13 @@ def sweep_result(
     with ExitStack() as stack:
         unit = None if out is None else stack.enter_context(_sweep_publication(out, plan))
         store = open_store(unit.staging) if unit and open_store else None
-        stack.enter_context(save_at_end(store))
+        stack.enter_context(save_batches_on_early_end(store))
         tables = _open_tables(stack, unit, plan)
         designs_table = tables["designs"] if plan.keep in TABLED_KEEPS else None
         space_result = search(store, designs_table.append if designs_table else lambda rows: None)
         if designs_table:
-            designs_table.end()
-        certified = certify_front(plan, space_result, threads, progress)
+            designs_table.take_no_more_rows()
+        certified = certify_front_with_resweeps(plan, space_result, threads, progress)
         reported, space_result = certified.reported_rows, certified.space_result
         rows, grid = reported.front, reported.grid
         front = summarise_front(rows, plan.problem.objectives, grid if scene.search.refine else None)
@@ -202,14 +202,14 @@ def sweep_result(
             _question=plan.sweep_key().to_sweep_manifest if unit else None,
         )
         counts = {"evaluated": space_result.evaluated, "decided_by_boxes": space_result.decided}
-        tables["pareto"].describe("camopt_sweep", to_json({"designs": len(space)} | counts))
+        tables["pareto"].add_metadata_text("camopt_sweep", to_json({"designs": len(space)} | counts))
         if front:
-            tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
+            tables["pareto"].add_metadata_text("camopt_front", to_json(front.to_dict()))
         for table, table_rows in (("pareto", certified.front), ("pareto-grid", grid), ("designs", grid)):
             if table in tables and (table != "designs" or plan.keep == "pareto"):
                 tables[table].append(table_rows)
         if unit:
-            write_text(unit.path(SWEEP_SCENE), scene.to_toml())
+            write_text(unit.staged_path(SWEEP_SCENE), scene.to_toml())
             unit.answer = sweep_summary(result)
     return result
 
@@ -226,7 +226,7 @@ def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> Abstract
     """The publication that writes a sweep's files, and keeps finished work if the sweep ends early."""
     kept = (BATCH_FILES, QUESTION_FILE)
     return publication(
-        out, SWEEP_COMMAND, sweep_files(plan), question=plan.sweep_key().to_sweep_manifest, keeps=kept
+        out, SWEEP_COMMAND, sweep_file_names(plan), question=plan.sweep_key().to_sweep_manifest, kept_patterns=kept
     )
 
 
@@ -262,7 +262,7 @@ def _open_tables(
     if unit is None:
         return {table: TableInMemory(quantities, scene) for table, quantities in columns.items()}
     return {
-        table: stack.enter_context(table_file(unit.path(table_file_name(table)), quantities, scene))
+        table: stack.enter_context(table_file(unit.staged_path(table_file_name(table)), quantities, scene))
         for table, quantities in columns.items()
     }
 
@@ -276,13 +276,13 @@ def _table_columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:
     return columns | ({"pareto-grid": names} if refine else {})
 
 
-def sweep_files(plan: SweepPlan) -> tuple[str, ...]:
+def sweep_file_names(plan: SweepPlan) -> tuple[str, ...]:
     """The names of the files that a sweep writes."""
     return (*map(table_file_name, _table_columns(plan)), SWEEP_SCENE)
 
 
 def _file_paths(plan: SweepPlan, folder: Path) -> tuple[Path, ...]:
-    return tuple(folder / name for name in sweep_files(plan))
+    return tuple(folder / name for name in sweep_file_names(plan))
 
 
 def sweep_summary(result: Any) -> dict[str, Any]:
@@ -317,8 +317,8 @@ def _row_to_json(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _design_from_json(row: Mapping[str, Any], scene: Scene) -> Design:
-    def value_of(name: str, value: Any) -> Any:
+    def parse_column_value(name: str, value: Any) -> Any:
         is_number = name in scene.quantities or (name in QUANTITIES and QUANTITIES[name].kind is float)
         return float(value) if is_number else value
 
-    return Design({name: value_of(name, value) for name, value in row.items()}, scene)
+    return Design({name: parse_column_value(name, value) for name, value in row.items()}, scene)

@@ -11,8 +11,8 @@ import pyarrow as pa
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.mistakes import BadInput
 from camopt.core.quantities import QUANTITIES
-from camopt.core.storage.publishing import finish_publishing, revision
-from camopt.core.storage.tables import no_table_error, write_table
+from camopt.core.storage.publishing import finish_publishing, path_to_revise_file
+from camopt.core.storage.tables import not_a_table_error, write_table
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import problems_by_motion
@@ -20,8 +20,8 @@ from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.certified_front import PROOF_COLUMN
 from camopt.solve.front.designs import check_designs
 from camopt.solve.tables.result import Result
-from camopt.solve.tables.table import read_quantities, scene_in, schema_of
-from camopt.solve.verdicts.certify import certify_cams, exit_code_of, verdict_of_design
+from camopt.solve.tables.table import read_checked_arrow_table, read_scene_metadata, schema_of
+from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of, verdict_of_design
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 
@@ -59,18 +59,18 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         If there is no such file, it cannot be read or written, or another run writes to its folder.
     """
     finish_publishing(Path(path).parent)
-    table = read_quantities(path)
+    table = read_checked_arrow_table(path)
     if PROOF_COLUMN in table.column_names:
         table = table.drop_columns([PROOF_COLUMN])
-    scene = scene_in(table.schema, path)
+    scene = read_scene_metadata(table.schema, path)
     problem = resolve(scene)
     try:
         check_designs(scene, table.to_pandas())
     except BadInput as bad:
-        raise no_table_error(path, f"its designs have mistakes, such as {bad.mistakes[0]}") from None
+        raise not_a_table_error(path, f"its designs have mistakes, such as {bad.mistakes[0]}") from None
     rows = DesignRows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = DesignSpace(problem, problems_by_motion(problem), {})
-    with revision(path) as place:
+    with path_to_revise_file(path) as place:
         verdicts = _row_verdicts(space, rows, progress)
         field = schema_of((QUANTITIES[PROOF_COLUMN],)).field(PROOF_COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
@@ -82,7 +82,7 @@ def _row_verdicts(space: DesignSpace, rows: DesignRows, progress: Progress | Non
     for problem, index, designs in space.designs_by_setting(rows):
         for row, number in enumerate(index):
             row_problem = replace(problem, design=designs.take(np.array([row])))
-            verdicts[number] = verdict_of_design(certify_cams(row_problem))
+            verdicts[number] = verdict_of_design(certify_design_and_tolerance_box(row_problem))
             done += 1
             report_progress(progress, done, rows.count)
     return verdicts

@@ -43,22 +43,22 @@ class _PolynomialSpan(NamedTuple):
     end: Fraction
     powers: list[Decimal]
 
-    def powers_on_part(self, start: Fraction, end: Fraction) -> list[Decimal]:
+    def coefficients_on_part(self, start: Fraction, end: Fraction) -> list[Decimal]:
         """Coefficients of the powers of t on a part of the span, with t from 0 to 1."""
         offset, length, powers = _to_decimal(start - self.start), _to_decimal(end - start), list(self.powers)
         for low in range(len(powers)):
             for k in range(len(powers) - 2, low - 1, -1):
                 powers[k] += offset * powers[k + 1]
-        return _scale_powers(powers, length)
+        return _scale_coefficients(powers, length)
 
     @property
     def rounding_error(self) -> Decimal:
         """Largest rounding error of y; 0 at rest, because levels have fewer digits."""
         length, moves = _to_decimal(self.end - self.start), len(self.powers) > 1
-        return moves * PROOF_ROUNDING * sum(map(abs, _scale_powers(self.powers, length)), Decimal(0))
+        return moves * PROOF_ROUNDING * sum(map(abs, _scale_coefficients(self.powers, length)), Decimal(0))
 
 
-def _scale_powers(powers: list[Decimal], length: Decimal) -> list[Decimal]:
+def _scale_coefficients(powers: list[Decimal], length: Decimal) -> list[Decimal]:
     """Coefficients for a variable that is ``length`` times smaller."""
     return [
         c * scale
@@ -68,23 +68,28 @@ def _scale_powers(powers: list[Decimal], length: Decimal) -> list[Decimal]:
     ]
 
 
-def certify_band(programme: Programme, points: MeasuredPoints, start: float, zero: float, band: float) -> Deviation:
-    """Proved deviation of a motion from points; it starts at their angle ``start`` [deg] and lift ``zero``."""
+def certify_band(
+    programme: Programme, points: MeasuredPoints, start_angle_deg: float, zero_lift: float, band: float
+) -> Deviation:
+    """Proved deviation of a motion from points.
+
+    It starts at their angle ``start_angle_deg`` [deg] and lift ``zero_lift``.
+    """
     with localcontext(prec=PROOF_DIGITS):
-        return _deviation_of_spans(list(_programme_spans(programme)), points, start, zero, band)
+        return _deviation_of_spans(list(_programme_spans(programme)), points, start_angle_deg, zero_lift, band)
 
 
 def _deviation_of_spans(
-    turn_spans: list[_PolynomialSpan], points: MeasuredPoints, start: float, zero: float, band: float
+    turn_spans: list[_PolynomialSpan], points: MeasuredPoints, start_angle_deg: float, zero_lift: float, band: float
 ) -> Deviation:
     """The deviation of the spans of one turn from points."""
     turn_end = turn_spans[-1].end  # lines between points may cross the end of the turn
     spans = turn_spans + [
         span._replace(start=turn_end + span.start, end=turn_end + span.end) for span in turn_spans
     ]
-    first, turn = Fraction(start), Fraction(TURN_DEG)
+    first, turn = Fraction(start_angle_deg), Fraction(TURN_DEG)
     sorted_points = sorted(
-        ((Fraction(angle_deg) - first) % turn, Decimal(lift_given) - Decimal(zero), k)
+        ((Fraction(angle_deg) - first) % turn, Decimal(lift_given) - Decimal(zero_lift), k)
         for k, (angle_deg, lift_given) in enumerate(zip(points.angles, points.lifts, strict=True))
     )
     deviations, largest_deviation, between, number = [Decimal(0)] * len(sorted_points), Decimal(0), Decimal(0), 0
@@ -93,10 +98,10 @@ def _deviation_of_spans(
     ):
         while spans[number].end < angle:
             number += 1
-        deviations[place] = spans[number].powers_on_part(angle, angle)[0] - lift
+        deviations[place] = spans[number].coefficients_on_part(angle, angle)[0] - lift
         largest_deviation = max(largest_deviation, abs(deviations[place]) + spans[number].rounding_error)
         if next_angle > angle:
-            between = max(between, *_line_distances(spans, number, (angle, lift), (next_angle, next_lift)))
+            between = max(between, *_line_deviation_bounds(spans, number, (angle, lift), (next_angle, next_lift)))
     held, largest = largest_deviation <= Decimal(band), nextafter(float(largest_deviation), inf)
     between_bound = nextafter(float(between + max(span.rounding_error for span in turn_spans)), inf)
     return Deviation(held, tuple(map(float, deviations)), min(largest, band) if held else largest, between_bound)
@@ -116,13 +121,13 @@ def _programme_spans(programme: Programme) -> Iterator[_PolynomialSpan]:
             yield _PolynomialSpan(angle, angle + length, [level])
         else:
             assert isinstance(stroke.law, SplineLaw)
-            for low, high, powers in _law_pieces(stroke.law):
-                scaled = [change * c for c in _scale_powers(powers, 1 / _to_decimal(length))]
+            for low, high, powers in _spline_law_polynomials(stroke.law):
+                scaled = [change * c for c in _scale_coefficients(powers, 1 / _to_decimal(length))]
                 yield _PolynomialSpan(angle + low * length, angle + high * length, [level + scaled[0], *scaled[1:]])
         level, angle = level + change, angle + length
 
 
-def _law_pieces(law: SplineLaw) -> Iterator[tuple[Fraction, Fraction, list[Decimal]]]:
+def _spline_law_polynomials(law: SplineLaw) -> Iterator[tuple[Fraction, Fraction, list[Decimal]]]:
     """The polynomial of each span between knots, in powers of the distance from its start (de Boor's algorithm)."""
     knots, degree, zero = [Decimal(knot) for knot in law.knots], law.degree, Decimal(0)
     for k in range(degree, len(law.coefficients)):
@@ -139,21 +144,24 @@ def _law_pieces(law: SplineLaw) -> Iterator[tuple[Fraction, Fraction, list[Decim
         yield Fraction(law.knots[k]), Fraction(law.knots[k + 1]), found[degree]
 
 
-def _line_distances(
-    spans: list[_PolynomialSpan], number: int, low: tuple[Fraction, Decimal], high: tuple[Fraction, Decimal]
+def _line_deviation_bounds(
+    spans: list[_PolynomialSpan],
+    first_span: int,
+    first_point: tuple[Fraction, Decimal],
+    last_point: tuple[Fraction, Decimal],
 ) -> Iterator[Decimal]:
     """Bounds of the distance from the line between two points, by Bernstein coefficients."""
-    slope = (high[1] - low[1]) / _to_decimal(high[0] - low[0])
-    while spans[number].start < high[0]:
-        start, end = max(spans[number].start, low[0]), min(spans[number].end, high[0])
+    slope = (last_point[1] - first_point[1]) / _to_decimal(last_point[0] - first_point[0])
+    while spans[first_span].start < last_point[0]:
+        start, end = max(spans[first_span].start, first_point[0]), min(spans[first_span].end, last_point[0])
         if end > start:
-            powers = spans[number].powers_on_part(start, end)
+            powers = spans[first_span].coefficients_on_part(start, end)
             powers += [Decimal(0)] * (2 - len(powers))
-            powers[0] -= low[1] + slope * _to_decimal(start - low[0])
+            powers[0] -= first_point[1] + slope * _to_decimal(start - first_point[0])
             powers[1] -= slope * _to_decimal(end - start)
             for row in _bernstein_from_powers(len(powers) - 1):
                 yield abs(sum((share * power for share, power in zip(row, powers, strict=False)), Decimal(0)))
-        number += 1
+        first_span += 1
 
 
 @cache

@@ -37,18 +37,21 @@ class TableKind(NamedTuple):
     second_words: Pattern[str]
 
 
-def _words_of(pattern: str) -> Pattern[str]:
+def _heading_pattern(pattern: str) -> Pattern[str]:
     return re.compile(pattern, re.IGNORECASE)
 
 
-ANGLE_WORDS = _words_of(r"angle|winkel|deg|°|grad|rad|theta|θ|phi|φ|rotation")
+ANGLE_WORDS = _heading_pattern(r"angle|winkel|deg|°|grad|rad|theta|θ|phi|φ|rotation")
 LIFT_TABLE = TableKind(
-    "angle", "lift", ANGLE_WORDS, _words_of(r"lift|hub|displacement|travel|rise|stroke|weg|height|\by\b|\bs\b")
+    "angle",
+    "lift",
+    ANGLE_WORDS,
+    _heading_pattern(r"lift|hub|displacement|travel|rise|stroke|weg|height|\by\b|\bs\b"),
 )
 POLAR_TABLE = TableKind(
-    "angle", "distance", ANGLE_WORDS, _words_of(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b")
+    "angle", "distance", ANGLE_WORDS, _heading_pattern(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b")
 )
-XY_TABLE = TableKind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))
+XY_TABLE = TableKind("x", "y", _heading_pattern(r"\bx\b"), _heading_pattern(r"\by\b"))
 PROFILE_KINDS = {"polar": POLAR_TABLE, "xy": XY_TABLE}
 """Forms of profile points."""
 
@@ -89,7 +92,7 @@ class TableColumns:
             raise BadInput(mistakes)
 
 
-def chosen_columns(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
+def find_column_places(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
     """Places of the two columns; the first is None if a table has only lifts or distances.
 
     Raises
@@ -114,10 +117,10 @@ def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tupl
         places = [_place_of_column(name, table.names, column) for column in columns.chosen]
         return (None, places[0]) if len(places) == 1 else (places[0], places[1])
     if kind is LIFT_TABLE:
-        _check_no_profile(name, table.names)
+        _check_not_profile_headings(name, table.names)
     if width == 1:
         return None, 0
-    first, second = _places_by_words(kind, table.names)
+    first, second = _places_by_heading_words(kind, table.names)
     if first is not None and second is not None:
         return first, second
     if width == 2:
@@ -128,17 +131,17 @@ def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tupl
     )
 
 
-def _places_by_words(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
+def _places_by_heading_words(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
     """Places of the columns whose headings say what they are."""
     second = next((k for k, words in enumerate(names) if kind.second_words.search(words)), None)
     first = next((k for k, words in enumerate(names) if kind.first_words.search(words) and k != second), None)
     return first, second
 
 
-def _check_no_profile(name: str, names: Sequence[str]) -> None:
+def _check_not_profile_headings(name: str, names: Sequence[str]) -> None:
     """BadInput if headings are those of a profile and no other column has lifts."""
     for form, kind in PROFILE_KINDS.items():
-        first, second = _places_by_words(kind, names)
+        first, second = _places_by_heading_words(kind, names)
         if first is not None and second is not None:
             others = (words for k, words in enumerate(names) if k != second)
             if not any(LIFT_TABLE.second_words.search(words) for words in others):
@@ -183,7 +186,7 @@ def _check_units(name: str, names: Sequence[str], first: int | None, second: int
             )
 
 
-def names_unit(heading: str) -> bool:
+def heading_names_unit(heading: str) -> bool:
     """Whether the heading of a column names a unit."""
     return any(word in UNIT_SPELLINGS for word in _heading_words(heading))
 

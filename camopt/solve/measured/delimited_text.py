@@ -83,7 +83,7 @@ def _reading_score(rows: list[NumberedRow]) -> tuple[int, int]:
     return len(numeric), 2 if len({cells[0] for cells in numeric}) >= DISTINCT_ANGLE_SHARE * len(numeric) else 0
 
 
-def decode(data: bytes) -> str:
+def decode_text(data: bytes) -> str:
     """Text in UTF-8, UTF-16 with its mark, or Latin-1; a ValueError for anything else."""
     for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig")):
         if data.startswith(mark):

@@ -43,11 +43,11 @@ class FlatWindow(NamedTuple):
     ends: tuple[float, float]
 
 
-def read_dwell(window: FlatWindow, noise: float, drop: float, sure: float) -> DwellReading:
+def likeliest_dwell(window: FlatWindow, noise: float, likelihood_drop: float, certain_gain: float) -> DwellReading:
     """The likeliest dwell of a window, or a shorter one of nearly equal likelihood.
 
-    The shorter one is at most ``drop`` below the largest log-likelihood. It is taken if the gain of the dwell is at
-    least ``sure``.
+    The shorter one is at most ``likelihood_drop`` below the largest log-likelihood. It is taken if the gain of the
+    dwell is at least ``certain_gain``.
     """
     angles, lifts, variances = _mean_points(window, noise)
     starts, ends = (np.linspace(*limits, EDGES) for limits in (window.starts, window.ends))
@@ -58,11 +58,11 @@ def read_dwell(window: FlatWindow, noise: float, drop: float, sure: float) -> Dw
     before = np.searchsorted(angles, starts)
     after = np.searchsorted(angles, ends, "right")
     left = [
-        _side_likelihood(starts[k] - angles[:count], variances[:count], whitened[:count], levels)
+        _log_likelihood_beside_dwell(starts[k] - angles[:count], variances[:count], whitened[:count], levels)
         for k, count in enumerate(before)
     ]
     right = [
-        _side_likelihood(angles[count:] - ends[k], variances[count:], whitened[count:], levels)
+        _log_likelihood_beside_dwell(angles[count:] - ends[k], variances[count:], whitened[count:], levels)
         for k, count in enumerate(after)
     ]
     squares = (whitened[:, 1] - np.multiply.outer(levels, whitened[:, 0])) ** 2
@@ -73,9 +73,11 @@ def read_dwell(window: FlatWindow, noise: float, drop: float, sure: float) -> Dw
     dwell_likelihood = np.where(lengths > 0.0, likelihood, -inf)
     gain = inf
     if window.starts == window.ends:
-        without = max(float(np.diag(likelihood).max()), _free_likelihood(angles, variances, whitened[:, 1]))
+        without = max(
+            float(np.diag(likelihood).max()), _log_likelihood_without_dwell(angles, variances, whitened[:, 1])
+        )
         gain = float(dwell_likelihood.max()) - log(angles.size) / 2.0 - without
-    lowest = dwell_likelihood.max() - (drop if gain >= sure else 0.0)
+    lowest = dwell_likelihood.max() - (likelihood_drop if gain >= certain_gain else 0.0)
     k, j = np.unravel_index(np.argmin(np.where(dwell_likelihood >= lowest, lengths, inf)), lengths.shape)
     return DwellReading(float(starts[k]), float(ends[j]), gain)
 
@@ -89,7 +91,7 @@ def _mean_points(window: FlatWindow, noise: float) -> tuple[FloatArray, FloatArr
     return angles, lifts, noise**2 / counts
 
 
-def noise_integral(x: FloatArray, order: int) -> FloatArray:
+def integrated_noise_covariance(x: FloatArray, order: int) -> FloatArray:
     """Covariance of a multiple integral of white noise from 0, over its largest variance."""
     nearer, distances = np.minimum.outer(x, x), np.abs(np.subtract.outer(x, x))
     powers = range(order)
@@ -99,7 +101,7 @@ def noise_integral(x: FloatArray, order: int) -> FloatArray:
     return np.asarray(covariance * (2 * order - 1) / x.max() ** (2 * order - 1))
 
 
-def _whiten_columns(
+def _log_determinants_and_whitened(
     x: FloatArray, variances: FloatArray, columns: FloatArray, order: int
 ) -> tuple[FloatArray, FloatArray]:
     """Log-determinant of the covariance in units of the errors, and the columns divided by its root.
@@ -107,7 +109,7 @@ def _whiten_columns(
     Both are for each size. The columns are rows of the factor of a larger matrix that has them below.
     """
     count, largest = x.size, np.abs(columns[:, -1] * np.sqrt(variances)).max()
-    integral = noise_integral(x, order) / np.sqrt(np.multiply.outer(variances, variances))
+    integral = integrated_noise_covariance(x, order) / np.sqrt(np.multiply.outer(variances, variances))
     matrices = np.zeros((INTEGRAL_SIZES.size, count + columns.shape[1], count + columns.shape[1]))
     matrices[:, :count, :count] = np.eye(count) + np.multiply.outer((INTEGRAL_SIZES * largest) ** 2, integral)
     matrices[:, count:, :count] = columns.T
@@ -117,20 +119,22 @@ def _whiten_columns(
     return 2.0 * np.log(diagonal).sum(axis=1), root[:, count:, :count]
 
 
-def _side_likelihood(x: FloatArray, variances: FloatArray, whitened: FloatArray, levels: FloatArray) -> FloatArray:
+def _log_likelihood_beside_dwell(
+    x: FloatArray, variances: FloatArray, whitened: FloatArray, levels: FloatArray
+) -> FloatArray:
     """Log-likelihood of the points beside a dwell by its level, for the best order and size."""
     if not x.size:
         return np.zeros_like(levels)
     likelihoods = []
     for order in INTEGRAL_ORDERS:
-        size, whitened_columns = _whiten_columns(x, variances, whitened, order)
+        size, whitened_columns = _log_determinants_and_whitened(x, variances, whitened, order)
         square = whitened_columns @ whitened_columns.swapaxes(1, 2)
         squares = square[:, 1, 1] + levels[:, None] * (levels[:, None] * square[:, 0, 0] - 2.0 * square[:, 0, 1])
         likelihoods.append((-(squares + size) / 2.0).max(axis=1))
     return np.asarray(np.max(likelihoods, axis=0))
 
 
-def _free_likelihood(angles: FloatArray, variances: FloatArray, lifts: FloatArray) -> float:
+def _log_likelihood_without_dwell(angles: FloatArray, variances: FloatArray, lifts: FloatArray) -> float:
     """Log-likelihood of a free motion, less the cost of its parameters beyond a level."""
     offsets = (angles - (angles[0] + angles[-1]) / 2.0) / (angles[-1] - angles[0])
     likelihoods = []
@@ -139,7 +143,9 @@ def _free_likelihood(angles: FloatArray, variances: FloatArray, lifts: FloatArra
         columns = np.column_stack([powers, lifts])
         logs, squares = [], []
         for part in (offsets < 0.0, offsets >= 0.0):
-            size, whitened_columns = _whiten_columns(np.abs(offsets[part]), variances[part], columns[part], order)
+            size, whitened_columns = _log_determinants_and_whitened(
+                np.abs(offsets[part]), variances[part], columns[part], order
+            )
             logs.append(size)
             squares.append(whitened_columns @ whitened_columns.swapaxes(1, 2))
         logs_, square = np.add.outer(*logs), squares[0][:, None] + squares[1][None, :]

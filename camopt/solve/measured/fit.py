@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 
 from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.model.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.mapping import MOTION_AT_FOLLOWER, given_at_follower
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.train import stages_in, tool_turns
+from camopt.scene.train import tool_turns, train_stages_in
 from camopt.solve.measured.band_certificate import certify_band
 from camopt.solve.measured.columns import LIFT_TABLE, MM_PER_UNIT, PROFILE_KINDS, TableColumns
 from camopt.solve.measured.fit_result import Fit
@@ -27,14 +27,21 @@ from camopt.solve.measured.least_jerk import (
     AllowedDeviation,
     LeastJerkCurve,
     OutlineNode,
-    least_band,
+    least_feasible_band,
     least_jerk_curve,
     least_jerk_motion,
     outline_nodes,
 )
 from camopt.solve.measured.measured_points import MeasuredPoints, read_points
-from camopt.solve.measured.noise import LEAST_BAND, ErrorSize, band_factor, find_outliers, point_errors, point_noise
-from camopt.solve.measured.outline import LIKELY_DROP, read_outline
+from camopt.solve.measured.noise import (
+    LEAST_BAND,
+    ErrorSize,
+    estimate_point_errors,
+    find_outliers,
+    noise_band_factor,
+    noise_from_neighbours,
+)
+from camopt.solve.measured.outline import LIKELY_DROP, find_outline_and_doubts
 from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_on_profile
 
 BAND_MARGINS = (1e-6, 1e-2)  # least and largest margin for rounding and solver error, as a share of the band
@@ -55,7 +62,7 @@ PLACEHOLDER_MOTION = [
 """Motion of a cam whose own is not known yet."""
 
 
-@options_by_keyword
+@allow_positional_options
 def fit(  # noqa: PLR0913
     points: str | os.PathLike[str] | ArrayLike | MeasuredProfile,
     scene: SceneSource | Mapping[str, Any] | None = None,
@@ -163,7 +170,7 @@ def fit(  # noqa: PLR0913
     """
     profile = points if isinstance(points, MeasuredProfile) else None
     numbers = {"rpm": rpm, "base_radius": base_radius}
-    scene = measured_cam(scene, numbers, follower, roller_radius, of_profile=profile is not None)
+    scene = complete_scene_from_options(scene, numbers, follower, roller_radius, of_profile=profile is not None)
     # the tables of the scene without its motion and the keys that concern it
     tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
     tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
@@ -181,7 +188,7 @@ def fit(  # noqa: PLR0913
         tables["motion_at"] = MOTION_AT_FOLLOWER
     followed = follow_measured_profile(profile, measured, tables, file, keep_outliers) if profile else None
     measured = followed.positions if followed else measured
-    narrowest = _narrowest_band(measured)
+    narrowest = _least_band_for_lift_range(measured)
     if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= narrowest):
         raise BadInput([Mistake("camopt", "band", band, f"at least {narrowest:.3g}, {LEAST_BAND:g} of the lift")])
     outlier_places = (
@@ -189,15 +196,15 @@ def fit(  # noqa: PLR0913
         if followed
         else []
         if keep_outliers
-        else find_outliers(measured, point_noise(measured), band or narrowest)
+        else find_outliers(measured, noise_from_neighbours(measured), band or narrowest)
     )
     kept_points, left_out = measured.drop_places(outlier_places), measured.pick_places(outlier_places)
-    errors = point_errors(kept_points)
-    usual = _allowed_by_noise(kept_points, errors)
-    allowed = usual if band is None else _allowed_by_band(float(band), usual)
-    _check_repeats(kept_points, allowed.band)
+    errors = estimate_point_errors(kept_points)
+    usual = _deviation_allowed_by_noise(kept_points, errors)
+    allowed = usual if band is None else _deviation_allowed_by_band(float(band), usual)
+    _check_repeated_angles(kept_points, allowed.band)
     noise = max(errors.noise, narrowest / CORNER_FACTOR)
-    fitted = _fit_outlines(
+    fitted = _fit_gentlest_outline(
         kept_points,
         allowed,
         usual.band,
@@ -219,14 +226,14 @@ def _fitted_tables(
     return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
 
 
-def _problem_at_rest(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
+def _problem_of_unknown_motion(tables: Mapping[str, Any], base_radius: float, file: str) -> Problem:
     """The cam and follower of a profile before its motion is known, nearly at rest on the least radius [mm]."""
     given_tables = {key: tables[key] for key in ("cam", "follower") if key in tables}
     complete_tables = {key: dict(table) for key, table in given_tables.items() if isinstance(table, Mapping)}
     form = complete_tables.get("cam", {}).get("form")
     if form in [*BODIES] and form != DISC.form:
         raise BadInput([Mistake(file, "cam.form", form, "disc: a measured profile needs a disc cam")])
-    complete_tables.get("cam", {})["base_radius"] = radius
+    complete_tables.get("cam", {})["base_radius"] = base_radius
     complete_tables.get("follower", {}).pop("dynamics", None)
     return resolve_design(
         Scene.from_dict({**given_tables, **complete_tables, "name": "", "motion": PLACEHOLDER_MOTION}, file)
@@ -243,15 +250,19 @@ def follow_measured_profile(
 ) -> FollowedProfile:
     """The follower of a scene at the points of a profile."""
     profile.check(points)
-    problem = _problem_at_rest(tables, float(points.lifts.min()) - profile.probe, file)
-    outlier_places = [] if keep_outliers else find_outliers(points, point_noise(points), _narrowest_band(points))
+    problem = _problem_of_unknown_motion(tables, float(points.lifts.min()) - profile.probe, file)
+    outlier_places = (
+        []
+        if keep_outliers
+        else find_outliers(points, noise_from_neighbours(points), _least_band_for_lift_range(points))
+    )
     kept_points = points.drop_places(outlier_places)
-    allowed = _allowed_by_noise(kept_points, point_errors(kept_points))
-    _check_repeats(kept_points, allowed.band)
+    allowed = _deviation_allowed_by_noise(kept_points, estimate_point_errors(kept_points))
+    _check_repeated_angles(kept_points, allowed.band)
     return follower_on_profile(problem, profile, points, outlier_places, allowed, gaps_anywhere)
 
 
-def measured_cam(
+def complete_scene_from_options(
     scene: SceneSource | Mapping[str, Any] | None,
     numbers: Mapping[str, float | None],
     follower: str | None,
@@ -293,23 +304,23 @@ def measured_cam(
     return {**tables, "cam": cam_table, "follower": follower_table}
 
 
-def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredProfile | None) -> str:
+def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: MeasuredProfile | None) -> str:
     """Unit of the lifts or of a profile: the given one, or the default for the motion of follower or tool."""
     follower = tables.get("follower")
     oscillates = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
-    stages = [] if given_at_follower(tables) else stages_in(tables)
+    stages = [] if given_at_follower(tables) else train_stages_in(tables)
     angular = tool_turns(stages, oscillates) and not profile
     units = ("deg",) if angular else tuple(MM_PER_UNIT)
-    if given is not None and given not in units:
+    if given_unit is not None and given_unit not in units:
         owner = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
         if stages and not profile:  # the tool counts, not the follower
             owner = f"a tool that {'turns' if angular else 'slides'}"
         what = f"{' or '.join(units)} for {owner}"
-        raise BadInput([Mistake("camopt", "lift_unit", given, what)])
-    return given or units[0]
+        raise BadInput([Mistake("camopt", "lift_unit", given_unit, what)])
+    return given_unit or units[0]
 
 
-def _narrowest_band(points: MeasuredPoints) -> float:
+def _least_band_for_lift_range(points: MeasuredPoints) -> float:
     """Least band of points, in the unit of the lifts."""
     return LEAST_BAND * float(np.ptp(points.lifts))
 
@@ -327,23 +338,23 @@ def _check_segments(segments: Sequence[str] | None) -> None:
         raise BadInput([Mistake("camopt", "segments", shown, what)])
 
 
-def _allowed_by_noise(points: MeasuredPoints, errors: ErrorSize) -> AllowedDeviation:
+def _deviation_allowed_by_noise(points: MeasuredPoints, errors: ErrorSize) -> AllowedDeviation:
     """The deviation that normal errors reach in one file of twenty; more if one error is larger.
 
     It is at least what the digits of the lifts allow.
     """
-    least, normal = _narrowest_band(points), errors.noise * band_factor(points.rows.size)
+    least, normal = _least_band_for_lift_range(points), errors.noise * noise_band_factor(points.rows.size)
     wide = min(ABNORMAL_FACTOR * errors.largest, CORNER_FACTOR * normal, float(np.ptp(points.lifts)) / 2.0 - least)
     band = wide if errors.largest > normal else normal
     return AllowedDeviation(max(band, least), max(errors.rms, least))
 
 
-def _allowed_by_band(band: float, usual: AllowedDeviation) -> AllowedDeviation:
+def _deviation_allowed_by_band(band: float, allowed_by_noise: AllowedDeviation) -> AllowedDeviation:
     """A band wider than that of errors limits deviations alone; a narrower one limits errors further."""
-    return AllowedDeviation(band) if band >= usual.band else usual._replace(band=band)
+    return AllowedDeviation(band) if band >= allowed_by_noise.band else allowed_by_noise._replace(band=band)
 
 
-def _check_repeats(points: MeasuredPoints, band: float) -> None:
+def _check_repeated_angles(points: MeasuredPoints, band: float) -> None:
     """Unmet if lifts at one angle differ by more than two bands."""
     for place in np.flatnonzero(np.diff(points.angles) == 0.0):
         same = np.flatnonzero(points.angles == points.angles[place])
@@ -355,13 +366,13 @@ def _check_repeats(points: MeasuredPoints, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _fit_outlines(
+def _fit_gentlest_outline(
     points: MeasuredPoints,
     allowed: AllowedDeviation,
     usual_band: float,
     noise: float,
     segments: Sequence[str] | None,
-    scene_with: Callable[[FittedSegments], Scene],
+    build_scene: Callable[[FittedSegments], Scene],
 ) -> Fit:
     """The fit with the dwells and turns of the outline, or else with more or with shorter dwells.
 
@@ -385,10 +396,10 @@ def _fit_outlines(
         least_jerk = least_jerk_curve(points, tried)
         fits: list[Fit] = []
         for band, drop in product(bands or [allowed.band], (LIKELY_DROP, 4.0 * LIKELY_DROP, 16.0 * LIKELY_DROP)):
-            outline, doubts = read_outline(points, band, max(band, allowed.band), noise, drop, segments)
+            outline, doubts = find_outline_and_doubts(points, band, max(band, allowed.band), noise, drop, segments)
             if len(outline) <= MOST_OUTLINE_NODES:
                 nodes = outline_nodes(points, outline, least_jerk)
-                if result := _certified_fit(points, nodes, tried, least_jerk, scene_with):
+                if result := _certified_fit(points, nodes, tried, least_jerk, build_scene):
                     result = replace(result, doubts=doubts)
                     if result.price <= MOST_JERK_PRICE:
                         return result
@@ -398,7 +409,7 @@ def _fit_outlines(
         if fits:
             return min(fits, key=lambda candidate: candidate.price)
     if failure:
-        raise _band_error(points, *failure)
+        raise _unmet_band_error(points, *failure)
     what = f"turns back by two bands of {allowed.band:.4g} more than {MOST_OUTLINE_NODES} times: give a wider band"
     raise Unmet(f"{points.file}: the lift {what}")
 
@@ -416,7 +427,7 @@ def _certified_fit(
     nodes: Sequence[OutlineNode],
     allowed: AllowedDeviation,
     least_jerk: LeastJerkCurve,
-    scene_with: Callable[[FittedSegments], Scene],
+    build_scene: Callable[[FittedSegments], Scene],
 ) -> Fit | None:
     """The fit whose scene is proved to be within the band; None if these nodes have none."""
     for margin in _band_margins(allowed.band / float(np.ptp(points.lifts))):
@@ -424,7 +435,7 @@ def _certified_fit(
         if motion is None:
             return None
         parts = fitted_segments(motion)
-        scene = scene_with(parts)
+        scene = build_scene(parts)
         deviation = certify_band(resolve(scene).given_motion, points, parts.start, parts.zero, allowed.band)
         if deviation.held:
             return Fit(
@@ -440,11 +451,11 @@ def _certified_fit(
     return None
 
 
-def _band_error(
+def _unmet_band_error(
     points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, jerk: float
 ) -> Exception:
     """The error for dwells and turns without a motion within the allowed deviation."""
-    least, places = least_band(points, nodes, jerk)
+    least, places = least_feasible_band(points, nodes, jerk)
     if least < allowed.band:
         return Unsolved("the convex solver is not accurate enough for the band")
     rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (

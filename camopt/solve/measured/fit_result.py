@@ -12,15 +12,15 @@ from camopt.core.numerics import FloatArray
 from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, QUANTITIES, displacement_unit, motion_quantity
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms.elements import OSCILLATING
-from camopt.model.motion.programme import derivative_peak, root_mean_square
+from camopt.model.motion.programme import derivative_peak, derivative_root_mean_square
 from camopt.model.motion.stroke import ALL_STROKES as EVERY_STROKE
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import Scene
 from camopt.solve.measured.band_certificate import Deviation
-from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, angle_from
-from camopt.solve.measured.noise import LEAST_BAND, band_factor
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg
+from camopt.solve.measured.noise import LEAST_BAND, noise_band_factor
 from camopt.solve.measured.one_sided_stretches import OneSidedStretch, one_sided_stretches
 from camopt.solve.measured.outline import Doubt
 from camopt.solve.measured.profile import FollowedProfile
@@ -106,7 +106,7 @@ class Fit(Result, Drawable):
     @property
     def unit(self) -> str:
         """Unit of the lifts."""
-        return displacement_unit(angular=self._problem.given_turns)
+        return displacement_unit(angular=self._problem.given_motion_is_angle)
 
     @property
     def at_follower(self) -> bool:
@@ -117,16 +117,16 @@ class Fit(Result, Drawable):
         """Name of the quantity that is the largest velocity, acceleration or jerk."""
         timed = self._problem.setup.omega is not None
         part = AT_FOLLOWER if self.at_follower else ""
-        return motion_quantity(derivative, part, angular=self._problem.given_turns, timed=timed)
+        return motion_quantity(derivative, part, angular=self._problem.given_motion_is_angle, timed=timed)
 
     def scale(self, order: int) -> Any:
         """Factor from a derivative of the motion to the unit of its quantity."""
-        return motion_scale(self._problem.setup, order, at_follower=self.at_follower)
+        return motion_unit_factor(self._problem.setup, order, at_follower=self.at_follower)
 
     @property
-    def _lift_factor(self) -> float:
+    def _lift_to_programme_factor(self) -> float:
         """Factor from the unit of the lifts to that of a programme."""
-        return radians(1.0) if self._problem.given_turns else 1.0
+        return radians(1.0) if self._problem.given_motion_is_angle else 1.0
 
     def table(self) -> Table:
         """A table of the segments of the motion."""
@@ -205,14 +205,16 @@ class Fit(Result, Drawable):
         """
         if self.profile is None:
             return np.empty(0)
-        return self.profile.distances(self._problem, self.start, self.points.rows)
+        return self.profile.distances_outside_profile(self._problem, self.start, self.points.rows)
 
     @property
     def left_out(self) -> tuple[OmittedPoint, ...]:
         """The points that are left out, by row."""
-        angles = np.radians(angle_from(self.start, self.outliers.angles))
+        angles = np.radians(forward_angle_deg(self.start, self.outliers.angles))
         deviations = (
-            self._problem.given_motion.motion_at(angles)[0] / self._lift_factor + self.zero - self.outliers.lifts
+            self._problem.given_motion.motion_at(angles)[0] / self._lift_to_programme_factor
+            + self.zero
+            - self.outliers.lifts
         )
         rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, deviations, strict=True)
         return tuple(
@@ -225,12 +227,14 @@ class Fit(Result, Drawable):
     @property
     def jerk_rms(self) -> float:
         """Root mean square jerk over the turn, in the unit of the scene's jerks."""
-        return float(root_mean_square(self._problem.given_motion, JERK_ORDER) * self.scale(JERK_ORDER))
+        return float(derivative_root_mean_square(self._problem.given_motion, JERK_ORDER) * self.scale(JERK_ORDER))
 
     @property
     def least_jerk_rms(self) -> float:
         """Least root mean square jerk of any motion as near to the points, without dwells and turns."""
-        return float(sqrt(self.least_square / radians(TURN_DEG)) * self._lift_factor * self.scale(JERK_ORDER))
+        return float(
+            sqrt(self.least_square / radians(TURN_DEG)) * self._lift_to_programme_factor * self.scale(JERK_ORDER)
+        )
 
     @property
     def price(self) -> float:
@@ -249,14 +253,14 @@ class Fit(Result, Drawable):
 
     @property
     def before(self) -> dict[str, float]:
-        """The same by finite differences of the points."""
+        """Largest velocity, acceleration and jerk by finite differences of the points."""
         return {name: float(np.abs(rows[1]).max()) for name, rows in self.differences.items()}
 
     @cached_property
     def differences(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
         """Velocity, acceleration and jerk by divided differences of the points: cam angles [deg] and values."""
-        angles, place = np.unique(angle_from(self.start, self.points.angles), return_inverse=True)
-        lifts = np.bincount(place, self.points.lifts) / np.bincount(place) * self._lift_factor
+        angles, place = np.unique(forward_angle_deg(self.start, self.points.angles), return_inverse=True)
+        lifts = np.bincount(place, self.points.lifts) / np.bincount(place) * self._lift_to_programme_factor
         count, theta = angles.size, np.radians(angles)
         derivatives, rows, factor = {}, lifts, 1.0
         around = np.concatenate([theta, theta[:JERK_ORDER] + radians(TURN_DEG)])
@@ -268,15 +272,15 @@ class Fit(Result, Drawable):
         return derivatives
 
     @property
-    def _normal_band(self) -> float:
+    def _noise_band(self) -> float:
         """The band that contains normal errors."""
-        return self.noise * band_factor(self.points.angles.size)
+        return self.noise * noise_band_factor(self.points.angles.size)
 
     @cached_property
     def one_sided(self) -> tuple[OneSidedStretch, ...]:
         """Stretches where the motion stays on one side of the points; none for a band wider than that of errors."""
-        is_by_noise = self.usual or self.band < self._normal_band
-        if not is_by_noise or self._normal_band < LEAST_BAND * float(np.ptp(self.points.lifts)):
+        is_by_noise = self.usual or self.band < self._noise_band
+        if not is_by_noise or self._noise_band < LEAST_BAND * float(np.ptp(self.points.lifts)):
             return ()
         return tuple(one_sided_stretches(np.array(self.deviation.at_points), self.noise))
 
@@ -289,9 +293,9 @@ class Fit(Result, Drawable):
             sentences.append(
                 f"the lifts are read as angles, up to {most}; give the lift unit, {self.unit}, if they are angles"
             )
-        if self.band < self._normal_band:
+        if self.band < self._noise_band:
             noise, normal, band = (
-                with_unit(value, self.unit) for value in (self.noise, self._normal_band, self.band)
+                with_unit(value, self.unit) for value in (self.noise, self._noise_band, self.band)
             )
             what = f"narrower than the band of normal errors, {normal} for the noise {noise}"
             sentences.append(f"the band {band} is {what}: the motion may follow errors")

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.solve.measured.least_jerk import OutlineMotion
-from camopt.solve.measured.measured_points import TURN_DEG, angle_from
+from camopt.solve.measured.measured_points import TURN_DEG, forward_angle_deg
 from camopt.solve.measured.outline import ANGLE_DIGITS
 from camopt.solve.measured.spline_chain import CHAIN_DEGREE
 
@@ -31,7 +31,7 @@ def fitted_segments(outline_motion: OutlineMotion) -> FittedSegments:
     first = min(range(count), key=lambda k: (nodes[k].level, nodes[k].start - nodes[k].end))
     lowest, zero = nodes[first], nodes[first].level
     dwell_angle = _round_angle(lowest.end - lowest.start)
-    angle_before_0 = float(angle_from(lowest.start, 0.0))  # from the start of the dwell to angle 0
+    angle_before_0 = float(forward_angle_deg(lowest.start, 0.0))  # from the start of the dwell to angle 0
     rests_at_0 = 0.0 < angle_before_0 < dwell_angle
     start = 0.0 if rests_at_0 else lowest.end % TURN_DEG
     motion: list[dict[str, Any]] = [_dwell_segment(dwell_angle - angle_before_0)] if rests_at_0 else []

@@ -29,29 +29,29 @@ from camopt.core.mistakes import BadInput, Mistake, Unsolved
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.neighbours import NORMAL_MEDIAN
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.motion import motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.mechanisms.design import FIELDS
 from camopt.model.mechanisms.elements import DISC
 from camopt.model.motion.tool_drive import tool_position
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import tolerance_zone
 from camopt.solve.contour.curve import Disc, cam_discs
 from camopt.solve.measured.columns import MM_PER_UNIT, PROFILE_KINDS, TableColumns
 from camopt.solve.measured.fit import follow_measured_profile
-from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, angle_from, read_points
-from camopt.solve.measured.noise import OUTLIER_OFF, point_noise
-from camopt.solve.measured.outline import ANGLE_DIGITS, find_gaps
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg, read_points
+from camopt.solve.measured.noise import OUTLIER_OFF, noise_from_neighbours
+from camopt.solve.measured.outline import ANGLE_DIGITS, places_before_gaps
 from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, base_circle_position
 from camopt.solve.measured.smoothing import smoothing_spline
-from camopt.solve.measured.waves import ProfileHarmonics, ProfileWave, find_waves
+from camopt.solve.measured.waves import ProfileHarmonics, ProfileWave, significant_harmonics
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 from camopt.solve.tolerances.errors import contact_problems
 from camopt.solve.tolerances.response import ToolResponse
-from camopt.solve.tolerances.turn_errors import TurnErrors, contributions
-from camopt.solve.tolerances.worst_case import worst_search
+from camopt.solve.tolerances.turn_errors import TurnErrors, tolerance_contributions
+from camopt.solve.tolerances.worst_case import make_worst_cam_search
 
 PHASE_TRIALS, PHASE_FITS = 1440, 6
 """Number of trial angles of the cam on its shaft, and of refinements of the best one."""
@@ -273,7 +273,7 @@ def _shortened_list(items: Sequence[Any]) -> str:
     return ", ".join(map(str, items[:SHOWN_ROWS])) + (" and others" if len(items) > SHOWN_ROWS else "")
 
 
-@options_by_keyword
+@allow_positional_options
 def inspect(
     profile: MeasuredProfile,
     scene: SceneSource,
@@ -369,10 +369,12 @@ def inspect_discs(
         drawn.follow_points(*points_of_disc, aligned)
         for drawn, points_of_disc in zip(drawn_discs, measured, strict=True)
     ]
-    zero = _best_trial_zero(followed)
-    fitted = [replace(each, zero=refine_zero([each], zero)) for each in followed]
+    zero = _best_trial_zero_angle(followed)
+    fitted = [replace(each, zero=refine_zero_angle([each], zero)) for each in followed]
     if len(fitted) > 1 and any(each.is_far_off for each in fitted):  # no common angle fits all discs
-        fitted = [replace(each, zero=refine_zero([each], _best_trial_zero([each]))) for each in followed]
+        fitted = [
+            replace(each, zero=refine_zero_angle([each], _best_trial_zero_angle([each]))) for each in followed
+        ]
     return [
         replace(each, likely=drawn.likely_mistake(measured[number:] + measured[:number], aligned))
         if each.is_far_off
@@ -403,7 +405,7 @@ class _DrawnDisc(NamedTuple):
                 profile, points = measured[disc_number]
                 try:
                     disc = self.follow_points(profile, profile.mirrored(points) if is_mirrored else points, False)
-                    if not replace(disc, zero=refine_zero([disc], _best_trial_zero([disc]))).is_far_off:
+                    if not replace(disc, zero=refine_zero_angle([disc], _best_trial_zero_angle([disc]))).is_far_off:
                         return sentence
                 except (BadInput, Unsolved):
                     continue  # the follower cannot run on them
@@ -419,7 +421,7 @@ def _disc_tables(disc: Disc, scene: Scene) -> dict[str, Any]:
     return tables
 
 
-def _best_trial_zero(discs: "Sequence[InspectedDisc]") -> float:
+def _best_trial_zero_angle(discs: "Sequence[InspectedDisc]") -> float:
     """The best of many trial angles of the points at which the cam angle is 0 [rad], for all discs together."""
     if discs[0].aligned:
         return 0.0
@@ -427,7 +429,7 @@ def _best_trial_zero(discs: "Sequence[InspectedDisc]") -> float:
     nominal_motions = [disc.problem.programme.motion_at(trials % disc.turn_angle)[0] for disc in discs]
     variances = [
         sum(
-            float(np.var(disc.positions - np.interp(disc.cam_angles_at(zero), trials, motion)))
+            float(np.var(disc.measured_follower_positions - np.interp(disc.cam_angles_at(zero), trials, motion)))
             for disc, motion in zip(discs, nominal_motions, strict=True)
         )
         for zero in trials[:-1]
@@ -435,15 +437,15 @@ def _best_trial_zero(discs: "Sequence[InspectedDisc]") -> float:
     return float(trials[int(np.argmin(variances))])
 
 
-def refine_zero(discs: "Sequence[InspectedDisc]", zero: float) -> float:
-    """The angle near ``zero`` that fits all discs best [rad]."""
+def refine_zero_angle(discs: "Sequence[InspectedDisc]", zero_angle: float) -> float:
+    """The angle near ``zero_angle`` that fits all discs best [rad]."""
     for _ in range(PHASE_FITS):
-        all_columns = [disc.response_columns(zero) for disc in discs]
+        all_columns = [disc.response_columns(zero_angle) for disc in discs]
         own_columns = block_diag(*(columns[:, 1:] for columns in all_columns))
         columns = np.column_stack([np.concatenate([columns[:, 0] for columns in all_columns]), own_columns])
-        errors = np.concatenate([disc.raw_errors_at(zero) for disc in discs])
-        zero -= float(np.linalg.lstsq(columns, errors, rcond=None)[0][0])
-    return zero
+        errors = np.concatenate([disc.raw_motion_errors_at(zero_angle) for disc in discs])
+        zero_angle -= float(np.linalg.lstsq(columns, errors, rcond=None)[0][0])
+    return zero_angle
 
 
 @dataclass(frozen=True)
@@ -466,86 +468,99 @@ class InspectedDisc:
         return self.disc.problem
 
     @cached_property
-    def smooth_errors(self) -> FloatArray:
+    def smooth_motion_errors(self) -> FloatArray:
         """Smooth errors of the follower's motion on this disc at ``cam_angles`` [mm or rad]."""
-        return self.smooth_errors_at(0.0 if self.aligned else self.zero)
+        return self.smooth_motion_errors_at(0.0 if self.aligned else self.zero)
 
-    def smooth_errors_at(self, zero: float) -> FloatArray:
+    def smooth_motion_errors_at(self, zero_angle: float) -> FloatArray:
         """The same, with the disc turned on its shaft to another zero."""
         return np.asarray(
-            self.smooth_deviations * self.responses[0] + self.raw_errors_at(zero) - self.raw_errors_at(self.zero)
+            self.smooth_normal_deviations * self.profile_and_bore_responses[0]
+            + self.raw_motion_errors_at(zero_angle)
+            - self.raw_motion_errors_at(self.zero)
         )
 
     @cached_property
     def is_far_off(self) -> bool:
         """Whether the error is so large that this is hardly a cam of the drawing."""
-        return float(np.abs(self.smooth_errors).max()) > WRONG_CAM_SHARE * float(
+        return float(np.abs(self.smooth_motion_errors).max()) > WRONG_CAM_SHARE * float(
             np.ptp(self.problem.programme.motion_at(self.cam_angles)[0])
         )
 
     def build_inspection(self) -> Inspection:
-        errors = self.smooth_errors
+        errors = self.smooth_motion_errors
         place = int(np.abs(errors).argmax())
-        unit, tool_errors = motion_scale(self.problem.setup, 0), self._errors_at_tool(errors)
+        unit, tool_errors = motion_unit_factor(self.problem.setup, 0), self._errors_at_tool(errors)
         used = tuple(
             self._tolerance_uses(place, unit * float(tool_errors[place]), unit * float(np.abs(tool_errors).max()))
         )
         return Inspection(
             self.scene,
             self.phase_deg,
-            self.points.file,
+            self.kept_points.file,
             unit * float(tool_errors[place]),
             float(np.degrees(self.cam_angles[place])),
             motion_table_unit(self.problem.setup, 0),
             self.noise,
             used,
             self.waves.waves,
-            (float(self.error_parts[2]), self.disc.mirror * float(self.error_parts[3])),
-            float(self.error_parts[1]),
+            (float(self.fitted_error_causes[2]), self.disc.mirror * float(self.fitted_error_causes[3])),
+            float(self.fitted_error_causes[1]),
             np.degrees(self.cam_angles),
             unit * tool_errors,
             self.outliers,
-            tuple(self._missing_ranges()),
+            tuple(self._missing_angle_ranges_deg()),
             tuple(self.followed_profile.unreached.tolist()),
-            tuple(self._uncounted_keys()),
+            tuple(self._uninspected_tolerance_keys()),
             self.is_far_off,
             self.likely,
             "follower" if self.scene.train and self.problem.setup.train is None else "tool",
         )
 
-    def _tolerance_uses(self, place: int, moves: float, most_moved: float) -> Iterator[ToleranceUse]:
-        """The use of each tolerance; ``moves`` is the tool error at ``place``, ``most_moved`` the largest one."""
-        tolerances, unit = self.scene.tolerances, float(motion_scale(self.problem.setup, 0))
-        response, bore = self.responses[0][place], self.bore_errors
+    def _tolerance_uses(self, place: int, tool_error: float, largest_tool_error: float) -> Iterator[ToleranceUse]:
+        """The use of each tolerance.
+
+        ``tool_error`` is the tool error at ``place``, ``largest_tool_error`` the largest one.
+        """
+        tolerances, unit = self.scene.tolerances, float(motion_unit_factor(self.problem.setup, 0))
+        response, bore = self.profile_and_bore_responses[0][place], self.motion_errors_from_bore
         is_bore_separate = bool(tolerances.bore_eccentricity)
         deviations = (
-            self.smooth_deviations - bore / self.responses[0] if is_bore_separate else self.smooth_deviations
+            self.smooth_normal_deviations - bore / self.profile_and_bore_responses[0]
+            if is_bore_separate
+            else self.smooth_normal_deviations
         )
         rate = float(self._train_ratios[place]) * unit
-        outlier_distances = self._outlier_arrays[1] - self._outlier_arrays[2] * is_bore_separate
+        outlier_distances = (
+            self._outlier_rows_and_distances[1] - self._outlier_rows_and_distances[2] * is_bore_separate
+        )
         largest = float(np.abs([*deviations, *outlier_distances]).max())
         most = self.scene.whole_part.profile_tolerance
         yield ToleranceUse("profile", "mm", largest, most, rate * float(deviations[place] * response))
         if tolerances.profile and (self.waves.waves or tolerances.waves):
             allowed = None if tolerances.waves is None else float(tolerances.waves)
-            yield ToleranceUse("waves", "", self.waves.wave_count_within(tolerances.profile), allowed, None)
+            yield ToleranceUse("waves", "", self.waves.equivalent_wave_count(tolerances.profile), allowed, None)
         if is_bore_separate:
-            eccentricity = float(np.hypot(*self.error_parts[2:]))
+            eccentricity = float(np.hypot(*self.fitted_error_causes[2:]))
             yield ToleranceUse(
                 "bore_eccentricity", "mm", eccentricity, tolerances.bore_eccentricity, rate * float(bore[place])
             )
         if tolerances.phase is not None and self.aligned:
             zone = tolerance_zone(tolerances.phase, "phase", 0.0)
             end = zone.upper if self.phase_deg >= 0.0 else -zone.lower
-            phase_errors = self.raw_errors_at(0.0) - self.raw_errors_at(self.zero)
+            phase_errors = self.raw_motion_errors_at(0.0) - self.raw_motion_errors_at(self.zero)
             yield ToleranceUse("phase", "deg", abs(self.phase_deg), end, rate * float(phase_errors[place]))
         if tolerances.profile or is_bore_separate:
-            bound = worst_search(TurnErrors(self._scene_of_measured, self.problem)).run().bound
+            bound = (
+                make_worst_cam_search(TurnErrors(self._scene_with_profile_tolerances, self.problem))
+                .find_worst_cam()
+                .bound
+            )
             allowed, tool_unit = (bound if isfinite(bound) else None), motion_table_unit(self.problem.setup, 0)
-            yield ToleranceUse("motion", tool_unit, most_moved, allowed, moves)
+            yield ToleranceUse("motion", tool_unit, largest_tool_error, allowed, tool_error)
 
     @cached_property
-    def points(self) -> MeasuredPoints:
+    def kept_points(self) -> MeasuredPoints:
         """The points without the outliers that are left out."""
         return self.followed_profile.positions.drop_places(self.followed_profile.outlier_places)
 
@@ -555,25 +570,27 @@ class InspectedDisc:
         return float(base_circle_position(self.problem, self.problem.design)[0])
 
     @cached_property
-    def positions(self) -> FloatArray:
+    def measured_follower_positions(self) -> FloatArray:
         """Positions of the follower [mm or rad]."""
-        lifts = self.points.lifts
+        lifts = self.kept_points.lifts
         return np.radians(lifts) if self.problem.setup.angular else lifts
 
-    def raw_errors_at(self, zero: float) -> FloatArray:
-        """Positions less the nominal ones, with the cam turned on its shaft to a zero [mm or rad]."""
+    def raw_motion_errors_at(self, zero_angle: float) -> FloatArray:
+        """Measured less nominal positions [mm or rad], with cam angle 0 at ``zero_angle`` of the points."""
         return np.asarray(
-            self.positions - self.base_position - self.problem.programme.motion_at(self.cam_angles_at(zero))[0]
+            self.measured_follower_positions
+            - self.base_position
+            - self.problem.programme.motion_at(self.cam_angles_at(zero_angle))[0]
         )
 
     @property
     def turn_angle(self) -> float:
         return self.problem.programme.strokes[-1].end
 
-    def response_columns(self, zero: float) -> FloatArray:
+    def response_columns(self, zero_angle: float) -> FloatArray:
         """Responses of the errors to phase, size and the two directions of the bore (points, 4)."""
         without_train = replace(self.problem, setup=replace(self.problem.setup, train=None))
-        response = ToolResponse(without_train, self.cam_angles_at(zero))
+        response = ToolResponse(without_train, self.cam_angles_at(zero_angle))
         slope = self.problem.programme.motion_at(response.angles)[1]
         return np.column_stack(
             [slope, response.profile_response[0], *(column[0] for column in response.bore_responses)]
@@ -585,10 +602,10 @@ class InspectedDisc:
         return (180.0 - degrees(self.zero)) % 360.0 - 180.0
 
     @cached_property
-    def error_parts(self) -> FloatArray:
+    def fitted_error_causes(self) -> FloatArray:
         """Causes of the errors: phase, size and the two directions of the bore."""
         return np.asarray(
-            np.linalg.lstsq(self.response_columns(self.zero), self.raw_errors_at(self.zero), rcond=None)[0]
+            np.linalg.lstsq(self.response_columns(self.zero), self.raw_motion_errors_at(self.zero), rcond=None)[0]
         )
 
     @cached_property
@@ -596,50 +613,59 @@ class InspectedDisc:
         """Cam angles of the points [rad]."""
         return self.cam_angles_at(self.zero)
 
-    def cam_angles_at(self, zero: float) -> FloatArray:
+    def cam_angles_at(self, zero_angle: float) -> FloatArray:
         """The same, with the disc turned on its shaft to another zero."""
-        return np.asarray(np.mod(np.radians(self.points.angles) - zero, self.turn_angle))
+        return np.asarray(np.mod(np.radians(self.kept_points.angles) - zero_angle, self.turn_angle))
 
     @cached_property
-    def responses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def profile_and_bore_responses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Response of the follower to the profile, and to the two directions of the bore."""
         _, *columns = self.response_columns(self.zero).T
         return columns[0], columns[1], columns[2]
 
     @cached_property
-    def bore_errors(self) -> FloatArray:
+    def motion_errors_from_bore(self) -> FloatArray:
         """Errors that the axis of the bore causes [mm or rad]."""
-        return np.asarray(self.responses[1] * self.error_parts[2] + self.responses[2] * self.error_parts[3])
+        return np.asarray(
+            self.profile_and_bore_responses[1] * self.fitted_error_causes[2]
+            + self.profile_and_bore_responses[2] * self.fitted_error_causes[3]
+        )
 
     @cached_property
-    def raw_deviations(self) -> FloatArray:
+    def raw_normal_deviations(self) -> FloatArray:
         """Deviations along the normal with their noise [mm]."""
-        return self.raw_errors_at(self.zero) / self.responses[0]
+        return self.raw_motion_errors_at(self.zero) / self.profile_and_bore_responses[0]
 
     @cached_property
-    def smooth_deviations(self) -> FloatArray:
+    def smooth_normal_deviations(self) -> FloatArray:
         """Smooth deviations along the normal, with those of outliers that are kept [mm]."""
         return np.asarray(
-            self.raw_deviations
+            self.raw_normal_deviations
             - np.where(self.is_outlying & self.keep_outliers, 0.0, self.smoothing_curve.residuals)
         )
 
     @cached_property
     def smoothing_curve(self) -> Any:
-        return smoothing_spline(replace(self.points, lifts=self.raw_deviations))
+        return smoothing_spline(replace(self.kept_points, lifts=self.raw_normal_deviations))
 
     @cached_property
     def is_outlying(self) -> BoolArray:
         """Which points are further from the smooth deviation than noise explains."""
-        return np.asarray(np.abs(self.smoothing_curve.residuals) > self._noise_limit)
+        return np.asarray(np.abs(self.smoothing_curve.residuals) > self._largest_noise_residual)
 
     @cached_property
-    def _noise_limit(self) -> float:
+    def _largest_noise_residual(self) -> float:
         """Largest residual that noise explains [mm]."""
         usual = float(np.median(np.abs(self.smoothing_curve.residuals))) / NORMAL_MEDIAN
-        angles = np.round(self.points.angles, ANGLE_DIGITS)  # the first point may be measured again as the last
+        angles = np.round(
+            self.kept_points.angles, ANGLE_DIGITS
+        )  # the first point may be measured again as the last
         return max(
-            OUTLIER_OFF * max(point_noise(replace(self.points, angles=angles, lifts=self.raw_deviations)), usual),
+            OUTLIER_OFF
+            * max(
+                noise_from_neighbours(replace(self.kept_points, angles=angles, lifts=self.raw_normal_deviations)),
+                usual,
+            ),
             LEAST_POINT_ERROR,
         )
 
@@ -650,18 +676,24 @@ class InspectedDisc:
         return sqrt(float(residuals @ residuals) / (residuals.size - self.smoothing_curve.freedom))
 
     @cached_property
-    def _outlier_arrays(self) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _outlier_rows_and_distances(self) -> tuple[IntArray, FloatArray, FloatArray]:
         """Rows of points that are left out, not reached or beyond noise, the furthest first.
 
         With their distances outside the profile of the drawing, and the part of the bore's axis in these [mm].
         """
-        measured, kept = self.measured, np.isin(self.measured.rows, self.points.rows[~self.is_outlying])
+        measured, kept = self.measured, np.isin(self.measured.rows, self.kept_points.rows[~self.is_outlying])
         rows = measured.rows[~kept]
         if not rows.size:
             return rows, np.empty(0), np.empty(0)
-        distances = self.followed_profile.distances(self.problem, degrees(self.zero), rows)
-        by_row = dict(zip(self.points.rows.tolist(), self.bore_errors / self.responses[0], strict=True))
-        is_followed = np.isin(measured.rows, self.points.rows)
+        distances = self.followed_profile.distances_outside_profile(self.problem, degrees(self.zero), rows)
+        by_row = dict(
+            zip(
+                self.kept_points.rows.tolist(),
+                self.motion_errors_from_bore / self.profile_and_bore_responses[0],
+                strict=True,
+            )
+        )
+        is_followed = np.isin(measured.rows, self.kept_points.rows)
         bore_parts = np.array([by_row[row] for row in measured.rows[is_followed].tolist()])
         bore_distances = np.interp(
             measured.angles[~kept], measured.angles[is_followed], bore_parts, period=TURN_DEG
@@ -669,7 +701,7 @@ class InspectedDisc:
         shown = [
             k
             for k in np.argsort(-np.abs(distances - bore_distances))
-            if abs(distances - bore_distances)[k] > self._noise_limit
+            if abs(distances - bore_distances)[k] > self._largest_noise_residual
         ]
         return rows[shown], distances[shown], bore_distances[shown]
 
@@ -677,31 +709,33 @@ class InspectedDisc:
     def outliers(self) -> tuple[OutlyingPoint, ...]:
         return tuple(
             OutlyingPoint(int(row), float(distance))
-            for row, distance in zip(*self._outlier_arrays[:2], strict=True)
+            for row, distance in zip(*self._outlier_rows_and_distances[:2], strict=True)
         )
 
     @cached_property
     def waves(self) -> ProfileHarmonics:
         """Waves of the deviation, without the axis of the bore."""
         deviations = (
-            np.where(self.is_outlying, self.smooth_deviations, self.raw_deviations)
-            - self.bore_errors / self.responses[0]
+            np.where(self.is_outlying, self.smooth_normal_deviations, self.raw_normal_deviations)
+            - self.motion_errors_from_bore / self.profile_and_bore_responses[0]
         )
-        return find_waves(np.radians(self.points.angles), deviations, self.noise)
+        return significant_harmonics(np.radians(self.kept_points.angles), deviations, self.noise)
 
-    def _missing_ranges(self) -> Iterator[tuple[float, float]]:
+    def _missing_angle_ranges_deg(self) -> Iterator[tuple[float, float]]:
         """Cam angles between which points are missing [deg]."""
-        angle_of_row = dict(zip(self.points.rows.tolist(), np.degrees(self.cam_angles).tolist(), strict=True))
-        kept = self.measured.pick_places(np.flatnonzero(np.isin(self.measured.rows, self.points.rows)).tolist())
-        for k in find_gaps(kept):
+        angle_of_row = dict(zip(self.kept_points.rows.tolist(), np.degrees(self.cam_angles).tolist(), strict=True))
+        kept = self.measured.pick_places(
+            np.flatnonzero(np.isin(self.measured.rows, self.kept_points.rows)).tolist()
+        )
+        for k in places_before_gaps(kept):
             ends = [angle_of_row[int(kept.rows[place % kept.rows.size])] for place in (k, k + 1)]
-            low, high = ends if angle_from(*ends) < angle_from(*ends[::-1]) else ends[::-1]
+            low, high = ends if forward_angle_deg(*ends) < forward_angle_deg(*ends[::-1]) else ends[::-1]
             yield low, high
 
-    def _uncounted_keys(self) -> Iterator[str]:
+    def _uninspected_tolerance_keys(self) -> Iterator[str]:
         """Keys of tolerances that do not concern the measured profile."""
-        counted = self._scene_of_measured.tolerances
-        for contribution in contributions(self.scene, self.problem, np.zeros(1)):
+        counted = self._scene_with_profile_tolerances.tolerances
+        for contribution in tolerance_contributions(self.scene, self.problem, np.zeros(1)):
             if getattr(counted, contribution.key, None) is None:
                 yield contribution.key
 
@@ -710,8 +744,8 @@ class InspectedDisc:
         train = self.problem.setup.train
         if train is None:
             return errors
-        positions = (self._follower_positions, self._follower_positions + errors)
-        first, second = (np.asarray(train.tool(Taylor([position])).terms[0]) for position in positions)
+        positions = (self._nominal_follower_positions, self._nominal_follower_positions + errors)
+        first, second = (np.asarray(train.tool_displacement(Taylor([position])).terms[0]) for position in positions)
         return np.asarray(second - first)
 
     @cached_property
@@ -720,18 +754,24 @@ class InspectedDisc:
         train = self.problem.setup.train
         if train is None:
             return np.ones(self.cam_angles.size)
-        return np.asarray(train.tool(Taylor([self._follower_positions, np.ones(self.cam_angles.size)])).terms[1])
+        return np.asarray(
+            train.tool_displacement(
+                Taylor([self._nominal_follower_positions, np.ones(self.cam_angles.size)])
+            ).terms[1]
+        )
 
     @cached_property
-    def _follower_positions(self) -> FloatArray:
+    def _nominal_follower_positions(self) -> FloatArray:
         """Nominal positions of the follower, from the start of the train."""
         assert self.problem.setup.train is not None
         return np.asarray(
-            self.problem.setup.train.follower_at(tool_position(self.problem.programme, self.cam_angles))
+            self.problem.setup.train.follower_displacement_at(
+                tool_position(self.problem.programme, self.cam_angles)
+            )
         )
 
     @property
-    def _scene_of_measured(self) -> Scene:
+    def _scene_with_profile_tolerances(self) -> Scene:
         """The scene with only the tolerances that concern the measured profile."""
         tolerances = self.scene.tolerances
         names = ["profile", "waves", "bore_eccentricity", *(["phase"] if self.aligned else [])]

@@ -31,7 +31,7 @@ import numpy as np
 
 from camopt.core.mistakes import Unsolved
 from camopt.core.numerics import FloatArray, IndexArray
-from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, angle_from
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg
 from camopt.solve.measured.outline import ANGLE_DIGITS, DWELL_END_SLACK, Dwell, MotionOutline
 from camopt.solve.measured.spline_chain import JOINED_ORDERS, SplineChain
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, SOLVER_ERROR, failure_message, solve
@@ -60,7 +60,7 @@ class AllowedDeviation(NamedTuple):
         factor = 1.0 - margin
         return AllowedDeviation(factor * self.band, None if self.rms is None else factor * self.rms)
 
-    def constraints_on(self, deviations: Any, unit: float) -> list[Any]:
+    def deviation_constraints(self, deviations: Any, unit: float) -> list[Any]:
         """Constraints on deviations in a unit."""
         band = cp.abs(deviations) <= self.band / unit
         return (
@@ -105,16 +105,16 @@ class _SplineVariables:
 
     def __init__(self, chain: SplineChain, jerk: float) -> None:
         self.chain, self.unit = chain, AMPLE_JERK * jerk
-        scaled = [cp.Variable(chain.count - k) for k in range(JOINED_ORDERS)]
+        scaled = [cp.Variable(chain.coefficient_count - k) for k in range(JOINED_ORDERS)]
         self.c = [self.unit ** (k / 3.0) * c for k, c in enumerate(scaled)]
-        orders = zip(chain.steps, scaled[:-1], scaled[1:], strict=True)
+        orders = zip(chain.difference_factors, scaled[:-1], scaled[1:], strict=True)
         factor = self.unit ** (1.0 / 3.0)
         self.limits = [
             cp.multiply(factor * step, after) == before[1:] - before[:-1] for step, before, after in orders
         ]
-        self.square = cp.sum_squares(chain.jerk_square_matrix @ scaled[3])
+        self.square = cp.sum_squares(chain.jerk_norm_matrix @ scaled[3])
         """∫ (y''')² dx in units of the squared jerk unit."""
-        self.variation = cp.norm1(cp.multiply(chain.steps[-1], scaled[3]))
+        self.variation = cp.norm1(cp.multiply(chain.difference_factors[-1], scaled[3]))
         """∫ |y'''| dx in jerk units, or a little more: the variation of the coefficients of y''."""
 
     def values_at(self, x: FloatArray) -> Any:
@@ -140,19 +140,19 @@ class LeastJerkCurve:
 
     def lifts_at(self, angles: FloatArray) -> FloatArray:
         return np.asarray(
-            self.chain.value_matrix(angle_from(self.first_angle, angles) / TURN_DEG) @ self.coefficients
+            self.chain.value_matrix(forward_angle_deg(self.first_angle, angles) / TURN_DEG) @ self.coefficients
         )
 
     def slopes_at(self, angles: FloatArray) -> FloatArray:
         """Derivative of the lift by the angle in rad."""
-        coefficients = np.diff(self.coefficients) / self.chain.steps[0]
+        coefficients = np.diff(self.coefficients) / self.chain.difference_factors[0]
         return np.asarray(
-            self.chain.value_matrix(angle_from(self.first_angle, angles) / TURN_DEG, 1) @ coefficients
+            self.chain.value_matrix(forward_angle_deg(self.first_angle, angles) / TURN_DEG, 1) @ coefficients
         ) / radians(TURN_DEG)
 
 
 def least_jerk_curve(points: MeasuredPoints, allowed: AllowedDeviation) -> LeastJerkCurve:
-    """The optimum of the allowed deviation alone: a closed spline with a knot at each angle.
+    """The closed curve of least mean-square jerk within the allowed deviation, with a knot at each angle.
 
     Raises
     ------
@@ -175,8 +175,8 @@ def _solve_least_jerk(points: MeasuredPoints, allowed: AllowedDeviation, usual_j
     closed.append(
         last * (variables.c[3][1] - variables.c[3][0]) == first * (variables.c[3][-1] - variables.c[3][-2])
     )
-    middle, x = _middle_lift(points), angle_from(angles[0], points.angles) / TURN_DEG
-    band_constraints = allowed.constraints_on(variables.values_at(x) - (points.lifts - middle) / unit, unit)
+    middle, x = _mid_range_lift(points), forward_angle_deg(angles[0], points.angles) / TURN_DEG
+    band_constraints = allowed.deviation_constraints(variables.values_at(x) - (points.lifts - middle) / unit, unit)
     problem = cp.Problem(cp.Minimize(variables.square), [*variables.limits, *closed, *band_constraints])
     if (status := solve(problem)) not in SOLVED_STATUSES:
         raise Unsolved(failure_message(status))
@@ -184,7 +184,7 @@ def _solve_least_jerk(points: MeasuredPoints, allowed: AllowedDeviation, usual_j
     return LeastJerkCurve(chain, float(angles[0]), np.asarray(variables.c[0].value) * unit + middle, float(least))
 
 
-def _middle_lift(points: MeasuredPoints) -> float:
+def _mid_range_lift(points: MeasuredPoints) -> float:
     return float(points.lifts.max() + points.lifts.min()) / 2.0
 
 
@@ -213,8 +213,8 @@ def spline_strokes(points: MeasuredPoints, nodes: Sequence[OutlineNode]) -> tupl
     strokes, is_resting = [], np.zeros(points.angles.size, dtype=bool)
     is_resting[np.concatenate([node.places for node in nodes])] = True
     for node, next_node in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
-        angle = float(round(float(angle_from(node.end, next_node.start)), ANGLE_DIGITS)) or TURN_DEG
-        offsets = angle_from(node.end - DWELL_END_SLACK, points.angles)
+        angle = float(round(float(forward_angle_deg(node.end, next_node.start)), ANGLE_DIGITS)) or TURN_DEG
+        offsets = forward_angle_deg(node.end - DWELL_END_SLACK, points.angles)
         places = np.flatnonzero((offsets < angle) & ~is_resting)
         places = places[np.argsort(offsets[places], kind="stable")]
         x = np.maximum(offsets[places] - DWELL_END_SLACK, 0.0) / angle
@@ -238,19 +238,24 @@ def _stroke_knots(x: FloatArray) -> tuple[float, ...]:
 
 
 def least_jerk_motion(
-    points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, jerk: float
+    points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, usual_jerk: float
 ) -> OutlineMotion | None:
-    """The motion of an outline within the allowed deviation; None if none is found. A usual ``jerk`` is by rad."""
-    model = _OutlineModel(points, nodes, jerk)
-    band_constraints = allowed.constraints_on(model.deviations, model.unit)
+    """The motion of an outline within the allowed deviation; None if none is found.
+
+    A usual ``usual_jerk`` is by rad.
+    """
+    model = _OutlineModel(points, nodes, usual_jerk)
+    band_constraints = allowed.deviation_constraints(model.deviations, model.unit)
     objective = model.square if allowed.rms is None else model.square + LEVELLING / AMPLE_JERK * model.variation
     status = solve(cp.Problem(cp.Minimize(objective), [*model.limits, *band_constraints]))
-    return model.exact_motion() if status in SOLVED_STATUSES else None
+    return model.motion_with_exact_joints() if status in SOLVED_STATUSES else None
 
 
-def least_band(points: MeasuredPoints, nodes: Sequence[OutlineNode], jerk: float) -> tuple[float, list[int]]:
+def least_feasible_band(
+    points: MeasuredPoints, nodes: Sequence[OutlineNode], usual_jerk: float
+) -> tuple[float, list[int]]:
     """Least band of an outline, and the places of the points at that distance."""
-    model, band = _OutlineModel(points, nodes, jerk), cp.Variable()
+    model, band = _OutlineModel(points, nodes, usual_jerk), cp.Variable()
     if (
         solve(cp.Problem(cp.Minimize(band), [*model.limits, cp.abs(model.deviations) <= band]))
         not in SOLVED_STATUSES
@@ -265,7 +270,7 @@ class _OutlineModel:
 
     def __init__(self, points: MeasuredPoints, nodes: Sequence[OutlineNode], jerk: float) -> None:
         self.points, self.nodes, self.strokes = points, nodes, spline_strokes(points, nodes)
-        self.unit, self.middle = float(np.ptp(points.lifts)), _middle_lift(points)
+        self.unit, self.middle = float(np.ptp(points.lifts)), _mid_range_lift(points)
         self.levels = cp.Variable(len(nodes))
         angles = [radians(stroke.angle) for stroke in self.strokes]
         moving = list(zip(self.strokes, angles, strict=True))
@@ -280,7 +285,7 @@ class _OutlineModel:
             way = 1.0 if lift >= 0.0 else -1.0
             least = LEAST_LIFT_SHARE * abs(lift) + LEAST_RANGE_SHARE
             self.limits += [
-                *self._joint_limits(k),
+                *self._joint_constraints(k),
                 way * self.motions[k].c[1] >= 0,
                 way * (self.levels[following] - self.levels[k]) >= least,
             ]
@@ -292,7 +297,7 @@ class _OutlineModel:
         self.deviations = cp.hstack(deviations)
         self.places = np.concatenate([*(s.places for s in self.strokes), *(node.places for node in nodes)])
 
-    def _joint_limits(self, k: int) -> list[Any]:
+    def _joint_constraints(self, k: int) -> list[Any]:
         """Constraints at a node: its level and no velocity.
 
         Beside a dwell there is no acceleration. At a turning point, acceleration and jerk are continuous.
@@ -309,7 +314,7 @@ class _OutlineModel:
         ratio = self.strokes[k].angle / self.strokes[k - 1].angle
         return [*limits, *(ratio**order * before[order][-1] == after[order][0] for order in (2, 3))]
 
-    def exact_motion(self) -> OutlineMotion:
+    def motion_with_exact_joints(self) -> OutlineMotion:
         """The solution without the solver's error: levels of few digits, and strokes that meet them exactly."""
         digits = 7 - int(np.floor(np.log10(self.unit)))
         levels = [round(float(level) * self.unit + self.middle, digits) for level in self.levels.value]
@@ -326,7 +331,7 @@ class _OutlineModel:
         accelerations = [self._node_acceleration(j) * self.strokes[k].angle ** 2 / lift for j in (k, following)]
         start = (0.0, 0.0, accelerations[0])
         coefficients = chain.integrate_jerk(
-            chain.adjust_jerk(jerk, start, np.array([1.0, 0.0, accelerations[1]])), start
+            chain.adjust_jerk_to_end_state(jerk, start, np.array([1.0, 0.0, accelerations[1]])), start
         )[0]
         coefficients[:2], coefficients[-2:] = 0.0, 1.0
         if self.nodes[k].is_dwell:

@@ -18,10 +18,10 @@ from camopt.solve.measured.columns import (
     MM_PER_UNIT,
     XY_TABLE,
     TableColumns,
-    chosen_columns,
-    names_unit,
+    find_column_places,
+    heading_names_unit,
 )
-from camopt.solve.measured.delimited_text import decode, text_rows
+from camopt.solve.measured.delimited_text import decode_text, text_rows
 from camopt.solve.measured.number_table import NumberTable, file_mistake, number_table
 from camopt.solve.measured.workbook import WORKBOOK_STARTS, workbook_rows
 
@@ -60,7 +60,7 @@ class MeasuredPoints:
         return self.pick_places(np.setdiff1d(np.arange(self.rows.size), places).tolist())
 
 
-def angle_from(start: FloatArray | float, end: FloatArray | float) -> FloatArray:
+def forward_angle_deg(start: FloatArray | float, end: FloatArray | float) -> FloatArray:
     """Angle forward from one cam angle to another, from 0 to less than a turn [deg]."""
     # twice, because a tiny negative angle becomes a whole turn by rounding
     return np.mod(np.mod(np.asarray(end) - start, TURN_DEG), TURN_DEG)
@@ -88,14 +88,14 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
                 name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each"
             )
         try:
-            rows = workbook_rows(data) if data.startswith(WORKBOOK_STARTS) else text_rows(decode(data))
+            rows = workbook_rows(data) if data.startswith(WORKBOOK_STARTS) else text_rows(decode_text(data))
         except ValueError as trouble:
             raise file_mistake(name, "file", None, str(trouble)) from None
         table = number_table(name, rows)
     else:
         name = "points"
         table = _table_of_array(name, source)
-    place, second_place = chosen_columns(name, table, columns)
+    place, second_place = find_column_places(name, table, columns)
     lifts = table.numbers[:, second_place]
     if place is None:
         count = lifts.size - (lifts.size in CLOSED_COUNTS)
@@ -107,15 +107,15 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     if columns.kind is XY_TABLE:
         angles, lifts = _polar_coordinates(name, table, angles + 1j * lifts)
         turn_angle = TURN_DEG
-    _check_turn(name, table, angles, turn_angle)
+    _check_within_one_turn(name, table, angles, turn_angle)
     if lifts.max() == lifts.min():
         what = "distance" if columns.kind is XY_TABLE else columns.kind.second
         raise file_mistake(
             name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: the follower does not move"
         )
-    angles_deg = angle_from(0.0, angles * (TURN_DEG / turn_angle))
+    angles_deg = forward_angle_deg(0.0, angles * (TURN_DEG / turn_angle))
     order = np.argsort(angles_deg, kind="stable")
-    unit_said = names_unit(table.names[second_place])
+    unit_said = heading_names_unit(table.names[second_place])
     return MeasuredPoints(
         name, angles_deg[order], lifts[order] * unit_size, table.rows[order], step * unit_size, unit_said=unit_said
     )
@@ -158,13 +158,13 @@ def _named_columns(source: Any) -> list[tuple[str, Any]] | None:
     series = [table] if isinstance(table, nw.Series) else [*table.iter_columns()]
     named_columns = [(column.name if isinstance(column.name, str) else "", column.to_numpy()) for column in series]
     index = nw.maybe_get_index(table)
-    if index is None or (index.name is None and (len(named_columns) > 1 or _counts_rows(index))):
+    if index is None or (index.name is None and (len(named_columns) > 1 or _is_default_row_index(index))):
         return named_columns
     index_column = (index.name if isinstance(index.name, str) else "", index)
     return [index_column, *named_columns] if len(named_columns) == 1 else [*named_columns, index_column]
 
 
-def _counts_rows(index: Any) -> bool:
+def _is_default_row_index(index: Any) -> bool:
     """Whether a pandas index has the numbers 0, 1, 2, … that pandas gives rows without one."""
     return type(index).__name__ == "RangeIndex" and (index.start, index.step) == (0, 1)
 
@@ -187,7 +187,7 @@ def _check_numbers(name: str, table: NumberTable, columns: Mapping[str, FloatArr
         raise file_mistake(name, "rows", len(table.rows), f"must be at least {FEWEST_MEASURED} points")
 
 
-def _check_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
+def _check_within_one_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
     """BadInput if angles are not those of one turn."""
     low, high = int(angles.argmin()), int(angles.argmax())
     if angles[high] - angles[low] > turn * (1.0 + 1e-9):

@@ -12,7 +12,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray, IndexArray
 from camopt.core.numerics.neighbours import NEIGHBOURS, NORMAL_MEDIAN, neighbour_deviations
-from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, angle_from
+from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, forward_angle_deg
 from camopt.solve.measured.smoothing import smoothing_spline
 
 EQUAL_STEP = 1.0 / sqrt(12.0)  # standard deviation of rounding errors for a step of 1
@@ -36,7 +36,7 @@ class ErrorSize(NamedTuple):
     largest: float
 
 
-def point_errors(points: MeasuredPoints) -> ErrorSize:
+def estimate_point_errors(points: MeasuredPoints) -> ErrorSize:
     """Errors of points without outliers, from the residuals of the smoothing spline.
 
     The root mean square is below its bound in nineteen of twenty files. The noise comes from n − f of the n errors,
@@ -45,7 +45,7 @@ def point_errors(points: MeasuredPoints) -> ErrorSize:
     Points among equal ones do not count.
     """
     moving = points.pick_places(np.flatnonzero(_neighbour_deviations(points)).tolist())
-    count, neighbour_noise = moving.rows.size, point_noise(points)
+    count, neighbour_noise = moving.rows.size, noise_from_neighbours(points)
     if count < FEWEST_MEASURED:
         return ErrorSize(neighbour_noise, neighbour_noise, neighbour_noise)
     curve = smoothing_spline(moving)
@@ -55,10 +55,12 @@ def point_errors(points: MeasuredPoints) -> ErrorSize:
         noise, known_errors = neighbour_noise, NEIGHBOUR_FREEDOM_SHARE * count
     noise = max(noise, EQUAL_STEP * points.step)
     largest = np.abs(curve.residuals / np.sqrt(np.maximum(1.0 - curve.leverages, EQUAL_LIFTS))).max()
-    return ErrorSize(noise, noise * rms_factor(known_errors) * sqrt(count / points.rows.size), float(largest))
+    return ErrorSize(
+        noise, noise * noise_rms_bound_factor(known_errors) * sqrt(count / points.rows.size), float(largest)
+    )
 
 
-def point_noise(points: MeasuredPoints) -> float:
+def noise_from_neighbours(points: MeasuredPoints) -> float:
     """Standard deviation of the errors of the lifts, from deviations from the curve through neighbours.
 
     Deviations above four times the noise by their median do not count, nor do points among equal ones, such as a
@@ -76,12 +78,12 @@ def _neighbour_deviations(points: MeasuredPoints) -> FloatArray:
     return np.where(np.abs(deviations) > EQUAL_LIFTS * np.ptp(points.lifts), deviations, 0.0)
 
 
-def band_factor(count: int) -> float:
+def noise_band_factor(count: int) -> float:
     """Band that contains all normal errors in 19 of 20 files, in standard deviations of the noise."""
     return NormalDist().inv_cdf(1.0 - 1.0 / (2.0 * FILES_PER_BAND_BREAK * count))
 
 
-def rms_factor(count: float) -> float:
+def noise_rms_bound_factor(count: float) -> float:
     """Bound of the root mean square of normal errors in 19 of 20 files, in standard deviations.
 
     By the cube root of χ², which is nearly normal (Wilson and Hilferty, The distribution of chi-square, 1931).
@@ -90,24 +92,24 @@ def rms_factor(count: float) -> float:
     return float((1.0 - spread + NormalDist().inv_cdf(1.0 - 1.0 / FILES_PER_BAND_BREAK) * sqrt(spread)) ** 1.5)
 
 
-def find_outliers(points: MeasuredPoints, noise: float, least: float = 0.0) -> list[int]:
+def find_outliers(points: MeasuredPoints, noise: float, least_deviation: float = 0.0) -> list[int]:
     """Places of single points, or of two near points, that deviate while their neighbours agree without them.
 
     A jump of the acceleration or a corner makes several points deviate, and leaving out one or two does not help.
-    Deviations below ``least`` are no outliers.
+    Deviations below ``least_deviation`` are no outliers.
     """
     kept = np.arange(points.angles.size)
     while kept.size > 8 * NEIGHBOURS and (
-        outliers := _furthest_outlier(points, kept, noise, max(OUTLIER_OFF * noise, least))
+        outliers := _furthest_outlier(points, kept, noise, max(OUTLIER_OFF * noise, least_deviation))
     ):
         kept = np.setdiff1d(kept, outliers)
     return list(map(int, np.setdiff1d(np.arange(points.angles.size), kept)))
 
 
-def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, least: float) -> list[int]:
+def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, least_deviation: float) -> list[int]:
     """The furthest outlier among the remaining points, or two near outliers; empty if there is none."""
     deviations = np.abs(neighbour_deviations(points.angles[kept], points.lifts[kept], TURN_DEG))
-    candidates = [int(place) for place in np.argsort(-deviations) if deviations[place] > least]
+    candidates = [int(place) for place in np.argsort(-deviations) if deviations[place] > least_deviation]
     pairs = [
         [first, second]
         for first in candidates
@@ -131,10 +133,12 @@ def _place_distance(one: int, other: int, size: int) -> int:
     return min((one - other) % size, (other - one) % size)
 
 
-def _neighbours_agree(points: MeasuredPoints, rest: IndexArray, place: int, most: float) -> bool:
-    """Whether the points near an omitted place deviate by no more than ``most``."""
+def _neighbours_agree(points: MeasuredPoints, rest: IndexArray, place: int, largest_deviation: float) -> bool:
+    """Whether the points near an omitted place deviate by no more than ``largest_deviation``."""
     after = int(np.searchsorted(rest, place))
     around = rest[np.arange(after - 4 * NEIGHBOURS, after + 4 * NEIGHBOURS) % rest.size]
-    angles = angle_from(points.angles[place] - TURN_DEG / 2.0, points.angles[around])
+    angles = forward_angle_deg(points.angles[place] - TURN_DEG / 2.0, points.angles[around])
     middle = slice(3 * NEIGHBOURS, 5 * NEIGHBOURS)
-    return bool(np.abs(neighbour_deviations(angles, points.lifts[around], TURN_DEG)[middle]).max() <= most)
+    return bool(
+        np.abs(neighbour_deviations(angles, points.lifts[around], TURN_DEG)[middle]).max() <= largest_deviation
+    )

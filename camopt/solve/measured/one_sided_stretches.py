@@ -29,7 +29,7 @@ class OneSidedStretch(NamedTuple):
 def one_sided_stretches(deviations: FloatArray, noise: float) -> list[OneSidedStretch]:
     """Separate stretches round the turn with deviations on one side, in their order."""
     is_taken, stretches = np.zeros(deviations.size, dtype=bool), []
-    for _, first, count in sorted(_far_stretches(deviations, noise), reverse=True):
+    for _, first, count in sorted(_biased_stretches(deviations, noise), reverse=True):
         places = np.arange(first, first + count) % deviations.size
         if not is_taken[places].any():
             is_taken[places] = True
@@ -37,7 +37,7 @@ def one_sided_stretches(deviations: FloatArray, noise: float) -> list[OneSidedSt
     return sorted(stretches)
 
 
-def _far_stretches(deviations: FloatArray, noise: float) -> Iterator[tuple[float, int, int]]:
+def _biased_stretches(deviations: FloatArray, noise: float) -> Iterator[tuple[float, int, int]]:
     """Stretches with a far mean: the mean in its standard deviations, the first place, and the number of points."""
     sums = np.concatenate([[0.0], np.cumsum(np.concatenate([deviations, deviations]))])
     count = FEWEST_POINTS

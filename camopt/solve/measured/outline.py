@@ -16,8 +16,8 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray, IndexArray
-from camopt.solve.measured.dwell_likelihood import FlatWindow, read_dwell
-from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, angle_from
+from camopt.solve.measured.dwell_likelihood import FlatWindow, likeliest_dwell
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg
 from camopt.solve.measured.number_table import file_mistake
 
 BANDS_AWAY = 32.0  # largest distance of points from a level, in bands, unless the motion turns before
@@ -72,16 +72,21 @@ MotionOutline = tuple[Dwell | TurningPoint, ...]
 """Dwells and turning points in order, from a dwell if there is one, else from the lowest turning point."""
 
 
-def read_outline(
-    points: MeasuredPoints, band: float, turning: float, noise: float, drop: float, segments: Sequence[str] | None
+def find_outline_and_doubts(
+    points: MeasuredPoints,
+    band: float,
+    turning_band: float,
+    noise: float,
+    likelihood_drop: float,
+    segments: Sequence[str] | None,
 ) -> tuple[MotionOutline, tuple[Doubt, ...]]:
     """The outline of points, and its dwells in doubt; ``segments`` decide if they are given.
 
-    Points rest within a ``band`` of a constant, and turn back by more than two bands of ``turning``.
+    Points rest within a ``band`` of a constant, and turn back by more than two bands of ``turning_band``.
     """
-    flat = flat_stretches(points, band, noise, drop)
+    flat = find_possible_dwells(points, band, noise, likelihood_drop)
     dwells = [dwell for dwell in flat if dwell.gain >= LEAST_DWELL_GAIN]
-    outline = motion_outline(points, dwells, turning)
+    outline = motion_outline(points, dwells, turning_band)
     if segments is None:
         doubts = []
         for dwell in flat:
@@ -91,13 +96,13 @@ def read_outline(
                     [] if rests else [dwell]
                 )
                 with suppress(BadInput):  # without a dwell points may be missing
-                    other_segments = outline_segments(motion_outline(points, others, turning))
+                    other_segments = outline_segments(motion_outline(points, others, turning_band))
                     doubts.append(Doubt(dwell.start, dwell.end, rests, other_segments))
         return outline, tuple(sorted(doubts))
-    if (chosen := choose_dwells(points, flat, turning, segments)) is None:
+    if (chosen := choose_dwells(points, flat, turning_band, segments)) is None:
         what = f"the strokes of the points, with or without dwells: {','.join(outline_segments(outline))}"
         raise BadInput([Mistake("camopt", "segments", ",".join(segments), what)])
-    return motion_outline(points, chosen, turning), ()
+    return motion_outline(points, chosen, turning_band), ()
 
 
 def motion_outline(points: MeasuredPoints, dwells: Iterable[Dwell], band: float) -> MotionOutline:
@@ -110,7 +115,7 @@ def motion_outline(points: MeasuredPoints, dwells: Iterable[Dwell], band: float)
     """
     dwells = sorted(dwells, key=lambda dwell: dwell.start)
     # points must not be missing while the motion moves
-    for k in find_gaps(points):
+    for k in places_before_gaps(points):
         after = (k + 1) % points.angles.size
         if not any({k, after} <= set(dwell.stretch) for dwell in dwells):
             nose = points.lifts.argmax() in (k, after)
@@ -124,8 +129,10 @@ def motion_outline(points: MeasuredPoints, dwells: Iterable[Dwell], band: float)
     parts: list[Dwell | TurningPoint] = []
     for dwell, following in zip(dwells, [*dwells[1:], dwells[0]], strict=True):
         # the points between the two dwells, in order
-        angles_after = angle_from(dwell.end, points.angles)
-        inside = np.flatnonzero((angles_after > 0.0) & (angles_after < angle_from(dwell.end, following.start)))
+        angles_after = forward_angle_deg(dwell.end, points.angles)
+        inside = np.flatnonzero(
+            (angles_after > 0.0) & (angles_after < forward_angle_deg(dwell.end, following.start))
+        )
         between = inside[np.argsort(angles_after[inside], kind="stable")]
         parts += [
             dwell,
@@ -149,10 +156,10 @@ def outline_segments(outline: MotionOutline) -> list[str]:
 
 
 def choose_dwells(
-    points: MeasuredPoints, flat: Sequence[Dwell], band: float, segments: Sequence[str]
+    points: MeasuredPoints, possible_dwells: Sequence[Dwell], band: float, segments: Sequence[str]
 ) -> list[Dwell] | None:
     """The likeliest dwells for which the points rise, return and rest in a given order; None if no dwells do."""
-    likeliest = sorted(flat, key=lambda dwell: -dwell.gain)[:MOST_CHOICES]
+    likeliest = sorted(possible_dwells, key=lambda dwell: -dwell.gain)[:MOST_CHOICES]
     required = list(segments[:-1] if segments[0] == segments[-1] == "dwell" else segments)
     matches: list[list[Dwell]] = []
     for rests in product((True, False), repeat=len(likeliest)):
@@ -167,10 +174,12 @@ def choose_dwells(
 # ----------------------------------------------------------------------------------------------------- dwells
 
 
-def flat_stretches(points: MeasuredPoints, band: float, noise: float, drop: float = LIKELY_DROP) -> list[Dwell]:
+def find_possible_dwells(
+    points: MeasuredPoints, band: float, noise: float, likelihood_drop: float = LIKELY_DROP
+) -> list[Dwell]:
     """The possible dwells of stretches within a band of a constant, each with its gain; the longest first.
 
-    A dwell in doubt is the likeliest one. Any other is the shortest one at most ``drop`` less likely.
+    A dwell in doubt is the likeliest one. Any other is the shortest one at most ``likelihood_drop`` less likely.
 
     Raises
     ------
@@ -184,31 +193,36 @@ def flat_stretches(points: MeasuredPoints, band: float, noise: float, drop: floa
     dwells: list[Dwell] = []
     is_free, size = np.ones(points.lifts.size, dtype=bool), points.lifts.size
     while True:
-        stretches = [np.arange(a, b) % size for a, b in _longest_stretches(points.lifts, is_free, 2.0 * band)]
-        lengths = [float(angle_from(points.angles[s[0]], points.angles[s[-1]])) for s in stretches]
-        readings = (_dwell_in_stretch(points, stretches[k], band, noise, drop) for k in np.argsort(lengths)[::-1])
+        stretches = [
+            np.arange(a, b) % size for a, b in _longest_stretches_in_range(points.lifts, is_free, 2.0 * band)
+        ]
+        lengths = [float(forward_angle_deg(points.angles[s[0]], points.angles[s[-1]])) for s in stretches]
+        readings = (
+            _possible_dwell_in_stretch(points, stretches[k], band, noise, likelihood_drop)
+            for k in np.argsort(lengths)[::-1]
+        )
         if (dwell := next(filter(None, readings), None)) is None:
             return dwells
         dwells.append(dwell)
         is_free[dwell.stretch] = False
 
 
-def _dwell_in_stretch(
-    points: MeasuredPoints, stretch: IndexArray, band: float, noise: float, drop: float
+def _possible_dwell_in_stretch(
+    points: MeasuredPoints, stretch: IndexArray, band: float, noise: float, likelihood_drop: float
 ) -> Dwell | None:
     """The possible dwell of a stretch; None if the points beside it continue its motion."""
     first = points.angles[stretch[0]]
-    length = float(angle_from(first, points.angles[stretch[-1]]))
+    length = float(forward_angle_deg(first, points.angles[stretch[-1]]))
     level = float(points.lifts[stretch].max() + points.lifts[stretch].min()) / 2.0
-    before, behind, coming = _leaving_points(points, stretch, -1, level, band)
-    after, ahead, leaving = _leaving_points(points, stretch, 1, level, band)
+    before, behind, coming = _points_leaving_stretch(points, stretch, -1, level, band)
+    after, ahead, leaving = _points_leaving_stretch(points, stretch, 1, level, band)
     certain = CERTAIN_DWELL_FACTOR * (behind + ahead) < length
     if not certain and (stretch.size < FEWEST_RESTING or coming + leaving > length):
         return None
     behind_it, ahead_of_it = before[::-1], np.concatenate([stretch, after])
     angles_from_first = [
-        -angle_from(0.0, first - points.angles[behind_it]),
-        angle_from(first, points.angles[ahead_of_it]),
+        -forward_angle_deg(0.0, first - points.angles[behind_it]),
+        forward_angle_deg(first, points.angles[ahead_of_it]),
     ]
     starts, ends = (
         ((0.0, CERTAIN_DWELL_FACTOR * behind), (length - CERTAIN_DWELL_FACTOR * ahead, length))
@@ -216,25 +230,30 @@ def _dwell_in_stretch(
         else ((0.0, length),) * 2
     )
     lifts = points.lifts[np.concatenate([behind_it, ahead_of_it])]
-    dwell = read_dwell(
-        FlatWindow(np.concatenate(angles_from_first), lifts, starts, ends), noise, drop, DOUBTFUL_GAINS[1]
+    dwell = likeliest_dwell(
+        FlatWindow(np.concatenate(angles_from_first), lifts, starts, ends),
+        noise,
+        likelihood_drop,
+        DOUBTFUL_GAINS[1],
     )
     start, end = first + dwell.start, first + dwell.end
     shift = TURN_DEG * np.floor(start / TURN_DEG)
     start, end = (round(float(angle - shift), ANGLE_DIGITS) for angle in (start, end))
-    inside = angle_from(start - DWELL_END_SLACK, points.angles[stretch]) <= end - start + 2.0 * DWELL_END_SLACK
+    inside = (
+        forward_angle_deg(start - DWELL_END_SLACK, points.angles[stretch]) <= end - start + 2.0 * DWELL_END_SLACK
+    )
     return Dwell(start, end, level, stretch[inside], stretch, dwell.gain)
 
 
-def _leaving_points(
-    points: MeasuredPoints, stretch: IndexArray, way: int, level: float, band: float
+def _points_leaving_stretch(
+    points: MeasuredPoints, stretch: IndexArray, direction: int, level: float, band: float
 ) -> tuple[IndexArray, float, float]:
     """The points that leave a stretch, the angle over them, and the angle until they are three bands away."""
-    size, last = points.lifts.size, stretch[-1 if way > 0 else 0]
+    size, last = points.lifts.size, stretch[-1 if direction > 0 else 0]
     if size - stretch.size < 2:
         return stretch[:0], 0.0, 0.0
-    places = (last + way * np.arange(1, (size - stretch.size) // 2 + 1)) % size
-    angles = np.mod(way * (points.angles[places] - points.angles[last]), TURN_DEG)
+    places = (last + direction * np.arange(1, (size - stretch.size) // 2 + 1)) % size
+    angles = np.mod(direction * (points.angles[places] - points.angles[last]), TURN_DEG)
     distances = np.abs(points.lifts[places] - level) / band
     highest = np.maximum.accumulate(distances)
     reversals = np.flatnonzero(distances < highest - 2.0)
@@ -246,7 +265,9 @@ def _leaving_points(
     return places[: last_place + 1], float(angles[last_place]), float(angles[three_bands_place])
 
 
-def _longest_stretches(lifts: FloatArray, is_free: BoolArray, largest_range: float) -> Iterator[tuple[int, int]]:
+def _longest_stretches_in_range(
+    lifts: FloatArray, is_free: BoolArray, largest_range: float
+) -> Iterator[tuple[int, int]]:
     """The longest stretches of free points within a range, as (first place, place after the last)."""
     size, end, reached = lifts.size, 0, 0
     lowest: deque[int] = deque()
@@ -274,9 +295,9 @@ def _longest_stretches(lifts: FloatArray, is_free: BoolArray, largest_range: flo
                 queue.popleft()
 
 
-def find_gaps(points: MeasuredPoints) -> list[int]:
+def places_before_gaps(points: MeasuredPoints) -> list[int]:
     """Places after which points are missing."""
-    steps = angle_from(0.0, np.diff(points.angles, append=points.angles[0] + TURN_DEG))
+    steps = forward_angle_deg(0.0, np.diff(points.angles, append=points.angles[0] + TURN_DEG))
     sparse = max(SPARSE_STEPS * float(np.median(steps[steps > 0.0])), points.widest)
     return np.flatnonzero(steps > sparse).tolist()
 

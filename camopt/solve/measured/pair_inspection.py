@@ -24,15 +24,21 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.model.effects import force
-from camopt.model.mechanisms.pairs import second_discs
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.model.mechanisms.pairs import second_disc_designs
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import tolerance_zone
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.inspection import WRONG_CAM_SHARE, InspectedDisc, Inspection, inspect_discs, refine_zero
+from camopt.solve.measured.inspection import (
+    WRONG_CAM_SHARE,
+    InspectedDisc,
+    Inspection,
+    inspect_discs,
+    refine_zero_angle,
+)
 from camopt.solve.measured.outline import ANGLE_DIGITS
 from camopt.solve.measured.profile import MeasuredProfile
 from camopt.solve.tables.cells import number_text, with_unit
@@ -178,7 +184,10 @@ class PairInspection(Result):
     def _note(self) -> str:
         """The sentences below the table."""
         left, spare = self.left, self.spare
-        sentences = [*self._turn_in_words, f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}"]
+        sentences = [
+            *self._disc_phase_in_words,
+            f"The {self.quantity} varies by {with_unit(self.variation, self.unit)}",
+        ]
         if self.within is not None:
             sentences.append(f"{'Within' if self.within else 'Beyond'} what the tolerance of the profile allows")
         if self.interference and self.allowed is not None and self.allowed >= self.interference:
@@ -198,7 +207,7 @@ class PairInspection(Result):
         return "".join(f"{sentence}. " for sentence in sentences).rstrip()
 
     @property
-    def _turn_in_words(self) -> list[str]:
+    def _disc_phase_in_words(self) -> list[str]:
         """A sentence on the angle of disc 2 against disc 1; none if it is 0."""
         angle_text = abs(round(self.turned, ANGLE_DIGITS))
         if not angle_text:
@@ -250,7 +259,7 @@ class PairInspection(Result):
         return inputs | (dict.fromkeys(results) if self.reason else results)
 
 
-@options_by_keyword
+@allow_positional_options
 def inspect_pair(
     profiles: Sequence[MeasuredProfile],
     scene: SceneSource,
@@ -355,7 +364,7 @@ class _ContactPair:
             None
             if tolerance is None
             else unit * tolerance * float(self._sum_over_contacts(self._profile_responses).max()),
-            np.degrees(self.angles),
+            np.degrees(self.all_cam_angles),
             unit * self.distance_errors + (np.nan if self._mismatch_reason else 0.0),
             self.scene.drive.interference or 0.0,
             None if self._mismatch_reason else self._preload,
@@ -382,36 +391,38 @@ class _ContactPair:
         return ""
 
     @cached_property
-    def shared_zero(self) -> float:
+    def shared_zero_angle(self) -> float:
         """Angle of the points at which the cam angle of both discs is 0 [rad]."""
         first = self.discs[0]
-        return 0.0 if first.aligned else refine_zero(self.discs, first.zero)
+        return 0.0 if first.aligned else refine_zero_angle(self.discs, first.zero)
 
     @property
     def _contact_angles(self) -> list[FloatArray]:
         """Cam angles of the points at each contact [rad]; for a yoke of its disc, and half a turn later."""
-        first, *others = (disc.cam_angles_at(self.shared_zero) for disc in self.discs)
+        first, *others = (disc.cam_angles_at(self.shared_zero_angle) for disc in self.discs)
         return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
 
     @cached_property
-    def angles(self) -> FloatArray:
+    def all_cam_angles(self) -> FloatArray:
         """Cam angles of all points [rad]."""
         return np.unique(np.concatenate(self._contact_angles))
 
     def _sum_over_contacts(self, values: Sequence[FloatArray]) -> FloatArray:
         """Sum over both contacts of values at the points of each disc."""
         both = zip(self._contact_angles, [*values] * 2, strict=False)
-        return np.asarray(sum(np.interp(self.angles, *each, period=2.0 * np.pi) for each in both))
+        return np.asarray(sum(np.interp(self.all_cam_angles, *each, period=2.0 * np.pi) for each in both))
 
     @cached_property
     def distance_errors(self) -> FloatArray:
-        """s [mm or rad]."""
-        return self._sum_over_contacts([disc.smooth_errors_at(self.shared_zero) for disc in self.discs])
+        """Errors of the distance between both contacts at all cam angles [mm or rad]."""
+        return self._sum_over_contacts(
+            [disc.smooth_motion_errors_at(self.shared_zero_angle) for disc in self.discs]
+        )
 
     @property
     def _profile_responses(self) -> list[FloatArray]:
         """Displacement of each contact per mm of profile deviation [mm or rad]."""
-        return [disc.responses[0] for disc in self.discs]
+        return [disc.profile_and_bore_responses[0] for disc in self.discs]
 
     @property
     def _distance_name(self) -> str:
@@ -424,7 +435,7 @@ class _ContactPair:
         """Nominal distance of the contacts along the motion [mm or rad]."""
         first, lift = self.problem.design, self.problem.programme.lift
         start = self.problem.setup.mechanism.start or (lambda designs: designs.size)
-        return float((start(first) + start(second_discs(first)) + lift)[0])
+        return float((start(first) + start(second_disc_designs(first)) + lift)[0])
 
     @property
     def _preload(self) -> FloatArray | None:
@@ -432,7 +443,7 @@ class _ContactPair:
         if dynamics.pair_stiffness is None or dynamics.pair_preload is None:
             return None
         return np.asarray(
-            (dynamics.pair_preload + dynamics.pair_stiffness * self.distance_errors) * self._force_factor
+            (dynamics.pair_preload + dynamics.pair_stiffness * self.distance_errors) * self._force_unit_factor
         )
 
     @property
@@ -441,10 +452,10 @@ class _ContactPair:
         if force.missing_force_keys(problem.setup):
             return None
         record = force.follower_force_curve(problem.setup, problem.design, problem.programme)
-        forces = value_of(record, 0, problem.programme.state(self.angles))
-        return np.asarray(np.abs(forces) / 2.0 * self._force_factor)
+        forces = curve_value(record, 0, problem.programme.state(self.all_cam_angles))
+        return np.asarray(np.abs(forces) / 2.0 * self._force_unit_factor)
 
     @property
-    def _force_factor(self) -> float:
+    def _force_unit_factor(self) -> float:
         """Factor from N (N·mm) to N (N·m)."""
         return 1e-3 if self.problem.setup.angular else 1.0

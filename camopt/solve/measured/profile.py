@@ -35,13 +35,13 @@ from camopt.core.mistakes import BadInput, Mistake, Unsolved
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IntArray
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.geometry import profile_points
-from camopt.model.mechanisms.oscillating_flat import first_sine
+from camopt.model.mechanisms.oscillating_flat import start_angle_sine
 from camopt.scene.problem.problem import Problem
 from camopt.solve.measured.columns import PROFILE_KINDS
 from camopt.solve.measured.least_jerk import AllowedDeviation, LeastJerkCurve, least_jerk_curve
-from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, angle_from
+from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, forward_angle_deg
 from camopt.solve.measured.number_table import file_mistake
-from camopt.solve.measured.outline import find_gaps, gap_mistake
+from camopt.solve.measured.outline import gap_mistake, places_before_gaps
 
 CURVE_POINTS = 7200  # approximate number of points of a curve in a search for the nearest one
 DIRECTIONS_AT_ONCE = 64  # directions that are searched at once for the furthest point
@@ -66,7 +66,7 @@ def contacts_at_points(problem: Problem, profile: ComplexArray, normals: Complex
     designs = replace(repeated, size=reach)
     possible = mechanism.can_assemble(designs, problem.programme)
     with np.errstate(invalid="ignore"):
-        ground = mechanism.travel(designs, problem.programme, np.zeros(profile.size))
+        ground = mechanism.trace_and_normal(designs, problem.programme, np.zeros(profile.size))
         directions = (ground.normal, normals) if flat else (ground.trace, trace)
         angles = design.sense * np.angle(directions[0] * directions[1].conjugate())
         return Contacts(angles, base_circle_position(problem, designs), possible)
@@ -76,7 +76,7 @@ def base_circle_position(problem: Problem, designs: Designs) -> FloatArray:
     """Position of the follower on the base circles of designs [mm or rad]."""
     if problem.setup.mechanism.start is not None:
         return np.asarray(problem.setup.mechanism.start(designs))
-    return np.arcsin(first_sine(designs)) if problem.setup.angular else designs.size
+    return np.arcsin(start_angle_sine(designs)) if problem.setup.angular else designs.size
 
 
 def base_radius_at(problem: Problem, position: float) -> float:
@@ -136,7 +136,7 @@ class MeasuredProfile:
     def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
         """Its points mirrored, y → −y, as on a cam that turns the other way."""
         half, way = TURN_DEG / 2.0, -1.0 if self.form == "xy" else 1.0
-        angles = angle_from(0.0, half + way * points.angles)
+        angles = forward_angle_deg(0.0, half + way * points.angles)
         order = np.argsort(angles, kind="stable")
         return replace(points, angles=angles[order], lifts=points.lifts[order], rows=points.rows[order])
 
@@ -168,14 +168,14 @@ class FollowedProfile(NamedTuple):
         """Base radius at which the follower is lowest at a position [mm]. The position is in mm, or deg."""
         return base_radius_at(self.problem, np.radians(position) if self.problem.setup.angular else position)
 
-    def centres_at(self, problem: Problem, start: float, rows: IntArray) -> ComplexArray:
-        """Centres of some rows, in the frame of a cam whose angle 0 is the angle ``start`` of the points [deg]."""
-        turn = np.exp(1j * problem.design.sense * np.radians(start))
+    def probe_centres_at(self, problem: Problem, start_angle_deg: float, rows: IntArray) -> ComplexArray:
+        """Centres of some rows, in the frame of a cam whose angle 0 is at ``start_angle_deg`` of the points."""
+        turn = np.exp(1j * problem.design.sense * np.radians(start_angle_deg))
         return np.asarray(turn * self.centres[np.isin(self.rows, rows)])
 
-    def distances(self, problem: Problem, start: float, rows: IntArray) -> FloatArray:
+    def distances_outside_profile(self, problem: Problem, start_angle_deg: float, rows: IntArray) -> FloatArray:
         """Distances of points outside the profile of that cam, along its normal [mm]; negative inside."""
-        centres = self.centres_at(problem, start, rows)
+        centres = self.probe_centres_at(problem, start_angle_deg, rows)
         angles = np.linspace(0.0, 2.0 * np.pi, CURVE_POINTS + 1)
         profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)
         ring = shapely.linearrings(_as_coordinates(profile))
@@ -207,7 +207,10 @@ def follower_on_profile(
     """
     kept_points = points.drop_places(outlier_places)
     dense_angles = _dense_angles(kept_points, np.inf if gaps_anywhere else allowed.band)
-    curve, side = _closed_curve(kept_points, allowed), 1.0 if profile.form == "xy" else problem.design.sense
+    curve, side = (
+        _least_jerk_polar_curve(kept_points, allowed),
+        1.0 if profile.form == "xy" else problem.design.sense,
+    )
     smooth, normals = _curve_with_normals(curve, points.angles, side)
     centres = points.lifts * smooth / np.abs(smooth)
     contacts = contacts_at_points(problem, centres - profile.probe * normals, normals)
@@ -223,7 +226,7 @@ def follower_on_profile(
         what = f"the follower touches {is_reached.sum()} of {is_reached.size} points; it needs {FEWEST_MEASURED}"
         raise file_mistake(points.file, "points", None, what)
     positions = np.degrees(contacts.positions) if problem.setup.angular else contacts.positions
-    angles = angle_from(0.0, np.degrees(contacts.angles))
+    angles = forward_angle_deg(0.0, np.degrees(contacts.angles))
     order = np.flatnonzero(is_reached)[np.argsort(angles[is_reached], kind="stable")]
     step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
     followed_points = MeasuredPoints(
@@ -234,7 +237,7 @@ def follower_on_profile(
     return FollowedProfile(problem, profile.probe, followed_points, outliers, centres, points.rows, unreached)
 
 
-def _closed_curve(points: MeasuredPoints, allowed: AllowedDeviation) -> LeastJerkCurve:
+def _least_jerk_polar_curve(points: MeasuredPoints, allowed: AllowedDeviation) -> LeastJerkCurve:
     """The closed curve of least jerk of the distances, within the allowed deviation from the points."""
     try:
         return least_jerk_curve(points, allowed)
@@ -262,7 +265,7 @@ def _dense_angles(points: MeasuredPoints, band: float) -> FloatArray:
     BadInput
         If a gap is not on the base circle.
     """
-    missing = find_gaps(points)
+    missing = places_before_gaps(points)
     for k in missing:
         after = (k + 1) % points.angles.size
         if max(points.lifts[k], points.lifts[after]) - points.lifts.min() > 2.0 * band:
@@ -274,16 +277,16 @@ def _dense_angles(points: MeasuredPoints, band: float) -> FloatArray:
 
 
 def _cutting_depth(
-    problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray
+    problem: Problem, profile: ComplexArray, normals: ComplexArray, other_profile_points: ComplexArray
 ) -> FloatArray:
     """Depth to which a follower at points of a profile cuts into the rest of it [mm]."""
     if not problem.setup.mechanism.flat_faced:
         radius = problem.design.roller_radius[0]
         centres = profile + radius * normals
-        nearest, _ = cKDTree(_as_coordinates(around)).query(_as_coordinates(centres))
+        nearest, _ = cKDTree(_as_coordinates(other_profile_points)).query(_as_coordinates(centres))
         return np.asarray(radius - nearest)
     furthest = [
-        np.max((around * directions[:, None].conjugate()).real, axis=1)
+        np.max((other_profile_points * directions[:, None].conjugate()).real, axis=1)
         for directions in np.array_split(normals, -(-normals.size // DIRECTIONS_AT_ONCE))
     ]
     return np.concatenate(furthest) - (profile * normals.conjugate()).real

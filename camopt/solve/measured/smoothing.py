@@ -46,7 +46,7 @@ def smoothing_spline(points: MeasuredPoints) -> SmoothingSpline:
 
     Knots are at the angles of the points, or at 360 of these if there are more.
     """
-    rough, curves = _eigenbasis(points.angles.tobytes())
+    rough, curves = _roughness_eigenbasis(points.angles.tobytes())
     lifts = points.lifts - points.lifts.mean()
     parts = curves.T @ lifts
     unexplained = max(float(lifts @ lifts - parts @ parts), 0.0)  # squares that no spline with these knots explains
@@ -61,19 +61,19 @@ def smoothing_spline(points: MeasuredPoints) -> SmoothingSpline:
 
 
 @lru_cache(maxsize=BASES_KEPT)
-def _eigenbasis(angles: bytes) -> tuple[FloatArray, FloatArray]:
+def _roughness_eigenbasis(angle_bytes: bytes) -> tuple[FloatArray, FloatArray]:
     """Roughness of the curves of a basis, and their values at given angles [deg, as the bytes of doubles].
 
     It takes a tenth of a second. Lifts measured at the same angles share it.
     """
-    basis, roughness = _closed_basis(np.frombuffer(angles) / TURN_DEG)
+    basis, roughness = _closed_bspline_basis(np.frombuffer(angle_bytes) / TURN_DEG)
     measure = (basis.T @ basis).toarray()
     measure += np.eye(len(measure)) * REGULARISATION_SHARE * np.trace(measure) / len(measure)
     rough, vectors = eigh(roughness.toarray(), measure)
     return rough, basis @ vectors
 
 
-def _closed_basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
+def _closed_bspline_basis(x: FloatArray) -> tuple[sparse.csr_array, sparse.csr_array]:
     """Closed B-splines at points of a turn of 1, and the matrix of ∫ (y''')² dx."""
     knots = np.unique(x)
     if knots.size > MOST_KNOTS:

@@ -34,12 +34,12 @@ class SplineChain:
         return np.concatenate([np.zeros(ends), self.inner_knots, np.ones(ends)])
 
     @property
-    def count(self) -> int:
+    def coefficient_count(self) -> int:
         """Number of coefficients of the spline itself; each derivative has one less."""
         return len(self.inner_knots) + CHAIN_DEGREE + 1
 
     @cached_property
-    def steps(self) -> list[FloatArray]:
+    def difference_factors(self) -> list[FloatArray]:
         """Δt/(5 − k): factors from cₖ₊₁ to the differences of cₖ."""
         inside = [self.knots[1 + k : self.knots.size - 1 - k] for k in range(JOINED_ORDERS - 1)]
         degrees = [CHAIN_DEGREE - k for k in range(JOINED_ORDERS - 1)]
@@ -51,7 +51,7 @@ class SplineChain:
         return BSpline.design_matrix(x, knots, CHAIN_DEGREE - order, extrapolate=True)
 
     @cached_property
-    def jerk_square_matrix(self) -> sparse.csr_array:
+    def jerk_norm_matrix(self) -> sparse.csr_array:
         """Matrix W with |W·c₃|² = ∫ (y''')² dx, by Gauss's rule, which is exact here."""
         nodes, weights = np.polynomial.legendre.leggauss(CHAIN_DEGREE - 2)
         ends = np.array([0.0, *self.inner_knots, 1.0])
@@ -59,17 +59,19 @@ class SplineChain:
         x = (ends[:-1, None] + half * (1.0 + nodes)).ravel()
         return sparse.csr_array(sparse.diags_array(np.sqrt(half * weights).ravel()) @ self.value_matrix(x, 3))
 
-    def integrate_jerk(self, jerk: FloatArray, start: tuple[float, float, float]) -> list[FloatArray]:
+    def integrate_jerk(self, jerk: FloatArray, start_state: tuple[float, float, float]) -> list[FloatArray]:
         """c₀ … c₃ from c₃ and from y, y', y'' at x = 0; for several columns of ``jerk`` at once."""
         coefficients = [jerk]
         for k in reversed(range(JOINED_ORDERS - 1)):
-            steps = self.steps[k].reshape(-1, *(1,) * (jerk.ndim - 1)) * coefficients[0]
-            first = np.full_like(steps[:1], start[k])
+            steps = self.difference_factors[k].reshape(-1, *(1,) * (jerk.ndim - 1)) * coefficients[0]
+            first = np.full_like(steps[:1], start_state[k])
             coefficients.insert(0, np.concatenate([first, first + np.cumsum(steps, axis=0)]))
         return coefficients
 
-    def adjust_jerk(self, jerk: FloatArray, start: tuple[float, float, float], end: FloatArray) -> FloatArray:
+    def adjust_jerk_to_end_state(
+        self, jerk: FloatArray, start_state: tuple[float, float, float], end_state: FloatArray
+    ) -> FloatArray:
         """c₃ with the least change that leads from y, y', y'' at x = 0 to those at x = 1."""
-        error = end - np.array([c[-1] for c in self.integrate_jerk(jerk, start)[:-1]])
+        error = end_state - np.array([c[-1] for c in self.integrate_jerk(jerk, start_state)[:-1]])
         responses = np.array([c[-1] for c in self.integrate_jerk(np.eye(jerk.size), (0.0, 0.0, 0.0))[:-1]])
         return np.asarray(jerk + np.linalg.lstsq(responses, error, rcond=None)[0])

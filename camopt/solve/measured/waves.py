@@ -63,17 +63,17 @@ class ProfileHarmonics(NamedTuple):
         numbers = [int(k) for k in np.argsort(-sizes, kind="stable") if k > 1 and sizes[k]]
         return tuple(ProfileWave(k, float(sizes[k])) for k in numbers)
 
-    def wave_count_within(self, zone: float) -> float:
+    def equivalent_wave_count(self, zone_mm: float) -> float:
         """Number of waves in a turn with which a profile within ±zone [mm] is as steep and curved at the points."""
         numbers = np.arange(self.coefficients.size)
         exponentials = np.exp(1j * np.outer(self.angles, numbers))
         slope, curvature = (
             float(np.abs((exponentials @ (numbers**k * (1j) ** k * self.coefficients)).real).max()) for k in (1, 2)
         )
-        return max(sqrt(curvature / zone), slope / zone) if zone else inf if curvature else 0.0
+        return max(sqrt(curvature / zone_mm), slope / zone_mm) if zone_mm else inf if curvature else 0.0
 
 
-def find_waves(angles: FloatArray, deviations: FloatArray, noise: float) -> ProfileHarmonics:
+def significant_harmonics(angles: FloatArray, deviations: FloatArray, noise: float) -> ProfileHarmonics:
     """Harmonics of deviations [mm] at cam angles [rad] that noise does not explain."""
     most_harmonics = min(MOST_HARMONICS, deviations.size // POINTS_PER_WAVE)
     multiples = np.outer(np.arange(most_harmonics + 1), angles)

@@ -60,11 +60,11 @@ def _check_archive(data: bytes) -> None:
                 most = f"is a workbook of more than {MOST_UNPACKED} MiB when unpacked"
                 raise ValueError(f"{most}: save the table as CSV")
             binary = "worksheets/" in part.filename and part.filename.endswith(".bin")
-            cells = [(0, 0), *(_binary_cells if binary else _xml_cells)(content)]
-            _check_cells(max(row for row, _ in cells), max(column for _, column in cells))
+            cells = [(0, 0), *(_binary_cell_places if binary else _xml_cell_places)(content)]
+            _check_cell_count(max(row for row, _ in cells), max(column for _, column in cells))
 
 
-def _xml_cells(content: bytes) -> Iterator[tuple[int, int]]:
+def _xml_cell_places(content: bytes) -> Iterator[tuple[int, int]]:
     """Row and column of each XML cell that is not blank. An element without a place follows the one before it."""
     row = column = 0
     for element in XML_ELEMENT.finditer(content):
@@ -77,7 +77,7 @@ def _xml_cells(content: bytes) -> Iterator[tuple[int, int]]:
                 yield int(number or row), column
 
 
-def _binary_cells(content: bytes) -> Iterator[tuple[int, int]]:
+def _binary_cell_places(content: bytes) -> Iterator[tuple[int, int]]:
     """Row and column of each .xlsb cell that is not blank."""
     place = row = 0
     while record := BINARY_RECORD.match(content, place):
@@ -100,7 +100,7 @@ def _letters_to_column(letters: bytes) -> int:
     return number
 
 
-def _check_cells(row: int, column: int) -> None:
+def _check_cell_count(row: int, column: int) -> None:
     """Refuse a sheet whose last cell is far from the first: calamine allocates memory for all cells between."""
     if row * column > MOST_CELLS:
         where = f"has a sheet up to row {row} and column {column}"
@@ -109,7 +109,7 @@ def _check_cells(row: int, column: int) -> None:
 
 def _sheet_rows(sheet: Any) -> list[NumberedRow]:
     rows = []
-    _check_cells(sheet.total_height, sheet.total_width)
+    _check_cell_count(sheet.total_height, sheet.total_width)
     for number, values in enumerate(sheet.to_python(skip_empty_area=False), start=1):
         cells = [_cell_value(value) for value in values]
         while cells and cells[-1] == "":

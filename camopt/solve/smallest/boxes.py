@@ -17,7 +17,7 @@ from camopt.core.numerics.clock import clock_seconds
 from camopt.core.numerics.interval import Interval
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.variables import Variable
-from camopt.solve.smallest.grid_search import spaced_sizes
+from camopt.solve.smallest.grid_search import linear_then_geometric_sizes
 from camopt.solve.smallest.result import RELATIVE_GAP
 
 NARROW_SIDE = 1e-3 * RELATIVE_GAP  # relative to a size, or to its unit if that is larger
@@ -44,14 +44,14 @@ class DesignBoxes:
     @classmethod
     def single_box(
         cls,
-        ends: SizeBounds,
+        variable_ranges: SizeBounds,
         scale: float,
         variables: Mapping[str, Variable] | None = None,
         discs: tuple[str, ...] = ("size",),
     ) -> "DesignBoxes":
         """The box between the given ends; a field without a ``Variable`` is a length."""
-        low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
-        free = tuple(n for n, (a, b) in ends.items() if b > a)
+        low, high = ({n: np.array([end[k]]) for n, end in variable_ranges.items()} for k in (0, 1))
+        free = tuple(n for n, (a, b) in variable_ranges.items() if b > a)
         variables = variables or {}
         units = {n: variables[n].magnitude(scale) if n in variables else scale for n in free}
         side = next(free.index(disc) for disc in discs if disc in free)
@@ -86,16 +86,21 @@ class DesignBoxes:
         low, high = ({n: v[index] for n, v in ends.items()} for ends in (self.low, self.high))
         return replace(self, low=low, high=high, side=self.side[index])
 
-    def cap_sizes(self, most: float) -> "DesignBoxes":
+    def cap_sizes(self, largest_size: float) -> "DesignBoxes":
         """The boxes without their parts above a size, mm."""
-        return replace(self, high={**self.high, **{d: np.minimum(self.high[d], most) for d in self.discs}})
+        return replace(self, high={**self.high, **{d: np.minimum(self.high[d], largest_size) for d in self.discs}})
 
-    def with_ends(self, low: dict[str, FloatArray], high: dict[str, FloatArray], side: Any) -> "DesignBoxes":
-        """The boxes with other ends of their free variables, and ``side`` to cut, or the widest if it is narrow."""
-        boxes = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=side)
+    def with_ends_and_cut_side(
+        self, low: dict[str, FloatArray], high: dict[str, FloatArray], cut_side: Any
+    ) -> "DesignBoxes":
+        """The boxes with other ends of their free variables.
+
+        Next ``cut_side`` is cut, or the widest if it is narrow.
+        """
+        boxes = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=cut_side)
         widths = boxes._relative_widths
-        wide = np.take_along_axis(widths, side[None], axis=0)[0] >= 1.0
-        return replace(boxes, side=np.where(wide, side, np.argmax(widths, axis=0)))
+        wide = np.take_along_axis(widths, cut_side[None], axis=0)[0] >= 1.0
+        return replace(boxes, side=np.where(wide, cut_side, np.argmax(widths, axis=0)))
 
     def append_boxes(self, other: "DesignBoxes") -> "DesignBoxes":
         """These boxes, followed by others."""
@@ -103,30 +108,30 @@ class DesignBoxes:
         high = {n: np.concatenate([v, other.high[n]]) for n, v in self.high.items()}
         return replace(self, low=low, high=high, side=np.concatenate([self.side, other.side]))
 
-    def as_designs(self, like: Designs) -> Designs:
-        """The boxes as designs of Intervals, with the other fields of the design ``like``."""
-        return like.with_values({n: Interval(self.low[n], self.high[n]) for n in self.low})
+    def as_designs(self, template_design: Designs) -> Designs:
+        """The boxes as designs of Intervals, with the other fields of the design ``template_design``."""
+        return template_design.with_values({n: Interval(self.low[n], self.high[n]) for n in self.low})
 
-    def middle_designs(self, like: Designs) -> Designs:
-        """The design in the middle of each box, with the other fields of ``like``."""
-        return like.with_values({n: (low + self.high[n]) / 2.0 for n, low in self.low.items()})
+    def middle_designs(self, template_design: Designs) -> Designs:
+        """The design in the middle of each box, with the other fields of ``template_design``."""
+        return template_design.with_values({n: (low + self.high[n]) / 2.0 for n, low in self.low.items()})
 
     def halve_boxes(self) -> "DesignBoxes":
         """The boxes, each cut in two across its side."""
         below, above = dict(self.high), dict(self.low)
         for k, name in enumerate(self.free):
-            middle = self._middle_of_side(name)
+            middle = self._cut_positions(name)
             below[name] = np.where(self.side == k, middle, self.high[name])
             above[name] = np.where(self.side == k, middle, self.low[name])
         return replace(self, high=below).append_boxes(replace(self, low=above))
 
-    def _middle_of_side(self, name: str) -> FloatArray:
+    def _cut_positions(self, name: str) -> FloatArray:
         low, high = self.low[name], self.high[name]
         mean = (low + high) / 2
         if name not in self.discs:
             return mean
         wide = high > 2.0 * np.maximum(low, self.scale)
-        return np.where(wide, spaced_sizes(low, high, self.scale, 3)[1], mean)
+        return np.where(wide, linear_then_geometric_sizes(low, high, self.scale, 3)[1], mean)
 
 
 class Bisection(ABC):

@@ -26,13 +26,13 @@ from camopt.solve.smallest.closed_form import NUDGES, negligible_size
 from camopt.solve.smallest.enclosure import (
     BoxState,
     ProblemConstraint,
-    constraints_on_size,
-    designs_in_boxes,
     enclose_limits,
-    mean_constraints_on_size,
+    middle_designs_at_size_share,
     representative_designs,
+    size_constraints_with_variants,
+    size_mean_constraints,
 )
-from camopt.solve.smallest.excesses import Excesses, cut_boxes, widest_side
+from camopt.solve.smallest.excesses import Excesses, choose_cut_side, shrink_boxes_to_feasible
 from camopt.solve.smallest.grid_search import (
     FEW_GRID_VALUES,
     GRID_VALUES,
@@ -44,9 +44,9 @@ from camopt.solve.smallest.grid_search import (
 )
 from camopt.solve.smallest.result import (
     SmallestCam,
-    allowed_gap,
-    crossing_memory,
-    first_design_where,
+    allowed_proof_gap,
+    bisect_first_design_where,
+    empty_crossing_memory,
     first_feasible_design,
     is_provably_feasible,
     largest_disc_sizes,
@@ -84,19 +84,19 @@ def branch_and_bound(
         else float(largest_disc_sizes(look.design, discs)[0])
     )
     if look.design is None and not look.motion_infeasible:
-        most = _largest_assembled_size(problem, bounds, most)
+        most = _largest_assemblable_size(problem, bounds, most)
     ends = {disc: (max(bounds[disc][0], least), min(bounds[disc][1], most)) for disc in discs}
-    if look.design is not None and most <= floor + allowed_gap(look.design):
+    if look.design is not None and most <= floor + allowed_proof_gap(look.design):
         return SmallestCam(look.design, floor, look.nearest, discs)
     if look.motion_infeasible or most <= floor or max(most - low for low, _ in ends.values()) <= 0.0:
         return SmallestCam(look.design, inf, look.nearest, discs)
     boxes = DesignBoxes.single_box(
         {**bounds, **ends}, size_scale(problem, bounds), problem.search_space.variables, discs
     )
-    crossings = crossing_memory(problem)
+    crossings = empty_crossing_memory(problem)
     constraints: list[ProblemConstraint[AnyConstraint]] = [
-        *constraints_on_size(problem),
-        *mean_constraints_on_size(problem),
+        *size_constraints_with_variants(problem),
+        *size_mean_constraints(problem),
     ]
     search = BoxSearch(problem, constraints, crossings, look.design, until, discs)
     bound = search.bisect(boxes, until)
@@ -134,25 +134,25 @@ class BoxSearch(Bisection):
 
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
-        boxes = self.without_crossings(boxes)
+        boxes = self.cut_self_crossing_parts(boxes)
         self.improve_incumbent(boxes.take(boxes.side == UNKNOWN_SIDE))
         if self.incumbent is not None:
             least = self.sizes_of(self.incumbent)[0]
-            boxes = self.drop_finished(boxes, boxes.least_sizes >= least - allowed_gap(self.incumbent)).cap_sizes(
-                least
-            )
+            boxes = self.drop_finished(
+                boxes, boxes.least_sizes >= least - allowed_proof_gap(self.incumbent)
+            ).cap_sizes(least)
         if not len(boxes):
             return boxes
         designs = boxes.as_designs(self.problem.design)
         state = enclose_limits(self.problem, self.constraints, designs, list(boxes.free), self.discs)
         unknown = boxes.side == UNKNOWN_SIDE
         side = np.where(unknown, state.side, boxes.side)
-        undecidable = self.undecidable_boxes(state, state.within_rounding & unknown & ~state.empty)
-        boxes, kept = boxes.with_ends(state.low, state.high, side), ~state.empty
+        undecidable = self.boxes_undecided_by_rounding(state, state.within_rounding & unknown & ~state.empty)
+        boxes, kept = boxes.with_ends_and_cut_side(state.low, state.high, side), ~state.empty
         return self.drop_finished(boxes.take(kept), (boxes.is_narrow | undecidable)[kept])
 
-    def undecidable_boxes(self, state: BoxState, within_rounding: Any) -> Any:
-        """Which boxes ``within_rounding`` have no provably feasible design, in doubles or by intervals.
+    def boxes_undecided_by_rounding(self, state: BoxState, within_rounding: Any) -> Any:
+        """The boxes ``within_rounding`` in which neither doubles nor intervals prove a design feasible.
 
         In these boxes a limit equals its bound to rounding, as a constant load may. Cutting them decides nothing.
         """
@@ -161,7 +161,7 @@ class BoxSearch(Bisection):
         undecided[index[feasible_designs(problem, state.inside.take(index))]] = False
         inside = state.inside.take(undecided)
         inside = inside.take(np.argsort(self.sizes_of(inside), kind="stable"))
-        first = first_design_where(
+        first = bisect_first_design_where(
             inside,
             lambda design: clock_seconds() < self.until and is_provably_feasible(problem, design, self.until),
         )
@@ -171,7 +171,7 @@ class BoxSearch(Bisection):
             self.incumbent = first
         return undecided & (self.sizes_of(state.inside) < self.sizes_of(first))
 
-    def without_crossings(self, boxes: DesignBoxes) -> DesignBoxes:
+    def cut_self_crossing_parts(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes without parts in which every cam is proved to cross itself, with the side to cut.
 
         This comes before any design of a box is evaluated, which costs far more. The side stays unknown if the
@@ -190,10 +190,12 @@ class BoxSearch(Bisection):
             span = Interval(low[:, index] - point, high[:, index] - point)
             with np.errstate(all="ignore"):
                 over = Excesses.from_sloped_value(
-                    self.crossings.excess(designs.take(index), inside.take(index), free)
+                    self.crossings.crossing_excess(designs.take(index), inside.take(index), free)
                 )
-                side[index] = np.where(over.at[0] > 0.0, widest_side(over, span), UNKNOWN_SIDE)
-                low[:, index], high[:, index], empty[index] = cut_boxes(over, low[:, index], high[:, index], point)
+                side[index] = np.where(over.at[0] > 0.0, choose_cut_side(over, span), UNKNOWN_SIDE)
+                low[:, index], high[:, index], empty[index] = shrink_boxes_to_feasible(
+                    over, low[:, index], high[:, index], point
+                )
         new_low, new_high = (dict(zip(free, end, strict=True)) for end in (low, high))
         boxes = replace(boxes, low={**boxes.low, **new_low}, high={**boxes.high, **new_high}, side=side)
         return boxes.take(~empty)
@@ -202,7 +204,7 @@ class BoxSearch(Bisection):
         """Try the middle of each box at its least, middle and largest size; keep the smallest feasible design."""
         low, high = boxes.low, boxes.high
         for share in (0.0, 0.5, 1.0):
-            points = designs_in_boxes(self.problem, low, high, share, self.discs)
+            points = middle_designs_at_size_share(self.problem, low, high, share, self.discs)
             if share == 0.0:  # the curvature of the base circle may decide to within rounding
                 nudge = NUDGES[-1] * points.prime_radius
                 points = points.with_values({d: np.minimum(points.sizes[d] + nudge, high[d]) for d in self.discs})
@@ -225,11 +227,13 @@ class DiscSearch(BoxSearch):
     def improve_incumbent(self, boxes: DesignBoxes) -> None:
         """Does nothing: a feasible design needs the other limits too."""
 
-    def undecidable_boxes(self, state: BoxState, within_rounding: Any) -> Any:
+    def boxes_undecided_by_rounding(self, state: BoxState, within_rounding: Any) -> Any:
         return np.zeros_like(within_rounding)
 
 
-def floor_of_disc(problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, until: float = inf) -> float:
+def disc_size_lower_bound(
+    problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, until: float = inf
+) -> float:
     """Lower bound of one disc of a pair, whatever the other disc is [mm]; at most its size in ``pair``."""
     second = disc == SECOND_SIZE
     others = pair.second if not second else [name.removeprefix("second_") for name in pair.second]
@@ -237,14 +241,14 @@ def floor_of_disc(problem: Problem, bounds: SizeBounds, pair: Designs, disc: str
     ends[disc] = max(bounds[disc][0], negligible_size(problem, bounds)), float(pair.sizes[disc][0])
     if ends[disc][0] >= ends[disc][1]:
         return ends[disc][0]
-    constraints = constraints_on_size(problem, lambda limit: limit.constraints_at_contact(int(second)))
+    constraints = size_constraints_with_variants(problem, lambda limit: limit.constraints_at_contact(int(second)))
     search = DiscSearch(problem, constraints, None, pair, until, (disc,))
     return search.bisect(
         DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), until
     )
 
 
-def _largest_assembled_size(problem: Problem, bounds: SizeBounds, most: float) -> float:
+def _largest_assemblable_size(problem: Problem, bounds: SizeBounds, largest_size: float) -> float:
     """Largest size at which some design of a coarse grid of the other sizes can be assembled [mm], to 1e-12.
 
     A box across that border would hold a dead position, where tan β takes every value.
@@ -255,9 +259,9 @@ def _largest_assembled_size(problem: Problem, bounds: SizeBounds, most: float) -
 
     grid = coarse_grid(problem, bounds, problem.programme.lift, GRID_VALUES)
     grid = grid.take(can_assemble(grid))
-    if not len(grid) or np.any(can_assemble(replace(grid, size=np.full(len(grid), most)))):
-        return most
-    low, high = grid.size, np.full(len(grid), most)
+    if not len(grid) or np.any(can_assemble(replace(grid, size=np.full(len(grid), largest_size)))):
+        return largest_size
+    low, high = grid.size, np.full(len(grid), largest_size)
     while np.any(high - low > 1e-13 * high):
         middle = (low + high) / 2
         exists = can_assemble(replace(grid, size=middle))

@@ -16,7 +16,7 @@ from camopt.core.numerics import FloatArray
 from camopt.model.effects.peak import BodyRadiusPlus
 from camopt.model.mechanisms import Designs, cylindrical, translating, translating_flat
 from camopt.model.mechanisms.design import SizeBounds
-from camopt.model.motion.programme import Programme, weighted_range
+from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
 from camopt.scene.problem.problem import Problem, constraints_on_curve
 from camopt.solve.smallest.result import RELATIVE_GAP
@@ -28,7 +28,7 @@ NUMBER_SHARES = 5  # samples of the range of each free number at which the small
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # relative to the prime radius
 
 
-def least_size(problem: Problem, bounds: SizeBounds) -> float:
+def size_lower_bound(problem: Problem, bounds: SizeBounds) -> float:
     """Lower bound of the size without a search [mm]: from its range, limits on it, and the base circle.
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which must meet limits on curvature.
@@ -37,11 +37,11 @@ def least_size(problem: Problem, bounds: SizeBounds) -> float:
     least = max(bounds["size"][0], limit_sizes, negligible_size(problem, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
     if rests and problem.setup.mechanism.body.closed:
-        least = max(least, least_profile_radius(problem))
+        least = max(least, required_profile_radius(problem))
     return least
 
 
-def least_profile_radius(problem: Problem) -> float:
+def required_profile_radius(problem: Problem) -> float:
     """Least radius of curvature that limits require of convex parts of the profile [mm]."""
     mechanism = problem.setup.mechanism
     face_radii = [-limit.upper_bound() for limit in constraints_on_curve(problem, mechanism.profile_radius)]
@@ -76,16 +76,17 @@ def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism.moves_as(translating.MECHANISM):
         roller = bounds["roller_radius"][1]
-        lead, prime = _nearest_in_polygon(problem, bounds["offset"], slopes, low + roller)
+        lead, prime = _least_lead_and_prime_radius(problem, bounds["offset"], slopes, low + roller)
         size = max(prime - roller, low)
         middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
     elif mechanism.moves_as(translating_flat.MECHANISM):
-        radius = least_profile_radius(problem)
-        size = max(low, radius - weighted_range(problem.programme, (1, 0, 1), ALL_STROKES)[0])
+        radius = required_profile_radius(problem)
+        size = max(low, radius - weighted_derivative_range(problem.programme, (1, 0, 1), ALL_STROKES)[0])
         middle.setdefault("offset", problem.design.offset[0])
     elif mechanism.moves_as(cylindrical.MECHANISM) and slopes:
         steepest = [
-            max(map(abs, weighted_range(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes
+            max(map(abs, weighted_derivative_range(problem.programme, (0, 1), kinds))) / tangent
+            for tangent, kinds in slopes
         ]
         size = max(low, *steepest)
         middle.setdefault("roller_radius", bounds["roller_radius"][1])
@@ -97,41 +98,46 @@ def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
     return problem.design.with_values({**fields, "size": np.array([size])})
 
 
-def _nearest_in_polygon(
+def _least_lead_and_prime_radius(
     problem: Problem,
-    offset: tuple[float, float],
-    slopes: list[tuple[float, int]],
-    least: float,
+    offset_range: tuple[float, float],
+    pressure_tangents: list[tuple[float, int]],
+    least_prime_radius: float,
 ) -> tuple[float, float]:
     """The lead e and prime radius of the smallest cam that meets the pressure angle, within the offsets.
 
     s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e. Its least value lies at e = 0, at the
     projection of the origin on a line, at a crossing of two lines, or at an end of the interval.
     """
-    ends = sorted(problem.design.sense * e for e in offset)
+    ends = sorted(problem.design.sense * e for e in offset_range)
     if problem.robust_errors:
-        return _nearest_for_all_cams(problem, (ends[0], ends[1]), slopes, least)
-    lines = _pressure_lines(problem.programme, slopes)
+        return _robust_lead_and_prime_radius(problem, (ends[0], ends[1]), pressure_tangents, least_prime_radius)
+    lines = _pressure_angle_lines(problem.programme, pressure_tangents)
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
     leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
     heights = np.max([np.zeros_like(leads), *(a + b * leads for a, b in lines)], axis=0)
-    primes = np.maximum(np.hypot(leads, heights), least)
+    primes = np.maximum(np.hypot(leads, heights), least_prime_radius)
     best = np.lexsort((np.abs(leads), primes))[0]
     return float(leads[best]), float(primes[best])
 
 
-def _pressure_lines(programme: Programme, slopes: list[tuple[float, int]]) -> list[tuple[float, float]]:
+def _pressure_angle_lines(
+    programme: Programme, pressure_tangents: list[tuple[float, int]]
+) -> list[tuple[float, float]]:
     """The lines s₀ ≥ a + b·e, as a and b."""
     lines = []
-    for tangent, kinds in slopes:
-        lines.append((weighted_range(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
-        lines.append((-weighted_range(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    for tangent, kinds in pressure_tangents:
+        lines.append((weighted_derivative_range(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-weighted_derivative_range(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
     return lines
 
 
-def _nearest_for_all_cams(
-    problem: Problem, ends: tuple[float, float], slopes: list[tuple[float, int]], least: float
+def _robust_lead_and_prime_radius(
+    problem: Problem,
+    offset_range: tuple[float, float],
+    pressure_tangents: list[tuple[float, int]],
+    least_prime_radius: float,
 ) -> tuple[float, float]:
     """The lead e and prime radius of the smallest cam that meets the pressure angle with all its errors too.
 
@@ -141,7 +147,7 @@ def _nearest_for_all_cams(
     sense = problem.design.sense
     variants = [
         (
-            np.array(_pressure_lines(variant.programme, slopes)).reshape(-1, 2, 1),
+            np.array(_pressure_angle_lines(variant.programme, pressure_tangents)).reshape(-1, 2, 1),
             sense * errors.get("offset", 0.0),
             errors.get("roller_radius", 0.0) + errors.get("size", 0.0),
         )
@@ -149,13 +155,13 @@ def _nearest_for_all_cams(
     ]
 
     def prime_radii(leads: FloatArray) -> FloatArray:
-        radii = [np.full_like(leads, least)]
+        radii = [np.full_like(leads, least_prime_radius)]
         for lines, lead_error, radius_error in variants:
             heights = np.max(lines[:, 0] + lines[:, 1] * (leads + lead_error), axis=0, initial=0.0)
             radii.append(np.hypot(leads + lead_error, heights) - radius_error)
         return np.asarray(np.max(radii, axis=0))
 
-    low, high = ends
+    low, high = offset_range
     for _ in range(LEAD_ZOOMS):
         leads = np.linspace(low, high, LEADS_A_ZOOM)
         best = int(np.argmin(prime_radii(leads)))
@@ -168,7 +174,7 @@ def nudge_to_feasible(problem: Problem, design: Designs, bounds: SizeBounds) -> 
 
     Free numbers take samples of their ranges, those nearest to the middle first.
     """
-    numbers = _number_samples(problem, bounds)
+    numbers = _free_number_samples(problem, bounds)
     samples = max((column.size for column in numbers.values()), default=1)
     steps = np.repeat(np.array(NUDGES) * design.prime_radius, samples)
     larger = design.take(np.zeros(steps.size, dtype=int))
@@ -178,7 +184,7 @@ def nudge_to_feasible(problem: Problem, design: Designs, bounds: SizeBounds) -> 
     return larger.take(held[:1]) if held.size else None
 
 
-def _number_samples(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
+def _free_number_samples(problem: Problem, bounds: SizeBounds) -> dict[str, FloatArray]:
     """Samples of the ranges of free numbers, by key; those in the middle first."""
     free = sorted(problem.setup.free & bounds.keys())
     if not free:

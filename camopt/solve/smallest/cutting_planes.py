@@ -32,7 +32,7 @@ from camopt.solve.smallest.linear_forms import (
     LinearLimit,
     Planes,
 )
-from camopt.solve.smallest.result import RELATIVE_GAP, allowed_gap
+from camopt.solve.smallest.result import RELATIVE_GAP, allowed_proof_gap
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 LINEAR_FORMS: dict[Any, LinearForm] = {
@@ -67,7 +67,7 @@ def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, until: float = i
     if form is None or not limits:
         return None
     ranges = form.range_planes(problem.programme, bounds)
-    planes = _first_planes(form, limits, problem.programme, bounds)
+    planes = _planes_active_at_samples(form, limits, problem.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
     for done in range(PLANE_ROUNDS):
         if done and clock_seconds() > until:
@@ -105,7 +105,7 @@ def _feasible_within_planes(
         inner[:, 3] += times * max(excess, PLANE_ROUNDING) * floor
         point = form.least_point(np.concatenate([ranges, inner]), bounds)
         design = None if point is None else _design_at_point(problem, form, point, bounds)
-        if design is None or design.size[0] - floor > allowed_gap(design) / 2:
+        if design is None or design.size[0] - floor > allowed_proof_gap(design) / 2:
             return None
         design = replace(design, size=np.clip(design.size, *bounds["size"]))  # rounding may leave the range
         if feasible_designs(problem, design)[0]:
@@ -126,7 +126,9 @@ def _design_at_point(problem: Problem, form: LinearForm, point: FloatArray, boun
     return problem.design.with_values({**arrays, "size": np.array([sizes["size"]])})
 
 
-def _first_planes(form: LinearForm, limits: list[LinearLimit], programme: Programme, bounds: SizeBounds) -> Planes:
+def _planes_active_at_samples(
+    form: LinearForm, limits: list[LinearLimit], programme: Programme, bounds: SizeBounds
+) -> Planes:
     """The planes that are active at a sample of cam angles, by exchange among them; it takes some milliseconds."""
     ranges, planes = form.range_planes(programme, bounds), np.empty((0, 4))
     samples = [group for limit in limits for group in limit.planes(_sample_motion(programme, limit.kinds))]

@@ -16,7 +16,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
-from camopt.core.numerics.curves import Linear, value_of
+from camopt.core.numerics.curves import Linear, curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.load_tables import TrainLoadTable
 from camopt.core.numerics.sloped_interval import as_quotient, as_sloped_interval
@@ -29,9 +29,15 @@ from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMean
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
-from camopt.solve.smallest.excesses import Excesses, chained_excesses, cut_boxes, widest_side, with_weighted_sum
-from camopt.solve.verdicts.constraint_boxes import excess_of
-from camopt.solve.verdicts.mean_boxes import mean_excess
+from camopt.solve.smallest.excesses import (
+    Excesses,
+    chained_excesses,
+    choose_cut_side,
+    shrink_boxes_to_feasible,
+    with_weighted_sum,
+)
+from camopt.solve.verdicts.constraint_boxes import relative_excess
+from camopt.solve.verdicts.mean_boxes import enclose_mean_excess
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
 ConstraintType = TypeVar("ConstraintType", bound=AnyConstraint, covariant=True)
@@ -44,24 +50,25 @@ class ProblemConstraint(NamedTuple, Generic[ConstraintType]):
     constraint: ConstraintType
 
 
-def constraints_on_size(
-    problem: Problem, of: Callable[[Limit], Sequence[Constraint]] = lambda limit: limit.constraints
+def size_constraints_with_variants(
+    problem: Problem,
+    constraints_of_limit: Callable[[Limit], Sequence[Constraint]] = lambda limit: limit.constraints,
 ) -> list[ProblemConstraint[Constraint]]:
     """The constraints of limits that depend on sizes or numbers of the cam.
 
-    In a robust problem there is one set for each cam with errors, with the motion of its own train. ``of`` selects
-    the constraints of a limit.
+    In a robust problem there is one set for each cam with errors, with the motion of its own train.
+    ``constraints_of_limit`` selects the constraints of a limit.
     """
     return [
-        ProblemConstraint(variant, shifted_constraint(constraint_on_designs(constraint), errors))
+        ProblemConstraint(variant, constraint_for_cam_with_errors(with_motion_peak_as_curve(constraint), errors))
         for variant, errors in ((problem, {}), *problem.error_variants)
         for limit in variant.limits
         if not limit.is_of_motion
-        for constraint in of(limit)
+        for constraint in constraints_of_limit(limit)
     ]
 
 
-def shifted_constraint(constraint: Constraint, errors: NumberErrors) -> Constraint:
+def constraint_for_cam_with_errors(constraint: Constraint, errors: NumberErrors) -> Constraint:
     """The constraint evaluated for the cam with these errors, as a constraint on nominal designs."""
     if not errors:
         return constraint
@@ -73,39 +80,45 @@ def shifted_constraint(constraint: Constraint, errors: NumberErrors) -> Constrai
     )
 
 
-def constraint_on_designs(constraint: Constraint) -> Constraint:
+def with_motion_peak_as_curve(constraint: Constraint) -> Constraint:
     """The constraint with a curve of designs, even if it limits a derivative of the motion alone."""
-    return constraint._replace(curve=curve_of_designs(constraint.curve, constraint.kinds))
+    return constraint._replace(curve=motion_peak_as_curve(constraint.curve, constraint.kinds))
 
 
-def curve_of_designs(curve: Any, strokes: int) -> Any:
+def motion_peak_as_curve(curve: Any, stroke_kinds: int) -> Any:
     """A curve of designs; a derivative of the motion becomes its peak over the strokes, equal for all designs."""
-    return partial(_constant_curve, derivative=curve, strokes=strokes) if isinstance(curve, Derivative) else curve
+    return (
+        partial(_constant_peak_curve, derivative=curve, stroke_kinds=stroke_kinds)
+        if isinstance(curve, Derivative)
+        else curve
+    )
 
 
-def _constant_curve(designs: Designs, programme: Programme, derivative: Derivative, strokes: int) -> Linear:
+def _constant_peak_curve(
+    designs: Designs, programme: Programme, derivative: Derivative, stroke_kinds: int
+) -> Linear:
     """The largest magnitude of a derivative of the motion, as a curve."""
-    peak = derivative_peak(derivative.source_motion(programme), derivative.order, strokes)
+    peak = derivative_peak(derivative.source_motion(programme), derivative.order, stroke_kinds)
     zeros = np.zeros(len(designs))
     return Linear(zeros, zeros, zeros, zeros + peak)
 
 
-def mean_constraints_on_size(problem: Problem) -> list[ProblemConstraint[TurnMeanConstraint]]:
+def size_mean_constraints(problem: Problem) -> list[ProblemConstraint[TurnMeanConstraint]]:
     """The constraints on means over the turn that depend on the size of the cam."""
     means = (limit.mean_constraint for limit in problem.limits if not limit.is_of_motion)
     return [ProblemConstraint(problem, mean) for mean in means if mean is not None]
 
 
-def designs_in_boxes(
+def middle_designs_at_size_share(
     problem: Problem,
     low: dict[str, FloatArray],
     high: dict[str, FloatArray],
-    share: float,
+    size_share: float,
     discs: Sequence[str] = ("size",),
 ) -> Designs:
     """One design of each box: its middle, with the size at a share of the way from least to largest."""
     middle = {name: (low[name] + high[name]) / 2 for name in low}
-    sizes = {disc: low[disc] + share * (high[disc] - low[disc]) for disc in discs}
+    sizes = {disc: low[disc] + size_share * (high[disc] - low[disc]) for disc in discs}
     return problem.design.with_values({**middle, **sizes})
 
 
@@ -151,14 +164,16 @@ def enclose_limits(
             with_sums = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
                 with_sums = with_weighted_sum(with_sums, span, free.index(disc))
-            level[index] = over.is_within_rounding
-            side[index] = widest_side(over, span)
-            low[:, index], high[:, index], empty[index] = cut_boxes(with_sums, low[:, index], high[:, index], point)
+            level[index] = over.boxes_within_rounding
+            side[index] = choose_cut_side(over, span)
+            low[:, index], high[:, index], empty[index] = shrink_boxes_to_feasible(
+                with_sums, low[:, index], high[:, index], point
+            )
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
     return BoxState(empty, level, inside, side, *ends)
 
 
-def present_constraints(problem: Problem, constraints: Sequence[Constraint]) -> list[Constraint]:
+def constraints_on_present_strokes(problem: Problem, constraints: Sequence[Constraint]) -> list[Constraint]:
     """The constraints whose kinds of stroke occur in the motion."""
     return [constraint for constraint in constraints if problem.programme.has_kinds(constraint.kinds)]
 
@@ -173,7 +188,7 @@ def _box_excesses(
     count, parts, blocks = len(inside), [], dict[int, EvaluationBlock]()
     for problem, constraint in constraints:
         if isinstance(constraint, TurnMeanConstraint):
-            parts.append(Excesses.from_sloped_value(mean_excess(problem, constraint, box, inside, free)))
+            parts.append(Excesses.from_sloped_value(enclose_mean_excess(problem, constraint, box, inside, free)))
             continue
         goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
         block = blocks.setdefault(id(problem), EvaluationBlock(problem.setup, problem.programme, inside))
@@ -183,9 +198,9 @@ def _box_excesses(
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
         state = state_with_rounding(problem.programme.state(angles), problem.programme)
-        value = value_of(constraint.curve(designs, problem.programme), ..., state)
+        value = curve_value(constraint.curve(designs, problem.programme), ..., state)
         sides = np.tile(np.repeat(constraint.sides, count), 2)
-        excess = as_sloped_interval(excess_of(constraint, sides, as_quotient(value), designs), like)
+        excess = as_sloped_interval(relative_excess(constraint, sides, as_quotient(value), designs), like)
         parts.append(Excesses.from_sloped_value(excess, rows))
     return chained_excesses(parts)
 
@@ -203,7 +218,9 @@ def state_with_rounding(state: State, programme: Programme) -> State:
     return State(y, y1, y2, y3, load)
 
 
-def representative_designs(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
+def representative_designs(
+    problem: Problem, box: Designs, free: list[str], wanted_boxes: Any
+) -> tuple[Designs, Any]:
     """A design of each wanted box that can be assembled, and whether there is one.
 
     Tried in turn: the middle, the largest size with the offset nearest to zero, the least size, every corner.
@@ -211,16 +228,16 @@ def representative_designs(problem: Problem, box: Designs, free: list[str], want
     intervals: dict[str, Any] = box.values
     low = {name: interval.low for name, interval in intervals.items()}
     high = {name: interval.high for name, interval in intervals.items()}
-    chosen = designs_in_boxes(problem, low, high, 0.5)
+    chosen = middle_designs_at_size_share(problem, low, high, 0.5)
     nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
-    largest = replace(designs_in_boxes(problem, low, high, 1.0), offset=nearest)
-    exists = wanted & problem.setup.mechanism.can_assemble(chosen, problem.programme)
+    largest = replace(middle_designs_at_size_share(problem, low, high, 1.0), offset=nearest)
+    exists = wanted_boxes & problem.setup.mechanism.can_assemble(chosen, problem.programme)
     ends = product(*((low[name], high[name]) for name in free))
     corners = (chosen.with_values(dict(zip(free, corner, strict=True))) for corner in ends)
-    for other in (largest, designs_in_boxes(problem, low, high, 0.0), *corners):
-        if not np.any(wanted & ~exists):
+    for other in (largest, middle_designs_at_size_share(problem, low, high, 0.0), *corners):
+        if not np.any(wanted_boxes & ~exists):
             break
-        better = wanted & ~exists & problem.setup.mechanism.can_assemble(other, problem.programme)
+        better = wanted_boxes & ~exists & problem.setup.mechanism.can_assemble(other, problem.programme)
         values = {name: np.where(better, other.values[name], a) for name, a in chosen.values.items()}
         chosen, exists = chosen.with_values(values), exists | better
     return chosen, exists

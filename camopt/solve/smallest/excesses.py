@@ -40,19 +40,19 @@ class Excesses(NamedTuple):
     """Rounding of the excess at the one design (m, n)."""
 
     @classmethod
-    def from_sloped_value(cls, excess: SlopedInterval, rows: int = 1) -> "Excesses":
-        """The excess over one limit at ``rows`` cam angles, one after the other, for each box."""
+    def from_sloped_value(cls, excess: SlopedInterval, angle_count: int = 1) -> "Excesses":
+        """The excess over one limit at ``angle_count`` cam angles, one after the other, for each box."""
         columns = excess.value.low, excess.value.high, excess.at.low, excess.at.high - excess.at.low
-        least, most, at, rounding = (x.reshape(rows, -1) for x in columns)
-        return cls(least, most, at, excess.slopes.reshape(-1, rows, at.shape[1]), rounding)
+        least, most, at, rounding = (x.reshape(angle_count, -1) for x in columns)
+        return cls(least, most, at, excess.slopes.reshape(-1, angle_count, at.shape[1]), rounding)
 
     @property
-    def is_exceeded(self) -> Any:
+    def boxes_surely_exceeded(self) -> Any:
         """Which boxes are empty: every design exceeds some limit (n,)."""
         return np.any(self.least > 0.0, axis=0)
 
     @property
-    def is_within_rounding(self) -> Any:
+    def boxes_within_rounding(self) -> Any:
         """Over which boxes no limit is exceeded by more than rounding (n,)."""
         return np.all(self.most <= np.fmin(self.rounding, EXCESS_ROUNDING), axis=0)
 
@@ -64,7 +64,7 @@ def chained_excesses(parts: list[Excesses]) -> Excesses:
     return Excesses(least, most, at, slopes, rounding)
 
 
-def widest_side(over: Excesses, span: Interval) -> Any:
+def choose_cut_side(over: Excesses, span: Interval) -> Any:
     """The side across which the excess over the worst limit changes the most."""
     worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
     steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
@@ -94,7 +94,7 @@ def feasible_span(over: Excesses, span: Interval) -> Interval:
     return Interval(low, high)
 
 
-def cut_boxes(
+def shrink_boxes_to_feasible(
     over: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
 ) -> tuple[FloatArray, FloatArray, Any]:
     """The ends (d, n) of boxes cut to ``feasible_span``, rounded outwards, and which boxes are empty (n,).
@@ -104,16 +104,16 @@ def cut_boxes(
     span = Interval(low - point, high - point)
     part, rounding = feasible_span(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
     low, high = np.maximum(low, point + part.low - rounding), np.minimum(high, point + part.high + rounding)
-    return low, high, over.is_exceeded | np.any(low > high, axis=0)
+    return low, high, over.boxes_surely_exceeded | np.any(low > high, axis=0)
 
 
-def with_weighted_sum(over: Excesses, span: Interval, size: int) -> Excesses:
+def with_weighted_sum(over: Excesses, span: Interval, size_index: int) -> Excesses:
     """Excesses (m, n), followed by their weighted sum that best bounds a size in the first box.
 
     The weights are valid for all boxes, and best for those near the first. ``span`` is each box relative to its
     middle (d, n).
     """
-    weights = _constraint_multipliers(over, span, size)
+    weights = _constraint_multipliers(over, span, size_index)
     active = np.flatnonzero(weights)
     if active.size < 2:
         return over
@@ -125,7 +125,7 @@ def with_weighted_sum(over: Excesses, span: Interval, size: int) -> Excesses:
     return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
-def _constraint_multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
+def _constraint_multipliers(over: Excesses, span: Interval, size_index: int) -> FloatArray:
     """The multiplier of each constraint when the linear programme minimises the size over the first box."""
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
@@ -135,10 +135,13 @@ def _constraint_multipliers(over: Excesses, span: Interval, size: int) -> FloatA
     weights = np.zeros(scale.size)
     if usable.size:
         ends = np.array([span.low[:, 0], span.high[:, 0]]).T / width[:, None]
-        ends[size] = -inf, inf
+        ends[size_index] = -inf, inf
         scale = scale[usable]
         solution = scipy.optimize.linprog(
-            np.arange(width.size) == size, rows[usable] / scale[:, None], -over.at[usable, 0] / scale, bounds=ends
+            np.arange(width.size) == size_index,
+            rows[usable] / scale[:, None],
+            -over.at[usable, 0] / scale,
+            bounds=ends,
         )
         if solution.status == 0:
             weights[usable] = np.maximum(-solution.ineqlin.marginals, 0.0) / scale

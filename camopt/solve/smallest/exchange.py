@@ -18,10 +18,10 @@ from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
-from camopt.solve.smallest.result import SmallestCam, allowed_gap
-from camopt.solve.verdicts.effect_runs import columns_for
+from camopt.solve.smallest.result import SmallestCam, allowed_proof_gap
+from camopt.solve.verdicts.effect_runs import columns_for_limits
 from camopt.solve.verdicts.feasible_filter import feasible_designs
-from camopt.solve.verdicts.limit_boxes import limit_over_box, nominal_numbers, tolerance_ranges
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, nominal_numbers, tolerance_ranges
 from camopt.solve.verdicts.limit_verdicts import excesses
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
@@ -29,7 +29,7 @@ CAM_EXCHANGES = 16
 """Most rounds in which cams with errors that break a limit join the search."""
 
 
-def certify_answer(
+def certify_robust_answer(
     problem: Problem, answer: SmallestCam, bounds: SizeBounds, until: float
 ) -> tuple[SmallestCam, list[NumberErrors]]:
     """The answer with the verdict on every cam within the tolerances, and the errors of cams that break limits.
@@ -39,7 +39,7 @@ def certify_answer(
     assert answer.design is not None
     verdict, violating = certify_over_tolerances(problem, answer.design, until)
     if verdict == UNDECIDED:
-        room = (allowed_gap(answer.design) - (answer.gap if answer.is_proved else 0.0)) / 2.0
+        room = (allowed_proof_gap(answer.design) - (answer.gap if answer.is_proved else 0.0)) / 2.0
         larger = answer.with_larger_sizes(np.array([room]))
         within = all(larger.sizes[disc][0] <= bounds[disc][1] for disc in answer.discs)
         if (
@@ -51,12 +51,12 @@ def certify_answer(
     return replace(answer, every_cam=verdict), violating
 
 
-def violating_cams(problem: Problem, design: Designs, errors: Sequence[NumberErrors]) -> list[NumberErrors]:
+def violating_cam_errors(problem: Problem, design: Designs, errors: Sequence[NumberErrors]) -> list[NumberErrors]:
     """The errors with which a design breaks a limit, in doubles; for limits that no proof decides."""
     return [
         error
         for error in errors
-        if not feasible_designs(replace(problem, robust_errors=(error,)), design, perhaps=True)[0]
+        if not feasible_designs(replace(problem, robust_errors=(error,)), design, include_undecided=True)[0]
     ]
 
 
@@ -65,7 +65,7 @@ def certify_over_tolerances(problem: Problem, design: Designs, until: float) -> 
     ends, nominal = tolerance_ranges(problem, design), nominal_numbers(problem, design)
     verdicts, violating = [], list[NumberErrors]()
     for limit in problem.limits:
-        limit_verdict = limit_over_box(problem, limit, design, ends, until)
+        limit_verdict = limit_verdict_over_box(problem, limit, design, ends, until)
         if limit_verdict.verdict == BROKEN and limit_verdict.witness is not None:
             values = limit_verdict.witness.values
             errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
@@ -87,7 +87,7 @@ def _worsen_violation(problem: Problem, limit: Limit, design: Designs, errors: N
 
 def _cam_excess(problem: Problem, limit: Limit, design: Designs, errors: NumberErrors) -> float:
     """Relative excess of a cam with these errors over a limit."""
-    shared_errors, cam_errors = problem.split_errors(errors)
+    shared_errors, cam_errors = problem.split_train_and_design_errors(errors)
     variant, cam = problem.with_number_errors(shared_errors), add_errors(design, cam_errors)
     limits = [other for other in variant.limits if (other.name, other.bound) == (limit.name, limit.bound)]
-    return float(excesses(limits, columns_for(variant, limits, cam), cam).max())
+    return float(excesses(limits, columns_for_limits(variant, limits, cam), cam).max())

@@ -13,7 +13,7 @@ from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.variables import Variable
 from camopt.solve.smallest.turns import SegmentAngles
-from camopt.solve.verdicts.limit_verdicts import worst_excesses
+from camopt.solve.verdicts.limit_verdicts import worst_excesses_over_variants
 
 EXCESS_STEP = 1e-6  # step of differences, relative to a variable's scale
 
@@ -57,7 +57,7 @@ class FreeVariables:
     def variables(self) -> tuple[Variable, ...]:
         """The free variables: always the size, others if they have a range in ``[search]``."""
         size, varied = self.problem.variables[0], self.problem.search_space.variables
-        free = [v for v in varied.values() if v.is_free and v.field != "size"]
+        free = [v for v in varied.values() if v.is_searched_continuously and v.field != "size"]
         designs = [v for v in free if v.is_size or v.key in self.problem.setup.free]
         return (varied.get("size", size), *designs, *self.train_variables, *self.turns.variables)
 
@@ -86,7 +86,10 @@ class FreeVariables:
 
     @cached_property
     def directions(self) -> FloatArray:
-        """Scaled directions in which the variables may change (variables, directions); angles keep their sum."""
+        """Independent scaled directions of change (variables, directions).
+
+        Changes of angles keep the angles' sum.
+        """
         steps, sizes = np.diag(self.scales), len(self.variables) - len(self.turns.freed_segments)
         if not self.turns.freed_segments:
             return steps
@@ -115,19 +118,19 @@ class FreeVariables:
 
         A variable within four steps of its lower bound is raised first, so that no step falls below the bound.
         """
-        least = np.array([each.lower_bound for each in self.variables])
+        least = np.array([each.least_allowed_value for each in self.variables])
         values = np.maximum(self.values, least + 4.0 * EXCESS_STEP * self.scales) + steps @ self.directions.T
         excesses = np.empty((len(limits), len(values)))
         motions, trains = values[:, len(self.design_variables) :], [each.key for each in self.train_variables]
         for motion in dict.fromkeys(map(tuple, motions)):
             points = np.flatnonzero((motions == motion).all(axis=1))
             numbers, freed = dict(zip(trains, motion, strict=False)), motion[len(trains) :]
-            problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
+            problem = self.turns.problem_with_angles(np.array(freed)) if freed else self.problem
             problem = problem.with_numbers(numbers) if numbers else problem
             if problem.setup.mechanism.has_no_assembly:
                 excesses[:, points] = np.inf
                 continue
             varied = {each.field: values[points, number] for number, each in enumerate(self.design_variables)}
             designs = problem.design.take(np.zeros(points.size, dtype=int)).with_values(varied)
-            excesses[:, points] = worst_excesses(problem, limits, designs)
+            excesses[:, points] = worst_excesses_over_variants(problem, limits, designs)
         return excesses

@@ -17,14 +17,14 @@ from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
 from camopt.solve.smallest.result import (
-    crossing_memory,
+    empty_crossing_memory,
     first_feasible_design,
-    free_discs,
     is_provably_feasible,
     largest_disc_sizes,
+    minimised_disc_fields,
 )
 from camopt.solve.verdicts.feasible_filter import feasible_designs
-from camopt.solve.verdicts.limit_verdicts import bound_excesses, least_excess
+from camopt.solve.verdicts.limit_verdicts import index_of_least_excess, quantities_with_excess_bounds
 
 GRID_VALUES, FEW_GRID_VALUES = (
     9,
@@ -54,30 +54,32 @@ class GridOptimum:
 
 
 def search_coarse_grid(
-    problem: Problem, bounds: SizeBounds, values: int = GRID_VALUES, until: float = inf
+    problem: Problem, bounds: SizeBounds, values_per_variable: int = GRID_VALUES, until: float = inf
 ) -> GridOptimum:
-    """The best design of a coarse grid, with ``values`` of each free variable except the size."""
-    points = coarse_grid(problem, bounds, problem.programme.lift, values)
+    """The best design of a coarse grid, with ``values_per_variable`` of each free variable except the size."""
+    points = coarse_grid(problem, bounds, problem.programme.lift, values_per_variable)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
-    points = points.take(np.argsort(largest_disc_sizes(points, free_discs(bounds)), kind="stable"))
-    crossings = crossing_memory(problem)
+    points = points.take(np.argsort(largest_disc_sizes(points, minimised_disc_fields(bounds)), kind="stable"))
+    crossings = empty_crossing_memory(problem)
     for block in _split_blocks(points, until):
         design = first_feasible_design(problem, block, crossings, until)
         if design is not None:
             return GridOptimum(design)
     if not len(points):
         return GridOptimum(None)
-    bounded = [bound_excesses(problem, block, frozenset(), until) for block in _split_blocks(points, until)]
+    bounded = [
+        quantities_with_excess_bounds(problem, block, frozenset(), until) for block in _split_blocks(points, until)
+    ]
     excess, inner = (np.concatenate([getattr(b, side) for b in bounded], axis=1) for side in ("outer", "inner"))
-    if _exceeds_at_any_size(problem, inner) or any(
-        _motion_breaks_limit(*variant) for variant in problem.all_variants(points.take([0]))
+    if _is_infeasible_at_every_size(problem, inner) or any(
+        _motion_breaks_limit(*variant) for variant in problem.nominal_and_error_variants(points.take([0]))
     ):
-        return GridOptimum(None, points.take([least_excess(excess)]), motion_infeasible=True)
-    near = find_nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
+        return GridOptimum(None, points.take([index_of_least_excess(excess)]), motion_infeasible=True)
+    near = find_nearest_miss(problem, bounds, points.take([index_of_least_excess(excess)]), until)
     return GridOptimum(near) if is_provably_feasible(problem, near, until) else GridOptimum(None, near)
 
 
-def spaced_sizes(low: Any, high: Any, scale: float, count: int) -> FloatArray:
+def linear_then_geometric_sizes(low: Any, high: Any, scale: float, count: int) -> FloatArray:
     """Sizes from low to high, (count, …), evenly spaced up to a scale and geometrically beyond."""
     sizes = scale * np.sinh(np.linspace(np.arcsinh(low / scale), np.arcsinh(high / scale), count))
     return np.asarray(np.clip(sizes, low, high))
@@ -90,17 +92,19 @@ def size_scale(problem: Problem, bounds: SizeBounds, lift: float | None = None) 
     return max([abs(length) for length in lengths] + [problem.programme.lift if lift is None else lift])
 
 
-def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values: int) -> Designs:
-    """A grid of sizes, even near the least and geometric beyond, at ``values`` of each other free variable."""
+def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values_per_variable: int) -> Designs:
+    """A grid: sizes even near the least, then geometric, and ``values_per_variable`` of each other variable."""
     low, high = bounds["size"][0], largest_possible_size(problem, bounds)
     scale = size_scale(problem, bounds, lift)
     near = np.linspace(low, min(high, low + 20 * scale), GRID_SIZES // 2)
     sizes = (
-        np.unique(np.concatenate([near, spaced_sizes(low, high, scale, GRID_SIZES // 2)]))
+        np.unique(np.concatenate([near, linear_then_geometric_sizes(low, high, scale, GRID_SIZES // 2)]))
         if high >= low
         else near[:0]
     )
-    others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
+    others = {
+        n: np.linspace(a, b, values_per_variable if b > a else 1) for n, (a, b) in bounds.items() if n != "size"
+    }
     mesh = np.meshgrid(*others.values(), sizes[sizes > 0.0], indexing="ij")
     fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
     return problem.design.with_values(fields)
@@ -125,10 +129,12 @@ def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
 
 def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
     motion_problem = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
-    return _exceeds_at_any_size(motion_problem, bound_excesses(motion_problem, design, frozenset()).inner)
+    return _is_infeasible_at_every_size(
+        motion_problem, quantities_with_excess_bounds(motion_problem, design, frozenset()).inner
+    )
 
 
-def _exceeds_at_any_size(problem: Problem, excess: FloatArray) -> bool:
+def _is_infeasible_at_every_size(problem: Problem, excess: FloatArray) -> bool:
     for limit, over in zip(problem.limits, excess, strict=True):
         if limit.is_of_motion and np.all(over > 0.0):
             return True
@@ -141,26 +147,33 @@ def _exceeds_at_any_size(problem: Problem, excess: FloatArray) -> bool:
 
 def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
     """A design near a given one that exceeds its limits the least; the best so far after ``until``."""
-    return _zoom_grids(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR_ZOOMS, until)
+    return _zoom_grids(
+        problem, bounds, design, lambda designs, excess: index_of_least_excess(excess), NEAR_ZOOMS, until
+    )
 
 
 def shrink_on_grids(
     problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, until: float = inf
 ) -> Designs | None:
     """The smallest feasible design that grids find near a given one; None if they find none."""
-    discs = free_discs(bounds)
+    discs = minimised_disc_fields(bounds)
 
-    def smallest(designs: Designs, excess: FloatArray) -> int:
+    def smallest_feasible_index(designs: Designs, excess: FloatArray) -> int:
         worst = np.max(excess, axis=0, initial=-inf)
         size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
         return int(np.lexsort((worst, size))[0])  # at equal sizes the least excess
 
-    best = _zoom_grids(problem, bounds, design, smallest, zooms, until)
+    best = _zoom_grids(problem, bounds, design, smallest_feasible_index, zooms, until)
     return best if feasible_designs(problem, best)[0] else None
 
 
 def _zoom_grids(
-    problem: Problem, bounds: SizeBounds, design: Designs, choice: DesignChoice, zooms: int, until: float = inf
+    problem: Problem,
+    bounds: SizeBounds,
+    design: Designs,
+    choose_design: DesignChoice,
+    zooms: int,
+    until: float = inf,
 ) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
@@ -175,10 +188,12 @@ def _zoom_grids(
         points = design.with_values({n: columns.get(n, v * ones) for n, v in design.values.items()})
         points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme) & (points.size > 0.0))
         if len(points):
-            variants = problem.all_variants(points)
-            excess = np.concatenate([bound_excesses(*pair, frozenset(), until).outer for pair in variants])
+            variants = problem.nominal_and_error_variants(points)
+            excess = np.concatenate(
+                [quantities_with_excess_bounds(*pair, frozenset(), until).outer for pair in variants]
+            )
             if clock_seconds() > until:  # some excesses may be missing
                 break
-            design = points.take([choice(points, excess)])
+            design = points.take([choose_design(points, excess)])
         spans = {name: span / ZOOM_FACTOR for name, span in spans.items()}
     return design

@@ -39,12 +39,12 @@ class Infeasibility:
     def __str__(self) -> str:
         return self.cause + self.range_in_words()
 
-    def range_in_words(self, where: str = "") -> str:
-        """The range, and the cam beyond it; ``where`` describes the other sizes of this cam."""
+    def range_in_words(self, other_sizes: str = "") -> str:
+        """The range, and the cam beyond it; ``other_sizes`` describes the other sizes of this cam."""
         if not self.size_range:
             return ""
         which = "the smallest feasible cam has" if self.is_smallest else "a feasible cam has"
-        cam = f"{which} {with_unit(self.size, 'mm')}{f', where {where}' if where else ''}"
+        cam = f"{which} {with_unit(self.size, 'mm')}{f', where {other_sizes}' if other_sizes else ''}"
         return f", within the range of {self.size_range}; {cam}"
 
 
@@ -94,7 +94,7 @@ def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, until: float) -
     answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
     if answer is None or answer.design is None:
         return Infeasibility("")
-    key, size = problem.setup.mechanism.body.size, round_size_up(answer.size)
+    key, size = problem.setup.mechanism.body.size_key, round_size_up(answer.size)
     ends = (
         with_unit(high, "mm")
         if low == high

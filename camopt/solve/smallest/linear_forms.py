@@ -81,24 +81,26 @@ class LinearForm:
 # Arms with a trace point
 
 
-def _arm_limits(problem: Problem) -> list[LinearLimit]:
+def _linear_arm_limits(problem: Problem) -> list[LinearLimit]:
     sense, limits = problem.design.sense, []
     for tangent, kinds in pressure_tangents_by_stroke(problem):
 
-        def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
+        def pressure_angle_plane(
+            sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent
+        ) -> tuple[Any, ...]:
             s, c = np.sin(y), np.cos(y)
             return tangent * s + sign * c, tangent * c - sign * s, -sign * (1.0 + sense * y1), 0.0
 
-        limits.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH_EXTREMES, plane))
+        limits.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH_EXTREMES, pressure_angle_plane))
     return limits
 
 
-def _arm_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
-    """sin ψ ≥ 0 in both end positions."""
+def _arm_range_planes(programme: Programme, bounds: SizeBounds) -> Planes:
+    """The planes of the ranges: sin ψ ≥ 0 in both end positions of the arm."""
     return np.array([[0.0, 1.0, 0.0, 0.0], [np.sin(programme.lift), np.cos(programme.lift), 0.0, 0.0]])
 
 
-def _least_arm(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
+def _smallest_arm_cam_point(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The cam centre and arm of least prime radius: found for an arm of length 1, then scaled.
 
     The arm is as short as the ranges allow, so the prime radius is |O − 1|·max(l₁, c₁/|O|). Its least value lies on
@@ -140,44 +142,52 @@ def _line_crossings(normal: FloatArray, height: FloatArray) -> FloatArray:
     return np.stack([x, y], axis=1)
 
 
-def _arm_sizes(point: FloatArray, roller: float) -> dict[str, float]:
+def _arm_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[str, float]:
     u, v, w = map(float, point)
-    return {"arm_length": w, "centre_distance": float(np.hypot(u, v)), "size": float(np.hypot(u - w, v)) - roller}
+    return {
+        "arm_length": w,
+        "centre_distance": float(np.hypot(u, v)),
+        "size": float(np.hypot(u - w, v)) - roller_radius,
+    }
 
 
 # Flat faces
 
 
-def _face_limits(problem: Problem) -> list[LinearLimit]:
+def _linear_face_limits(problem: Problem) -> list[LinearLimit]:
     mechanism, sense, limits = oscillating_flat.MECHANISM, problem.design.sense, []
     if not oscillating_flat.least_turning_rate(sense, problem.programme) > 0.0:
         return []  # no face of any size stays in contact
     for tangent, kinds in pressure_tangents_by_stroke(problem):
 
-        def pressure(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
+        def pressure_angle_plane(
+            sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent
+        ) -> tuple[Any, ...]:
             return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
 
-        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure))
+        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure_angle_plane))
     for constraint in constraints_on_curve(problem, mechanism.profile_radius):
 
-        def radius(
+        def curvature_radius_plane(
             sign: float, y: Any, y1: Any, y2: Any, least: float = -constraint.upper_bound()
         ) -> tuple[Any, ...]:
             s, c, q = np.sin(y), np.cos(y), 1.0 + sense * y1
             a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
             return s * a + c * b, c * a - s * b, 1.0, least
 
-        limits.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), radius))
+        limits.append(LinearLimit(mechanism.profile_radius, ALL_STROKES, (LEAST,), curvature_radius_plane))
     for constraint in (each for each in constraints_on_curve(problem, mechanism.reach) if each.goal != LEAST):
 
-        def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = constraint.upper_bound()) -> tuple[Any, ...]:
+        def reach_plane(
+            sign: float, y: Any, y1: Any, y2: Any, most: float = constraint.upper_bound()
+        ) -> tuple[Any, ...]:
             return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
 
-        limits.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach))
+        limits.append(LinearLimit(mechanism.reach, ALL_STROKES, (LARGEST,), reach_plane))
     return limits
 
 
-def _face_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
+def _face_range_planes(programme: Programme, bounds: SizeBounds) -> Planes:
     """cos ψ ≥ 0 in both end positions, the range of the offset, and the least base radius."""
     (low, high), least = bounds["face_offset"], bounds["size"][0]
     s, c = np.sin(programme.lift), np.cos(programme.lift)
@@ -186,7 +196,7 @@ def _face_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
     return np.array([*swing, [0.0, 0.0, 1.0, low], [0.0, 0.0, -1.0, -high], [0.0, half, half, half * least]])
 
 
-def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
+def _smallest_face_cam_point(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The point of least base radius v + w.
 
     It lies where three planes meet, where two planes meet a cylinder of the least or largest centre distance, or
@@ -195,7 +205,7 @@ def _least_face(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     nearest, farthest = bounds["centre_distance"]
     candidates = [_plane_corners(planes)]
     for radius in {nearest, farthest}:
-        candidates += [_edge_points(planes, radius), _ellipse_points(planes, radius)]
+        candidates += [_edge_cylinder_crossings(planes, radius), _stationary_ellipse_points(planes, radius)]
     points = np.concatenate(candidates)
     distance = np.hypot(points[:, 0], points[:, 1])
     held = (distance >= nearest * (1.0 - PLANE_TOLERANCE)) & (distance <= farthest * (1.0 + PLANE_TOLERANCE))
@@ -212,7 +222,7 @@ def _plane_corners(planes: Planes) -> FloatArray:
     return np.asarray(np.linalg.solve(triples[:, :, :3], triples[:, :, 3:])[:, :, 0])
 
 
-def _edge_points(planes: Planes, radius: float) -> FloatArray:
+def _edge_cylinder_crossings(planes: Planes, radius: float) -> FloatArray:
     """The points where the line common to two planes pierces the cylinder |(u, v)| = radius."""
     i, j = np.triu_indices(len(planes), 1)
     along = np.cross(planes[i, :3], planes[j, :3])
@@ -229,7 +239,7 @@ def _edge_points(planes: Planes, radius: float) -> FloatArray:
     return np.concatenate([first[index] + t[:, None] * along[index] for t in steps])
 
 
-def _ellipse_points(planes: Planes, radius: float) -> FloatArray:
+def _stationary_ellipse_points(planes: Planes, radius: float) -> FloatArray:
     """The points where v + w is stationary on the cut of a plane with the cylinder |(u, v)| = radius."""
     sloped = planes[np.abs(planes[:, 2]) > PARALLEL_SINE]
     slope = np.stack([-sloped[:, 0] / sloped[:, 2], 1.0 - sloped[:, 1] / sloped[:, 2]], axis=1)
@@ -240,7 +250,7 @@ def _ellipse_points(planes: Planes, radius: float) -> FloatArray:
     return np.concatenate([both, offset[:, None]], axis=1)
 
 
-def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
+def _face_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[str, float]:
     u, v, w = map(float, point)
     return {"face_offset": w, "centre_distance": float(np.hypot(u, v)), "size": v + w}
 
@@ -248,23 +258,25 @@ def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 # Cylindrical cams
 
 
-def _groove_limits(problem: Problem) -> list[LinearLimit]:
+def _linear_groove_limits(problem: Problem) -> list[LinearLimit]:
     sense, half, limits = problem.design.sense, problem.programme.lift / 2, []
     mechanism = cylindrical_oscillating.MECHANISM
     for tangent, kinds in pressure_tangents_by_stroke(problem):
 
-        def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
+        def pressure_angle_plane(
+            sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent
+        ) -> tuple[Any, ...]:
             return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0
 
-        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, plane))
+        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure_angle_plane))
     return limits
 
 
-def _groove_ranges(programme: Programme, bounds: SizeBounds) -> Planes:
+def _groove_range_planes(programme: Programme, bounds: SizeBounds) -> Planes:
     return np.array([[1.0, 0.0, 0.0, bounds["size"][0]]])
 
 
-def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
+def _smallest_groove_cam_point(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     """The point of least mean radius, with the shortest arm: longer arms need larger mean radii."""
     arm = bounds["arm_length"][0]
     a, rest = planes[:, 0], planes[:, 3] - planes[:, 2] * arm
@@ -275,10 +287,12 @@ def _least_groove(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
     return np.array([least, 0.0, arm]) if possible else None
 
 
-def _groove_sizes(point: FloatArray, roller: float) -> dict[str, float]:
+def _groove_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[str, float]:
     return {"size": float(point[0]), "arm_length": float(point[2])}
 
 
-ARM_FORM = LinearForm(_arm_limits, _arm_ranges, _least_arm, _arm_sizes)
-FACE_FORM = LinearForm(_face_limits, _face_ranges, _least_face, _face_sizes)
-GROOVE_FORM = LinearForm(_groove_limits, _groove_ranges, _least_groove, _groove_sizes)
+ARM_FORM = LinearForm(_linear_arm_limits, _arm_range_planes, _smallest_arm_cam_point, _arm_cam_sizes_at_point)
+FACE_FORM = LinearForm(_linear_face_limits, _face_range_planes, _smallest_face_cam_point, _face_cam_sizes_at_point)
+GROOVE_FORM = LinearForm(
+    _linear_groove_limits, _groove_range_planes, _smallest_groove_cam_point, _groove_cam_sizes_at_point
+)

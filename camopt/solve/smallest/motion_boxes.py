@@ -18,10 +18,21 @@ from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
 from camopt.solve.smallest.boxes import Bisection, DesignBoxes
-from camopt.solve.smallest.excesses import Excesses, chained_excesses, cut_boxes, widest_side, with_weighted_sum
+from camopt.solve.smallest.excesses import (
+    Excesses,
+    chained_excesses,
+    choose_cut_side,
+    shrink_boxes_to_feasible,
+    with_weighted_sum,
+)
 from camopt.solve.smallest.grid_search import size_scale
-from camopt.solve.smallest.result import SmallestCam, allowed_gap, crossing_memory, first_feasible_design
-from camopt.solve.smallest.smallest import solve_small_cam
+from camopt.solve.smallest.result import (
+    SmallestCam,
+    allowed_proof_gap,
+    empty_crossing_memory,
+    first_feasible_design,
+)
+from camopt.solve.smallest.smallest import solve_small_cam_unproved
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
 MOTION_BATCH = 256  # boxes examined together, at most, so that the search stops in time
@@ -61,24 +72,24 @@ class MotionSearch(Bisection):
         """The fields of boxes that define the motion."""
 
     @abstractmethod
-    def search_ends(self) -> SizeBounds:
+    def search_ranges(self) -> SizeBounds:
         """The ranges of sizes, and of numbers that define the motion, that may hold a smaller cam."""
 
     @abstractmethod
-    def motion_at_middle(self, boxes: DesignBoxes) -> tuple[Problem, Any]:
-        """The problem with a motion in the middle of the first box, and the numbers that define this motion."""
+    def problem_at_first_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Any]:
+        """The problem with the motion in the middle of the first box, and that motion's description."""
 
     @abstractmethod
-    def learn_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_places(self, design: Designs, problem: Problem) -> None:
         """Store the cam angles where a design in the middle of a box exceeds limits the most."""
 
     @abstractmethod
-    def box_excesses(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
-        """The excesses over boxes, given as designs of sloped intervals like ``like``."""
+    def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
+        """The excesses over boxes, given as designs of sloped intervals like ``template_interval``."""
 
-    def run(self) -> SmallestCam:
+    def find_smallest_cam(self) -> SmallestCam:
         """The smallest cam, with the lower bound of its size."""
-        ends = self.search_ends()
+        ends = self.search_ranges()
         floor, most = ends["size"]  # most often floor exceeds most, and no smaller cam exists
         if most > floor:
             scale = size_scale(self.problem, self.bounds, self.lift)
@@ -87,7 +98,7 @@ class MotionSearch(Bisection):
             )
         return replace(self.best, floor=floor)
 
-    def possible_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
+    def boxes_with_possible_motion(self, boxes: DesignBoxes) -> DesignBoxes:
         """The parts of boxes that contain motions at all."""
         return boxes
 
@@ -98,17 +109,19 @@ class MotionSearch(Bisection):
 
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
         """The parts of boxes that may hold a smaller cam; the middle of the first box is tried on the way."""
-        boxes = self.possible_boxes(boxes)
+        boxes = self.boxes_with_possible_motion(boxes)
         if not len(boxes):
             return boxes
         self.batch_count += 1
-        self.search_middle(boxes, closely=self.batch_count <= SEARCHED_MIDDLES)
+        self.try_middle_of_first_box(boxes, closely=self.batch_count <= SEARCHED_MIDDLES)
         return self.contract_by_limits(boxes)
 
     def contract_by_limits(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam, without the parts that limits exclude, with the side to cut."""
         if self.best.design is not None:
-            boxes = self.drop_finished(boxes, boxes.low["size"] >= self.best.size - allowed_gap(self.best.design))
+            boxes = self.drop_finished(
+                boxes, boxes.low["size"] >= self.best.size - allowed_proof_gap(self.best.design)
+            )
             boxes = boxes.cap_sizes(self.best.size)
         if not len(boxes):
             return boxes
@@ -120,33 +133,33 @@ class MotionSearch(Bisection):
             reach = like.span
             limits, others, guides = self.box_excesses(sloped, inside, like)
             if not limits:
-                return boxes.with_ends({}, {}, np.argmax(reach.high, axis=0))
+                return boxes.with_ends_and_cut_side({}, {}, np.argmax(reach.high, axis=0))
             over = chained_excesses([*limits, *others])
-            low, high, empty = cut_boxes(
+            low, high, empty = shrink_boxes_to_feasible(
                 with_weighted_sum(over, reach, boxes.free.index("size")), low, high, middle
             )
-            side = widest_side(chained_excesses([*limits, *guides]), reach)
+            side = choose_cut_side(chained_excesses([*limits, *guides]), reach)
         new_low, new_high = (dict(zip(boxes.free, end, strict=True)) for end in (low, high))
-        boxes = boxes.with_ends(new_low, new_high, side).take(~empty)
+        boxes = boxes.with_ends_and_cut_side(new_low, new_high, side).take(~empty)
         return self.drop_finished(boxes, boxes.is_narrow)
 
-    def search_middle(self, boxes: DesignBoxes, *, closely: bool) -> None:
+    def try_middle_of_first_box(self, boxes: DesignBoxes, *, closely: bool) -> None:
         """Try cams in the middle of the first box, and store where they exceed limits the most."""
         design = boxes.take(slice(1)).middle_designs(self.problem.design)
-        problem, motion = self.motion_at_middle(boxes)
-        self.learn_worst_places(design, problem)
+        problem, motion = self.problem_at_first_box_middle(boxes)
+        self.add_worst_places(design, problem)
         if problem.setup.mechanism.has_no_assembly:
             return
         design = design.without_numbers(self.motion_fields)
         if closely:
-            self.update_best(solve_small_cam(problem, self.bounds, self.best.design, self.until), motion)
-        rounding = allowed_gap(design) / 4.0
+            self.update_best(solve_small_cam_unproved(problem, self.bounds, self.best.design, self.until), motion)
+        rounding = allowed_proof_gap(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.best.size)
         for _ in range(LADDER_ROUNDS):
             sizes = np.linspace(low, high, LADDER_SIZES)
             ladder = replace(design.take(np.zeros(LADDER_SIZES, dtype=int)), size=sizes)
-            cam = first_feasible_design(problem, ladder, crossing_memory(problem), self.until)
+            cam = first_feasible_design(problem, ladder, empty_crossing_memory(problem), self.until)
             if cam is None:
                 return
             self.update_best(SmallestCam(cam, 0.0), motion)

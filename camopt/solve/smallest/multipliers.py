@@ -79,7 +79,7 @@ def active_constraints(freedom: FreeVariables) -> list[ActiveConstraint]:
     for number, gradients in zip(active, _excess_gradients(freedom, [limits[k] for k in active]), strict=True):
         limit, cam = limits[number], worst[number]
         unit = limit.quantity.unit if limit.quantity else "mm"
-        by_value = float(limit.excess_derivative(columns[cam], cams[cam])[0])
+        by_value = float(limit.excess_derivative_by_bound(columns[cam], cams[cam])[0])
         bounds.append(ActiveConstraint(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
     return [*bounds, *_active_range_ends(freedom)]
 
@@ -111,10 +111,12 @@ def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterat
 
 
 def price_rates(
-    freedom: FreeVariables, bounds: Sequence[ActiveConstraint], others: Mapping[str, FloatArray] | None = None
+    freedom: FreeVariables,
+    bounds: Sequence[ActiveConstraint],
+    other_derivatives: Mapping[str, FloatArray] | None = None,
 ) -> dict[str, PriceRates]:
-    """The price of each bound, by its key, and of ``others``: numbers with the derivatives of each c by them."""
-    names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(others or {})
+    """The price of each bound, by its key, and of the numbers in ``other_derivatives`` (derivatives of each c)."""
+    names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(other_derivatives or {})
     larger, *other = freedom.disc_indices
     goal = freedom.directions[larger]
     if other and freedom.values[larger] - freedom.values[other[0]] <= ACTIVE_DISTANCE * freedom.scales[larger]:

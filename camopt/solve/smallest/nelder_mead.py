@@ -16,8 +16,8 @@ from camopt.core.numerics import FloatArray, IndexArray
 from camopt.core.numerics.clock import clock_seconds
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.solve.smallest.closed_form import closed_form_design
-from camopt.solve.smallest.result import SmallestCam, allowed_gap
-from camopt.solve.smallest.smallest import solve_small_cam
+from camopt.solve.smallest.result import SmallestCam, allowed_proof_gap
+from camopt.solve.smallest.smallest import solve_small_cam_unproved
 from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum, better_turn
 
 INFEASIBLE_COST = 1e9  # mm: cost of a point without a feasible design
@@ -34,27 +34,34 @@ def descend_simplex(
     cost: Callable[[FloatArray], float],
     start: FloatArray,
     steps: FloatArray,
-    closest: tuple[float, float],
-    moves: int,
+    end_tolerances: tuple[float, float],
+    moves_per_variable: int,
     until: float,
-    ends: tuple[float, float] | None = None,
+    variable_range: tuple[float, float] | None = None,
 ) -> FloatArray:
     """The point of least cost that the simplex method reaches from a start, with ``steps`` along each variable.
 
-    It ends at ``moves`` evaluations for each variable, after ``until``, or when the steps and costs of the simplex
-    differ by no more than ``closest``. ``ends`` is the range of every variable.
+    It ends at ``moves_per_variable`` evaluations for each variable, after ``until``, or when the steps and costs of
+    the simplex differ by no more than ``end_tolerances``. ``variable_range`` is the range of every variable.
     """
 
-    def stop(intermediate_result: Any) -> None:
+    def stop_after_deadline(intermediate_result: Any) -> None:
         if clock_seconds() > until:
             raise StopIteration
 
     corners = start + np.vstack([np.zeros(start.size), np.diag(steps)])
-    step, change = closest
-    options = {"initial_simplex": corners, "xatol": step, "fatol": change, "maxfev": moves * start.size}
-    bounds = None if ends is None else [ends] * start.size
+    step, change = end_tolerances
+    options = {
+        "initial_simplex": corners,
+        "xatol": step,
+        "fatol": change,
+        "maxfev": moves_per_variable * start.size,
+    }
+    bounds = None if variable_range is None else [variable_range] * start.size
     return np.asarray(
-        scipy.optimize.minimize(cost, start, bounds=bounds, method="Nelder-Mead", callback=stop, options=options).x
+        scipy.optimize.minimize(
+            cost, start, bounds=bounds, method="Nelder-Mead", callback=stop_after_deadline, options=options
+        ).x
     )
 
 
@@ -62,25 +69,25 @@ class NelderMead:
     """Descents over the angles from the best turn so far; without proof, but most often they reach the optimum."""
 
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum | None = None) -> None:
-        self.turns, self.bounds, self.box = turns, bounds, turns.box
+        self.turns, self.bounds, self.box = turns, bounds, turns.angle_box
         self.free = np.flatnonzero(self.box.high - self.box.low > NARROW_RANGE)
         self.best = best or TurnOptimum(
-            SmallestCam(None, 0.0), turns.turn_at_shares(np.full(len(turns.freed_segments), 0.5), self.box)
+            SmallestCam(None, 0.0), turns.angles_at_shares(np.full(len(turns.freed_segments), 0.5), self.box)
         )
 
     def try_few_turns(self) -> TurnOptimum:
         """The best turn by the closed form, if it decides; else the best of the middle, corner and scene turns."""
-        self.solve_turn(self.best.freed_angles)
+        self.solve_small_cam_of_turn(self.best.freed_angles)
         if self.free.size > 1 and self.descend_by_closed_form():
             return self.best
         scene = self.turns.scene_angles
         inside = np.all((scene >= self.box.low) & (scene <= self.box.high))
-        for freed in [*self.turns.corner_turns, *([scene] if inside else [])]:
+        for freed in [*self.turns.corner_turn_angles, *([scene] if inside else [])]:
             if clock_seconds() < self.turns.until:
-                self.solve_turn(freed)
+                self.solve_small_cam_of_turn(freed)
         return self.best
 
-    def run(self) -> TurnOptimum:
+    def find_best_turn(self) -> TurnOptimum:
         """The best turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
             self.descend_from_best(self.size_of_turn, 0.05, ROUGH_END)
@@ -88,24 +95,24 @@ class NelderMead:
             self.descend_from_best(partial(self.size_of_turn, closely=True), 1e-3, FINE_END)
         return self.best
 
-    def solve_turn(self, freed: FloatArray, *, closely: bool = False) -> SmallestCam:
+    def solve_small_cam_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> SmallestCam:
         """A small cam for a turn, kept if it is the best so far."""
-        best, problem = self.best.answer.design, self.turns.problem_of(freed)
-        answer = solve_small_cam(problem, self.bounds, best, self.turns.until, closely=closely)
+        best, problem = self.best.answer.design, self.turns.problem_with_angles(freed_angles)
+        answer = solve_small_cam_unproved(problem, self.bounds, best, self.turns.until, closely=closely)
         if answer.design is None and best is None:
-            self.best = TurnOptimum(answer, freed)
-        self.best = better_turn(self.best, TurnOptimum(answer, freed))
+            self.best = TurnOptimum(answer, freed_angles)
+        self.best = better_turn(self.best, TurnOptimum(answer, freed_angles))
         return answer
 
-    def size_of_turn(self, freed: FloatArray, *, closely: bool = False) -> float:
+    def size_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> float:
         """Size of a small cam for a turn [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
         if clock_seconds() > self.turns.until:
             return INFEASIBLE_COST
-        return min(self.solve_turn(freed, closely=closely).size, INFEASIBLE_COST)
+        return min(self.solve_small_cam_of_turn(freed_angles, closely=closely).size, INFEASIBLE_COST)
 
-    def closed_form_size(self, freed: FloatArray) -> float:
+    def closed_form_size(self, freed_angles: FloatArray) -> float:
         """Size by the closed form alone [mm]; most often no other limit needs a larger one."""
-        design = closed_form_design(self.turns.problem_of(freed), self.bounds)
+        design = closed_form_design(self.turns.problem_with_angles(freed_angles), self.bounds)
         return INFEASIBLE_COST if design is None else float(design.size[0])
 
     def descend_by_closed_form(self) -> bool:
@@ -114,19 +121,19 @@ class NelderMead:
             turn = self.trade_angles(
                 self.closed_form_size, self.descend_from_best(self.closed_form_size, reach, FINE_END)
             )
-            least, answer = self.closed_form_size(turn), self.solve_turn(turn)
+            least, answer = self.closed_form_size(turn), self.solve_small_cam_of_turn(turn)
             decided = (
                 least < INFEASIBLE_COST
                 and answer.design is not None
-                and answer.size <= least + allowed_gap(answer.design)
+                and answer.size <= least + allowed_proof_gap(answer.design)
             )
         return decided
 
-    def shifted_turn(self, start: FloatArray, order: IndexArray, steps: FloatArray) -> FloatArray:
+    def shifted_turn(self, start: FloatArray, segment_order: IndexArray, steps: FloatArray) -> FloatArray:
         """A turn with free segments longer by shares of their ranges; the last in order makes up the total."""
-        shifted, lengths = start.copy(), steps * (self.box.high - self.box.low)[order[:-1]]
-        shifted[order[:-1]] += lengths
-        shifted[order[-1]] -= lengths.sum()
+        shifted, lengths = start.copy(), steps * (self.box.high - self.box.low)[segment_order[:-1]]
+        shifted[segment_order[:-1]] += lengths
+        shifted[segment_order[-1]] -= lengths.sum()
         return shifted
 
     def trade_angles(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
@@ -150,12 +157,14 @@ class NelderMead:
             step = step if least < before * (1.0 - TRADE_GAIN) else step / 4.0
         return turn
 
-    def descend_from_best(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
-        """The turn of least cost that a simplex reaches from the best one; ``reach`` is its first step."""
+    def descend_from_best(
+        self, cost: Callable[[FloatArray], float], first_step: float, end_tolerance: float
+    ) -> FloatArray:
+        """The turn of least cost that a simplex reaches from the best one; ``first_step`` is its first step."""
         start = self.best.freed_angles
         room = np.minimum(start - self.box.low, self.box.high - start)[self.free]
         order = self.free[np.argsort(room, kind="stable")]
-        inwards = np.where(self.box.high - start >= start - self.box.low, reach, -reach)[order[:-1]]
+        inwards = np.where(self.box.high - start >= start - self.box.low, first_step, -first_step)[order[:-1]]
 
         def cost_at_steps(steps: FloatArray) -> float:
             turn = self.shifted_turn(start, order, steps)
@@ -163,6 +172,11 @@ class NelderMead:
             return cost(turn) if outside <= 0.0 else INFEASIBLE_COST * (1.0 + outside)
 
         steps = descend_simplex(
-            cost_at_steps, np.zeros(inwards.size), inwards, (closest, closest), DESCENT_MOVES, self.turns.until
+            cost_at_steps,
+            np.zeros(inwards.size),
+            inwards,
+            (end_tolerance, end_tolerance),
+            DESCENT_MOVES,
+            self.turns.until,
         )
         return self.shifted_turn(start, order, steps)

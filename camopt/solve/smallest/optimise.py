@@ -10,25 +10,29 @@ import numpy as np
 from camopt.core.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.core.numerics.clock import clock_seconds, next_task_deadline
 from camopt.core.quantities import in_column_order
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion.stroke import RETURN, RISE
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.limits import unset_build_limits
 from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
-from camopt.scene.problem.settings import given_profile_mistakes, law_choices, problem_with_free_numbers
+from camopt.scene.problem.settings import (
+    given_profile_mistakes,
+    problem_with_numbers_per_design,
+    programmes_of_law_choices,
+)
 from camopt.scene.problem.space import describe_listed_values, search_boxes
 from camopt.scene.problem.tolerance_zones import NumberErrors, train_entries
 from camopt.scene.problem.variables import variation_mistakes
 from camopt.solve.smallest.closed_form import negligible_size
-from camopt.solve.smallest.exchange import CAM_EXCHANGES, certify_answer, violating_cams
+from camopt.solve.smallest.exchange import CAM_EXCHANGES, certify_robust_answer, violating_cam_errors
 from camopt.solve.smallest.infeasibility import Infeasibility, find_infeasibility, join_infeasibilities, join_names
 from camopt.solve.smallest.multipliers import ACTIVE_DISTANCE
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.result import RELATIVE_GAP, SmallestCam
 from camopt.solve.smallest.smallest import solve_smallest_cam
-from camopt.solve.smallest.smallest_train import TrainOptimiser, free_train_numbers, listed_trains
+from camopt.solve.smallest.smallest_train import TrainOptimiser, free_train_numbers, listed_train_combinations
 from camopt.solve.smallest.smallest_turn import smallest_over_turns
 from camopt.solve.smallest.turns import SegmentAngles
 from camopt.solve.tables.designs import Design, DesignsByLaw, joined_laws
@@ -36,10 +40,10 @@ from camopt.solve.verdicts.design_warnings import warnings_of
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.limit_verdicts import (
     LAST_DESIGNS_AT_ONCE,
-    evaluate_rows,
+    evaluate_with_verdicts,
     excess_rank,
-    violations,
-    worst_excesses,
+    violated_limit_names,
+    worst_excesses_over_variants,
 )
 from camopt.solve.verdicts.verdict_words import UNDECIDED
 
@@ -48,7 +52,7 @@ NOMINAL_PARTS = 3  # a robust search gives one of this many parts of its time to
 CLEARANCE_SIZES = 48  # sizes above the optimum at which feasibility is evaluated
 
 
-@options_by_keyword
+@allow_positional_options
 @with_progress_bar("laws")
 def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: float = OPTIMISE_SECONDS) -> Optimum:
     """Find the smallest base radius (mean radius of a cylindrical cam) that meets every limit of a scene.
@@ -100,35 +104,41 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     (54.5395, True)
     """
     scene = scene_from(scene)
-    problem, end = at_rounding_error(resolve(scene)), search_end(seconds)
+    problem, end = at_rounding_error(resolve(scene)), search_deadline(seconds)
     shared = [number for number in problem.search_space.numbers if number.role == "shared"]
     mistakes = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
     if mistakes := [*given_profile_mistakes(problem, "the base radius"), *mistakes]:
         raise BadInput(mistakes)
-    problem = problem_with_free_numbers(problem)
+    problem = problem_with_numbers_per_design(problem)
     quantities: dict[str, dict[str, Any]] = {}
     cams: dict[str, Problem] = {}
     sizes: dict[str, float] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
-    out_of_time, programmes = False, law_choices(problem)
+    out_of_time, programmes = False, programmes_of_law_choices(problem)
     for done, (programme, pair) in enumerate(programmes.items()):
         report_progress(progress, done, len(programmes))
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
-        until = time_share(end, len(programmes) - done)
+        until = next_task_deadline(end, len(programmes) - done)
         turns = SegmentAngles(problem, pair, until=until)
-        nominal = _nominal_optimum(problem.with_programme(programme), turns, time_share(until, NOMINAL_PARTS))
-        answers, least = solve_all_boxes(problem.with_programme(programme), turns, until)
+        nominal = _nominal_optimum(
+            problem.with_programme(programme), turns, next_task_deadline(until, NOMINAL_PARTS)
+        )
+        answers, least = solve_all_trains_and_boxes(problem.with_programme(programme), turns, until)
         out_of_time |= clock_seconds() > until or any(answer.out_of_time for answer in answers)
         if least is not None:
             assert least.answer.design is not None
-            reduced, design = least.problem.absorb_fixed_numbers(least.answer.design)
+            reduced, design = least.problem.absorb_untoleranced_numbers(least.answer.design)
             quantities[laws] = _optimum_quantities(reduced, replace(least.answer, design=design), until)
             quantities[laws] |= least.angles | _nominal_comparison(least.answer, nominal)
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
-        obstacles[laws] = _infeasibility_in_words(answers, max(until, time_share(end, len(programmes) - done)))
-        misses += [_miss_quantities(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
+        obstacles[laws] = _infeasibility_in_words(
+            answers, max(until, next_task_deadline(end, len(programmes) - done))
+        )
+        misses += [
+            _miss_rank_and_quantities(each.problem, each.answer.nearest) for each in answers if each.answer.nearest
+        ]
     order = sorted(quantities, key=lambda laws: sizes[laws])
     ranked = DesignsByLaw((laws, Design(quantities[laws], scene)) for laws in order)
     least_miss = None if quantities else min(misses, key=lambda miss: miss[0], default=None)
@@ -138,7 +148,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
 
 
-def search_end(seconds: float) -> float:
+def search_deadline(seconds: float) -> float:
     """Time (``clock_seconds``) at which a search must stop [s].
 
     Raises
@@ -166,7 +176,7 @@ class BoxOptimum(NamedTuple):
     """Whether the search among trains ran out of time."""
 
 
-def solve_all_boxes(
+def solve_all_trains_and_boxes(
     problem: Problem, turns: SegmentAngles, until: float
 ) -> tuple[list[BoxOptimum], BoxOptimum | None]:
     """The smallest cam of each train and box of sizes, and the smallest of all, if there is one, with its proof.
@@ -186,12 +196,12 @@ def solve_all_boxes(
         least = _smallest_of_boxes(problem, answers)
         if least is None or not problem.zones:
             break
-        proved, violating = certify_answer(least.problem, least.answer, least.bounds, until)
+        proved, violating = certify_robust_answer(least.problem, least.answer, least.bounds, until)
         all_errors = [*corner_errors, *(error for error in problem.robust_errors if error not in corner_errors)]
         least = least._replace(answer=proved, problem=replace(least.problem, robust_errors=tuple(all_errors)))
         if proved.every_cam == UNDECIDED and proved.design is not None:
             new = [error for error in corner_errors if error not in problem.robust_errors]
-            violating = violating_cams(least.problem, proved.design, new)
+            violating = violating_cam_errors(least.problem, proved.design, new)
         if not violating:
             break
         problem, turns = _with_robust_errors(problem, turns, (*problem.robust_errors, *violating))
@@ -208,9 +218,9 @@ def _with_robust_errors(
 
 def solve_each_train(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[BoxOptimum]:
     """The smallest cam of each train that ``[search]`` lists, in each box of sizes."""
-    trains = listed_trains(problem)
+    trains = listed_train_combinations(problem)
     for done, numbers in enumerate(trains):
-        end, listed = time_share(until, len(trains) - done), problem.with_numbers(numbers)
+        end, listed = next_task_deadline(until, len(trains) - done), problem.with_numbers(numbers)
         if listed.setup.mechanism.has_no_assembly:
             for box in search_boxes(listed):
                 yield BoxOptimum(listed, box, SmallestCam(None, inf), turns.scene_angles, {})
@@ -222,17 +232,17 @@ def _solve_each_box(problem: Problem, turns: SegmentAngles, until: float) -> Ite
     """The smallest cam of each box of sizes, with the problem's train or with the best train in its ranges."""
     boxes = search_boxes(problem)
     for done, bounds in enumerate(boxes):
-        end = time_share(until, len(boxes) - done)
+        end = next_task_deadline(until, len(boxes) - done)
         if free_train_numbers(problem):
-            best = TrainOptimiser(problem, bounds, end).run()
+            best = TrainOptimiser(problem, bounds, end).find_smallest_cam()
             yield BoxOptimum(best.problem, bounds, best.answer, turns.scene_angles, {}, best.out_of_time)
             continue
         if not turns.freed_segments:
             yield BoxOptimum(problem, bounds, solve_smallest_cam(problem, bounds, end), turns.scene_angles, {})
             continue
         answer, freed = smallest_over_turns(replace(turns, until=end), bounds)
-        angles = {"angles_deg": turns.all_angles(freed)}
-        yield BoxOptimum(turns.problem_of(freed), bounds, answer, freed, angles)
+        angles = {"angles_deg": turns.all_segment_angles(freed)}
+        yield BoxOptimum(turns.problem_with_angles(freed), bounds, answer, freed, angles)
 
 
 def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimum | None:
@@ -252,7 +262,7 @@ def _infeasibility_in_words(answers: list[BoxOptimum], until: float) -> str:
     reasons = {}
     for done, box in enumerate(answers):
         reasons[describe_listed_values(box.problem, box.bounds)] = _infeasibility_of_box(
-            box, time_share(until, len(answers) - done)
+            box, next_task_deadline(until, len(answers) - done)
         )
     return join_infeasibilities(reasons)
 
@@ -266,7 +276,7 @@ def _infeasibility_of_box(box: BoxOptimum, until: float) -> Infeasibility:
         return find_infeasibility(box.problem, box.bounds, until)
     if box.answer.nearest is None:
         return Infeasibility("unknown limits (not proved)")
-    rows = evaluate_rows(box.problem, box.answer.nearest, frozenset(), until)
+    rows = evaluate_with_verdicts(box.problem, box.answer.nearest, frozenset(), until)
     return Infeasibility(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
@@ -280,13 +290,13 @@ def _train_range_mistakes(problem: Problem) -> Iterator[Mistake]:
         yield Mistake(problem.file, number.search_key, None, why, bare=True)
 
 
-def _idle_numbers(problem: Problem, binding: Sequence[str]) -> Iterator[str]:
+def _idle_numbers(problem: Problem, active_limit_names: Sequence[str]) -> Iterator[str]:
     """The keys of free numbers that change no active limit of the problem's design."""
-    limits = [limit for limit in problem.without_deferred_limits.limits if limit.name in binding]
+    limits = [limit for limit in problem.without_deferred_limits.limits if limit.name in active_limit_names]
     for number in problem.search_space.numbers:
-        if number.is_free:
+        if number.is_searched_continuously:
             ends = problem.design.take([0, 0]).with_values({number.field: np.array(number.range_ends)})
-            low, high = worst_excesses(problem, limits, ends).T
+            low, high = worst_excesses_over_variants(problem, limits, ends).T
             if np.array_equal(low, high):
                 yield number.key
 
@@ -313,13 +323,13 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
         yield f"{holds}; if you want to make it, also set [limits] such as {join_names(unset)}" if unset else holds
 
 
-def _miss_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
+def _miss_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
     """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
-    rows = evaluate_rows(problem, design, problem.evaluated_quantities | problem.size_names)
-    excess = worst_excesses(problem, problem.limits, design)
+    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_names)
+    excess = worst_excesses_over_variants(problem, problem.limits, design)
     values = rows.records()[0]
     if problem.robust_errors:
-        values["violated"] = str(violations(problem.limits, excess)[0])
+        values["violated"] = str(violated_limit_names(problem.limits, excess)[0])
     return excess_rank(excess[:, 0]), {name: values[name] for name in in_column_order(values)}
 
 
@@ -327,18 +337,18 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, until: float) -> 
     """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
-    rows = evaluate_rows(problem, design, problem.evaluated_quantities | problem.size_names)
-    excess = worst_excesses(problem, problem.limits, design)[:, 0]
+    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_names)
+    excess = worst_excesses_over_variants(problem, problem.limits, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_column_order(values)}
     smaller = answer.with_larger_sizes(-ACTIVE_DISTANCE * design.prime_radius)
-    stopped = str(evaluate_rows(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
+    stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
     binding = [
         limit.name
         for limit, over in zip(problem.limits, excess, strict=True)
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
-    clear = _clear_size(problem, answer, until)
+    clear = _clear_above_size(problem, answer, until)
     return {
         **quantities,
         "binding": binding,
@@ -354,7 +364,7 @@ def _nominal_optimum(problem: Problem, turns: SegmentAngles, until: float) -> Sm
     if not problem.zones:
         return None
     nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), until=until)
-    _, least = solve_all_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, until)
+    _, least = solve_all_trains_and_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, until)
     return least and least.answer
 
 
@@ -365,7 +375,7 @@ def _nominal_comparison(robust: SmallestCam, nominal: SmallestCam | None) -> dic
     return {"nominal_mm": nominal.size, "nominal_proved": nominal.is_proved, "safety_mm": larger}
 
 
-def _clear_size(problem: Problem, answer: SmallestCam, until: float) -> float:
+def _clear_above_size(problem: Problem, answer: SmallestCam, until: float) -> float:
     """Least size above which no larger cam of a geometric grid breaks a limit [mm]; infinite if the largest does.
 
     The other sizes are those of the optimum. If both discs of a pair are free, both grow by the same length, and
@@ -378,7 +388,7 @@ def _clear_size(problem: Problem, answer: SmallestCam, until: float) -> float:
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, CLEARANCE_SIZES)
 
     def holds_limits(sizes: FloatArray) -> Any:
-        return feasible_designs(problem, answer.with_larger_sizes(sizes - size), perhaps=True)
+        return feasible_designs(problem, answer.with_larger_sizes(sizes - size), include_undecided=True)
 
     if not holds_limits(sizes[-1:])[0]:
         return inf

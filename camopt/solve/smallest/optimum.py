@@ -8,10 +8,16 @@ from typing import Any, ClassVar
 from camopt.core.mistakes import NOTHING_FEASIBLE
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.scene.unusual_values import no_wall
+from camopt.scene.unusual_values import missing_wall_notes
 from camopt.solve.smallest.price import PRICE_COLUMNS, UNKNOWN_PRICE, Price, price_table
 from camopt.solve.tables.cells import with_unit
-from camopt.solve.tables.designs import Design, designs_table, laws_shown, miss_sections, with_law
+from camopt.solve.tables.designs import (
+    Design,
+    designs_table,
+    nearest_miss_sections,
+    shown_law_columns,
+    with_law_column,
+)
 from camopt.solve.tables.result import Result, Table, to_json_values
 
 LARGEST_FAILS = "the largest cam tried does, or cannot be assembled"
@@ -81,7 +87,7 @@ class Optimum(Result):
 
     def table(self) -> Table | None:
         """The smallest cam of each law with its active limits; with its gap, if some cam is not proved."""
-        rows = with_law(self.by_law.values())
+        rows = with_law_column(self.by_law.values())
         if not rows:
             return None
         for row in rows:
@@ -90,7 +96,7 @@ class Optimum(Result):
         last = ["every_cam", "nominal_mm", "safety_mm"] if any("nominal_mm" in row for row in rows) else []
         last += ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
         last += [] if all(row["proved"] for row in rows) else ["proved", "gap_mm"]
-        title = f"{self.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
+        title = f"{self.scene.name}: the smallest cam{' of each law' if shown_law_columns(rows) else ''}"
         return designs_table(title, resolve(self.scene), rows, last)
 
     def sections(self) -> Iterator[Table | str]:
@@ -106,19 +112,19 @@ class Optimum(Result):
                 yield f"{law or name}: not proved; a feasible cam may be smaller by up to {less}"
             if not row.get("nominal_proved", True):
                 yield f"{law or name}: the smallest nominal cam is not proved; a smaller one may exist"
-        yield from self._larger_cams()
+        yield from self._larger_cam_sentences()
         if self.out_of_time:
             yield "The search ran out of time; more `seconds` may prove this cam or find a smaller one."
         if any((self.prices or {}).values()):
             yield from self._price_sections(self.prices or {})
         if self.nearest_miss and self.out_of_time:
-            yield from miss_sections(
+            yield from nearest_miss_sections(
                 self.nearest_miss, "No feasible design in the time given. Nearest miss so far:"
             )
         elif self.nearest_miss:
-            yield from miss_sections(self.nearest_miss)
+            yield from nearest_miss_sections(self.nearest_miss)
 
-    def _larger_cams(self) -> Iterator[str]:
+    def _larger_cam_sentences(self) -> Iterator[str]:
         size_name = resolve(self.scene).size_name
         for law, row in self.by_law.items():
             clear = row["clear_above_mm"]
@@ -146,7 +152,7 @@ class Optimum(Result):
     @property
     def notes(self) -> tuple[str, ...]:
         """Warnings, and thin walls."""
-        thin = no_wall(self.scene, self.best.get("base_radius_mm")) if self.best else ()
+        thin = missing_wall_notes(self.scene, self.best.get("base_radius_mm")) if self.best else ()
         return (*self.warnings, *thin)
 
     def document(self) -> dict[str, Any]:

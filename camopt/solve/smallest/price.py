@@ -77,21 +77,21 @@ class Price:
         """The price as a row of texts; ``unit_of_size`` is that of the objective."""
         unit = f"{shown_unit(unit_of_size)} per {shown_unit(self.unit) or 'unit'}".lstrip()
 
-        def cost(value: float | None) -> str:
+        def price_text(value: float | None) -> str:
             if value is None:
                 return UNKNOWN_PRICE
             return f"{from_shown_unit(to_shown_unit(value, unit_of_size), self.unit):.4g} {unit}".replace("-", "−")
 
-        def amount(value: float | None, unit: str) -> str:
+        def bound_text(value: float | None, unit: str) -> str:
             return UNKNOWN_PRICE if value is None else with_unit(value, unit).replace("-", "−")
 
         return {
             "limit": self.key,
-            "value": f"{self.relation} {amount(self.bound, self.unit)}",
-            "price": cost(self.price),
-            "if tightened": "" if self.tightened == self.price else cost(self.tightened),
-            "size without it": amount(self.size_without, "mm"),
-            "useful up to": amount(self.holds_to, self.unit),
+            "value": f"{self.relation} {bound_text(self.bound, self.unit)}",
+            "price": price_text(self.price),
+            "if tightened": "" if self.tightened == self.price else price_text(self.tightened),
+            "size without it": bound_text(self.size_without, "mm"),
+            "useful up to": bound_text(self.holds_to, self.unit),
             "next limit": UNKNOWN_PRICE if self.next is None else ", ".join(self.next) or "nothing",
         }
 

@@ -13,12 +13,12 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.core.numerics.clock import clock_seconds, next_task_deadline
 from camopt.model.effects.effect_numbers import NO_BAND, ErrorBand, ToleranceBands
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
-from camopt.scene.problem.settings import law_choices, problem_with_free_numbers
+from camopt.scene.problem.settings import problem_with_numbers_per_design, programmes_of_law_choices
 from camopt.scene.problem.tolerance_zones import initial_robust_errors
 from camopt.scene.tolerances import ToleranceZone
 from camopt.solve.smallest.free_variables import FreeVariables
@@ -29,13 +29,13 @@ from camopt.solve.smallest.multipliers import (
     active_constraints,
     price_rates,
 )
-from camopt.solve.smallest.optimise import OPTIMISE_SECONDS, search_end, solve_all_boxes
+from camopt.solve.smallest.optimise import OPTIMISE_SECONDS, search_deadline, solve_all_trains_and_boxes
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.price import Price, Prices
 from camopt.solve.smallest.turns import SegmentAngles
 from camopt.solve.tables.designs import joined_laws
-from camopt.solve.verdicts.effect_runs import columns_for
-from camopt.solve.verdicts.limit_verdicts import excesses, worst_excesses
+from camopt.solve.verdicts.effect_runs import columns_for_limits
+from camopt.solve.verdicts.limit_verdicts import excesses, worst_excesses_over_variants
 
 BOUND_ROUNDING = 1e-9  # relative to a bound
 MICRON, DEGREE = ("µm", 1e-3), ("deg", radians(1.0))
@@ -82,11 +82,15 @@ class PricedTolerance:
             band = ErrorBand(self.band.low - change, self.band.high + change)
             changed = self.problem_with_band(problem, band)
             changed_limits = {limit.name: limit for limit in changed.limits}
-            excesses.append(worst_excesses(changed, [changed_limits[name] for name in names], problem.design)[:, 0])
+            excesses.append(
+                worst_excesses_over_variants(changed, [changed_limits[name] for name in names], problem.design)[
+                    :, 0
+                ]
+            )
         return np.asarray((excesses[0] - excesses[1]) / (2.0 * step) * self.unit_size)
 
 
-def tolerances_of(problem: Problem) -> Iterator[PricedTolerance]:
+def priced_tolerances(problem: Problem) -> Iterator[PricedTolerance]:
     """The tolerances of a problem that are above 0."""
     bands, variables = problem.setup.errors, {variable.field: variable for variable in problem.variables}
     fields = {variable.key: field for field, variable in variables.items()}
@@ -188,21 +192,21 @@ def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
 @prices.register
 def prices_of_smallest(optimum: Optimum, seconds: float = OPTIMISE_SECONDS) -> Prices:
     """The prices of the smallest cam of each law, with the cams without each limit; see ``prices``."""
-    end = search_end(seconds)
+    end = search_deadline(seconds)
     cams = dict(_free_variables_by_law(optimum))
     prices_by_law = {law: _active_prices(cams[law]) for law in optimum.by_law}
     remaining = sum(len(law_prices) for law_prices in prices_by_law.values())
     for law, law_prices in prices_by_law.items():
         for number, price in enumerate(law_prices):
-            law_prices[number] = _with_next_optimum(price, cams[law], time_share(end, remaining))
+            law_prices[number] = _with_next_optimum(price, cams[law], next_task_deadline(end, remaining))
             remaining -= 1
     return Prices(prices_by_law)
 
 
 def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariables]]:
     """The free variables of the smallest cam of each law, from its quantities: its scene may not be resolvable."""
-    problem = problem_with_free_numbers(at_rounding_error(resolve(optimum.scene)))
-    for programme, pair in law_choices(problem).items():
+    problem = problem_with_numbers_per_design(at_rounding_error(resolve(optimum.scene)))
+    for programme, pair in programmes_of_law_choices(problem).items():
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         row = optimum.by_law.get(laws)
         if row is None:
@@ -213,15 +217,15 @@ def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariable
         varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
         values = {each.field: np.array([row[each.quantity]]) for each in varied if each.quantity in row}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed_segments])
-        turn_problem = turns.problem_of(freed) if turns.freed_segments else law_problem
+        turn_problem = turns.problem_with_angles(freed) if turns.freed_segments else law_problem
         yield laws, FreeVariables(replace(turn_problem, design=problem.design.with_values(values)), turns, freed)
 
 
 def _active_prices(cam: FreeVariables) -> list[Price]:
     """The prices of the active limits of a smallest cam, without the cams that lack them."""
     bounds = active_constraints(cam)
-    tolerances = {tolerance.key: tolerance for tolerance in tolerances_of(cam.problem)}
-    slopes = {key: _constraint_slopes(tolerance, cam, bounds) for key, tolerance in tolerances.items()}
+    tolerances = {tolerance.key: tolerance for tolerance in priced_tolerances(cam.problem)}
+    slopes = {key: _constraint_slopes_by_tolerance(tolerance, cam, bounds) for key, tolerance in tolerances.items()}
     rates = price_rates(cam, bounds, slopes)
     binding = _significant_constraints(bounds, rates)
     priced = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
@@ -230,7 +234,7 @@ def _active_prices(cam: FreeVariables) -> list[Price]:
     return [Price(*row, _finite_price(rates[row[0]].eased), _finite_price(rates[row[0]].tightened)) for row in rows]
 
 
-def _constraint_slopes(
+def _constraint_slopes_by_tolerance(
     tolerance: PricedTolerance, cam: FreeVariables, bounds: list[ActiveConstraint]
 ) -> FloatArray:
     """Change of each constraint per unit of a tolerance; 0 for ends of ranges."""
@@ -252,7 +256,7 @@ def _finite_price(value: float) -> float | None:
 def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
     """The price with the smallest cam without its limit, if that cam is proved in time."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
-    tolerance = next((each for each in tolerances_of(cam.problem) if each.key == price.key), None)
+    tolerance = next((each for each in priced_tolerances(cam.problem) if each.key == price.key), None)
     if not (limits or tolerance) or clock_seconds() >= until:
         return price
 
@@ -261,7 +265,7 @@ def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
 
     easier, turns = ease_limit(cam.problem), replace(cam.turns, problem=ease_limit(cam.turns.problem), until=until)
     try:
-        _, least = solve_all_boxes(easier, turns, until)
+        _, least = solve_all_trains_and_boxes(easier, turns, until)
     except BadInput:  # nothing else limits the size
         return replace(price, size_without=0.0, next=())
     if least is None or least.answer.design is None or not least.answer.is_proved:
@@ -269,15 +273,15 @@ def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
     other = FreeVariables(replace(least.problem, design=least.answer.design), turns, least.freed_angles)
     bounds = active_constraints(other)
     next_keys = (bound.key for bound in _significant_constraints(bounds, price_rates(other, bounds)))
-    holds_to = _bound_at_cam(price, limits, other) if limits else None
+    holds_to = _bound_active_at_cam(price, limits, other) if limits else None
     return replace(price, size_without=least.answer.size, holds_to=holds_to, next=tuple(dict.fromkeys(next_keys)))
 
 
-def _bound_at_cam(price: Price, limits: Sequence[Limit], cam: FreeVariables) -> float | None:
+def _bound_active_at_cam(price: Price, limits: Sequence[Limit], cam: FreeVariables) -> float | None:
     """The bound at which the limits of a price would be active for another cam, in the unit of the bound."""
     design, problem = cam.problem.design, cam.problem
-    columns = columns_for(problem, limits, design)
-    slopes = np.array([limit.excess_derivative(columns, design)[0] for limit in limits])
+    columns = columns_for_limits(problem, limits, design)
+    slopes = np.array([limit.excess_derivative_by_bound(columns, design)[0] for limit in limits])
     excess = excesses(limits, columns, design)[:, 0]
     worst = np.argmax(excess / np.abs(slopes))
     bound = float(price.bound - excess[worst] / slopes[worst])

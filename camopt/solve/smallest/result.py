@@ -14,12 +14,12 @@ from camopt.model.effects.self_crossing_boxes import KnownCrossings
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
 from camopt.solve.verdicts.feasible_filter import feasible_designs
-from camopt.solve.verdicts.limit_verdicts import LAST_DESIGNS_AT_ONCE, evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import LAST_DESIGNS_AT_ONCE, evaluate_with_verdicts
 
 RELATIVE_GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
 
-def free_discs(bounds: SizeBounds) -> tuple[str, ...]:
+def minimised_disc_fields(bounds: SizeBounds) -> tuple[str, ...]:
     """The fields of the sizes whose maximum is minimised: both discs of a pair if both have a range, else one."""
     low, high = bounds.get(SECOND_SIZE, (0.0, 0.0))
     return ("size", SECOND_SIZE) if low < high else ("size",)
@@ -58,18 +58,18 @@ class SmallestCam:
 
     @property
     def is_proved(self) -> bool:
-        """Whether it is proved that no feasible design is smaller by more than ``allowed_gap``."""
-        return self.gap <= (0.0 if self.design is None else allowed_gap(self.design))
+        """Whether it is proved that no feasible design is smaller by more than ``allowed_proof_gap``."""
+        return self.gap <= (0.0 if self.design is None else allowed_proof_gap(self.design))
 
-    def with_larger_sizes(self, by: FloatArray) -> Designs:
+    def with_larger_sizes(self, size_increments: FloatArray) -> Designs:
         """The design with its minimised sizes increased by each of some lengths, mm."""
         assert self.design is not None
-        copies = self.design.take(np.zeros(by.size, dtype=int))
-        return copies.with_values({disc: copies.sizes[disc] + by for disc in self.discs})
+        copies = self.design.take(np.zeros(size_increments.size, dtype=int))
+        return copies.with_values({disc: copies.sizes[disc] + size_increments for disc in self.discs})
 
 
-def allowed_gap(design: Designs) -> float:
-    """How much smaller the smallest feasible design may be than a proved one [mm]."""
+def allowed_proof_gap(design: Designs) -> float:
+    """Largest gap between a size and its lower bound at which the design counts as proved the smallest [mm]."""
     return RELATIVE_GAP * float(design.prime_radius[0])
 
 
@@ -87,7 +87,7 @@ def first_feasible_design(
         return designs.take([0]) if len(designs) else None
     count = 1
     while len(designs) and clock_seconds() <= until:
-        designs = designs.take(~crossings.cross_at_known(designs))
+        designs = designs.take(~crossings.cross_at_known_angles(designs))
         block, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
         held = np.flatnonzero(feasible_designs(problem, block))
         if held.size:
@@ -101,17 +101,17 @@ def first_feasible_design(
 def is_provably_feasible(problem: Problem, design: Designs, until: float = inf) -> bool:
     """Whether a design is proved feasible before ``until``, by intervals where doubles do not decide."""
     return all(
-        evaluate_rows(own, each, frozenset(), until).column("feasible")[0]
-        for own, each in problem.all_variants(design)
+        evaluate_with_verdicts(own, each, frozenset(), until).column("feasible")[0]
+        for own, each in problem.nominal_and_error_variants(design)
     )
 
 
-def crossing_memory(problem: Problem) -> KnownCrossings | None:
+def empty_crossing_memory(problem: Problem) -> KnownCrossings | None:
     """An empty memory of places where cams cross themselves; None if no limit is deferred."""
     return KnownCrossings(problem.setup, problem.programme) if problem.has_deferred_limits else None
 
 
-def first_design_where(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
+def bisect_first_design_where(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
     """The first design that meets a costly condition, by bisection; assumes that all after it meet it too."""
     first, low, high = None, 0, len(designs) - 1
     middle = 0

@@ -3,7 +3,7 @@
 1. Closed forms or cutting planes give the smallest cam under the limits that are linear. If this cam meets the
    other limits too, it is the answer.
 2. Otherwise curvature or a load decides, and feasibility need not be monotone in the size. Branch and bound over
-   boxes of designs starts from that size, and ends at the least feasible size to within ``allowed_gap``.
+   boxes of designs starts from that size, and ends at the least feasible size to within ``allowed_proof_gap``.
 3. Deferred limits, which are costly, come last. No cam that meets them is smaller than the smallest cam that meets
    all others, and most often that cam meets them too.
 
@@ -15,11 +15,11 @@ being smaller.
 from dataclasses import replace
 from math import inf
 
-from camopt.core.numerics.clock import time_share
+from camopt.core.numerics.clock import next_task_deadline
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.scene.problem.problem import Problem, at_rounding_error
-from camopt.solve.smallest.branch_and_bound import branch_and_bound, floor_of_disc
-from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, least_size, nudge_to_feasible
+from camopt.solve.smallest.branch_and_bound import branch_and_bound, disc_size_lower_bound
+from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, nudge_to_feasible, size_lower_bound
 from camopt.solve.smallest.cutting_planes import LinearOptimum, cutting_plane_optimum
 from camopt.solve.smallest.grid_search import (
     CLOSE_ZOOMS,
@@ -28,7 +28,7 @@ from camopt.solve.smallest.grid_search import (
     search_coarse_grid,
     shrink_on_grids,
 )
-from camopt.solve.smallest.result import SmallestCam, free_discs
+from camopt.solve.smallest.result import SmallestCam, minimised_disc_fields
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 EQUAL_DISCS = 1e-6  # relative: discs whose sizes differ by no more count as equal
@@ -41,8 +41,10 @@ def solve_smallest_cam(problem: Problem, bounds: SizeBounds, until: float = inf)
     After ``until`` (``clock_seconds``) it is the best so far, not proved. Deferred limits get half of the time.
     """
     problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
-    answer = _solve_smallest(
-        problem.without_deferred_limits, bounds, time_share(until, 2) if problem.has_deferred_limits else until
+    answer = _solve_without_deferred_limits(
+        problem.without_deferred_limits,
+        bounds,
+        next_task_deadline(until, 2) if problem.has_deferred_limits else until,
     )
     if (
         answer.design is not None
@@ -53,7 +55,7 @@ def solve_smallest_cam(problem: Problem, bounds: SizeBounds, until: float = inf)
     return _shrink_other_disc(problem, bounds, answer, until) if len(answer.discs) > 1 else answer
 
 
-def solve_small_cam(
+def solve_small_cam_unproved(
     problem: Problem, bounds: SizeBounds, near: Designs | None = None, until: float = inf, *, closely: bool = False
 ) -> SmallestCam:
     """A small design within bounds that meets every limit: much sooner than ``solve_smallest_cam``, without proof.
@@ -63,7 +65,7 @@ def solve_small_cam(
     """
     problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
     linear = _solve_linear_limits(problem, bounds, until)
-    discs = free_discs(bounds)
+    discs = minimised_disc_fields(bounds)
     if linear.design is not None or linear.floor == inf:
         return SmallestCam(linear.design, linear.floor, discs=discs)
     bounds = {**bounds, "size": (linear.floor, bounds["size"][1])}
@@ -77,26 +79,28 @@ def solve_small_cam(
     return SmallestCam(design, linear.floor, discs=discs)
 
 
-def _solve_smallest(problem: Problem, bounds: SizeBounds, until: float) -> SmallestCam:
+def _solve_without_deferred_limits(problem: Problem, bounds: SizeBounds, until: float) -> SmallestCam:
     linear = _solve_linear_limits(problem, bounds, until)
-    discs = free_discs(bounds)
+    discs = minimised_disc_fields(bounds)
     if linear.design is not None:
         return SmallestCam(linear.design, max(linear.floor, *(bounds[disc][0] for disc in discs)), discs=discs)
     if len(discs) == 1 or linear.floor == inf:
-        return _shrink_unproved(
+        return _shrink_unproved_on_grids(
             problem, bounds, branch_and_bound(problem, bounds, linear.floor, until, discs=discs), until
         )
-    floor, start = linear.floor, smallest_equal_pair(problem, bounds, time_share(until, 2))
+    floor, start = linear.floor, smallest_equal_pair(problem, bounds, next_task_deadline(until, 2))
     for disc in discs:
         if start is None:
             break
         smaller = start.with_values({disc: start.sizes[disc] * (1.0 - EQUAL_DISCS)})
         if not feasible_designs(problem, smaller)[0]:  # else this disc is not the one that makes the pair so large
-            floor = max(floor, floor_of_disc(problem, bounds, start, disc, time_share(until, 2)))
+            floor = max(floor, disc_size_lower_bound(problem, bounds, start, disc, next_task_deadline(until, 2)))
     return branch_and_bound(problem, bounds, floor, until, discs=discs, start=start)
 
 
-def _shrink_unproved(problem: Problem, bounds: SizeBounds, answer: SmallestCam, until: float) -> SmallestCam:
+def _shrink_unproved_on_grids(
+    problem: Problem, bounds: SizeBounds, answer: SmallestCam, until: float
+) -> SmallestCam:
     """The answer made smaller by grids, if some limit has no formula that boxes can enclose."""
     enclosed = all(
         each.constraints or each.mean_constraint or each.decider or each.is_of_motion or each.is_on_base_circle
@@ -124,7 +128,7 @@ def smallest_equal_pair(problem: Problem, bounds: SizeBounds, until: float) -> D
     others = {name: size for name, size in problem.design.second.items() if name != SECOND_SIZE}
     equal = replace(problem, design=replace(problem.design, second=others))
     kept = {name: ends for name, ends in bounds.items() if name != SECOND_SIZE}
-    design = _solve_smallest(equal, {**kept, "size": (low, high)}, until).design
+    design = _solve_without_deferred_limits(equal, {**kept, "size": (low, high)}, until).design
     return None if design is None else design.with_values({SECOND_SIZE: design.size})
 
 
@@ -138,7 +142,7 @@ def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam
     sizes = {disc: float(answer.design.sizes[disc][0]) for disc in answer.discs}
     smaller = [disc for disc, size in sizes.items() if size <= min(sizes.values()) + EQUAL_DISCS * answer.size]
     count, start = len(smaller), answer.design
-    pairs = [_shrink_disc(problem, bounds, start, disc, time_share(until, count)) for disc in smaller]
+    pairs = [_shrink_disc(problem, bounds, start, disc, next_task_deadline(until, count)) for disc in smaller]
     best = min(pairs, key=lambda pair: pair.size)
     return replace(answer, design=best.design, second_disc_gap=best.gap)
 
@@ -155,8 +159,11 @@ def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     """The bounds cut to the least and largest size that may be feasible; an empty range becomes one of its ends."""
     low, high = bounds["size"]
     most = max(min([high, *(limit.most_size for limit in problem.limits)]), low)
-    tight = {**bounds, "size": (min(least_size(problem, bounds), largest_possible_size(problem, bounds)), most)}
-    if len(free_discs(bounds)) > 1:
+    tight = {
+        **bounds,
+        "size": (min(size_lower_bound(problem, bounds), largest_possible_size(problem, bounds)), most),
+    }
+    if len(minimised_disc_fields(bounds)) > 1:
         low, high = bounds[SECOND_SIZE]
         tight[SECOND_SIZE] = min(max(low, *(limit.least_base_radius for limit in problem.limits)), high), high
     return tight

@@ -36,9 +36,9 @@ from camopt.solve.smallest.grid_search import largest_possible_size
 from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
 from camopt.solve.smallest.nelder_mead import INFEASIBLE_COST, descend_simplex
 from camopt.solve.smallest.result import SmallestCam
-from camopt.solve.smallest.smallest import solve_small_cam, solve_smallest_cam
+from camopt.solve.smallest.smallest import solve_small_cam_unproved, solve_smallest_cam
 from camopt.solve.smallest.train_limits import TrainLimits
-from camopt.solve.verdicts.driven_boxes import train_keys
+from camopt.solve.verdicts.driven_boxes import searched_train_keys
 
 SPREAD_TRAINS, CORNERED_NUMBERS = (
     16,
@@ -63,35 +63,35 @@ class TrainBoxSearch(MotionSearch):
     def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, until: float) -> None:
         self.problem, self.bounds, self.until = at_rounding_error(problem), bounds, until
         self.best, self.best_motion = best.answer, best.problem
-        self.limits = TrainLimits.from_problem(self.problem.with_free_keys(self.motion_fields))
+        self.limits = TrainLimits.from_problem(self.problem.with_keys_per_design(self.motion_fields))
 
     @cached_property
     def motion_fields(self) -> Collection[str]:
-        return train_keys(self.problem)
+        return searched_train_keys(self.problem)
 
-    def search_ends(self) -> SizeBounds:
+    def search_ranges(self) -> SizeBounds:
         limit_sizes = max((limit.least_size for limit in self.problem.limits), default=0.0)
         least = max(self.bounds["size"][0], limit_sizes, negligible_size(self.problem, self.bounds))
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
         trains = {each.key: each.range_ends for each in self.problem.search_space.trains if each.has_range}
         return {**self.bounds, **trains, "size": (least, most)}
 
-    def motion_at_middle(self, boxes: DesignBoxes) -> tuple[Problem, Problem]:
+    def problem_at_first_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Problem]:
         numbers = {key: float(boxes.low[key][0] + boxes.high[key][0]) / 2.0 for key in self.motion_fields}
         problem = self.problem.with_numbers(numbers)
         return problem, problem
 
-    def learn_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_places(self, design: Designs, problem: Problem) -> None:
         mechanism = problem.setup.mechanism
         if not mechanism.has_no_assembly and mechanism.can_assemble(design, problem.programme)[0]:
-            self.limits.learn_worst_places(design, problem)
+            self.limits.add_worst_places(design, problem)
 
-    def box_excesses(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
+    def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         with np.errstate(all="ignore"):
-            return self.limits.box_excesses(boxes, inside, like)
+            return self.limits.box_excesses(boxes, inside, template_interval)
 
 
-def listed_trains(problem: Problem) -> list[NumberSetting]:
+def listed_train_combinations(problem: Problem) -> list[NumberSetting]:
     """All combinations of the train's numbers that ``[search]`` lists; one empty combination if it lists none."""
     listed = [number for number in problem.search_space.trains if not number.has_range]
     combinations = product(*(number.grid_values.tolist() for number in listed))
@@ -119,7 +119,7 @@ class Descent(NamedTuple):
 
 
 ROUGH_DESCENT, FINE_DESCENT = (
-    Descent(0.1, 15, 1e-3, 1e-3, solve_small_cam),
+    Descent(0.1, 15, 1e-3, 1e-3, solve_small_cam_unproved),
     Descent(0.02, 50, 1e-7, 1e-9, solve_smallest_cam),
 )
 
@@ -142,11 +142,11 @@ class TrainOptimiser:
     out_of_time: bool = False
     """Whether a train was skipped because the time was over."""
 
-    def run(self) -> TrainOptimum:
+    def find_smallest_cam(self) -> TrainOptimum:
         """The smallest cam of all trains tried, with the lower bound over all trains."""
         spread, rough, boxes = (clock_seconds() + part * (self.until - clock_seconds()) for part in PHASE_SHARES)
-        for shares in self._sample_shares():
-            self.size_of_train(shares, solve_small_cam, spread)
+        for shares in self._trial_shares():
+            self.size_of_train(shares, solve_small_cam_unproved, spread)
         for start in self._best_shares(TRAIN_DESCENTS):
             self.descend_from_train(start, ROUGH_DESCENT, rough)
         bounded = self._bound_all_trains(boxes)
@@ -166,7 +166,7 @@ class TrainOptimiser:
         """
         if not self.problem.programme.given_at_follower:
             search = TrainBoxSearch(self.problem, self.bounds, self._best_train, until)
-            answer = search.run()
+            answer = search.find_smallest_cam()
             return TrainOptimum(search.best_motion, answer)
         best, floor, train = self._best_train, 0.0, self.problem.setup.train
         if train is None or not train.carried:
@@ -204,13 +204,13 @@ class TrainOptimiser:
         cost = partial(self.size_of_train, solve=descent.solve, until=until)
         steps = np.where(start > 0.5, -descent.reach, descent.reach)
         closest = descent.share, descent.size
-        descend_simplex(cost, start, steps, closest, descent.moves, until, ends=(0.0, 1.0))
+        descend_simplex(cost, start, steps, closest, descent.moves, until, variable_range=(0.0, 1.0))
 
     def _best_shares(self, count: int) -> list[FloatArray]:
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
 
-    def _sample_shares(self) -> Iterator[FloatArray]:
+    def _trial_shares(self) -> Iterator[FloatArray]:
         """The shares of the scene's train, of the corners of few ranges, and of a sample of all ranges."""
         numbers = free_train_numbers(self.problem)
         count = len(numbers)

@@ -32,18 +32,22 @@ NEIGHBOUR_STEP = 1e-4  # deg between the points near the optimum that prove it
 def smallest_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum:
     """The smallest design over sizes and angles, with its proved lower bound."""
     best = TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles)
-    best = reduce(better_turn, (NelderMead(kind, bounds).try_few_turns() for kind in turns.turn_kinds), best)
+    best = reduce(
+        better_turn,
+        (NelderMead(kind, bounds).try_few_turns() for kind in turns.with_and_without_lowest_dwell),
+        best,
+    )
     floors = []
-    for kind in turns.turn_kinds:
-        best = _with_floor(best, floor_if_convex(kind, bounds, best))
+    for kind in turns.with_and_without_lowest_dwell:
+        best = _with_floor(best, size_bound_if_convex(kind, bounds, best))
         if not best.answer.is_proved:
             search = TurnBoxSearch(kind, bounds, best)
-            best = TurnOptimum(search.run(), search.best_motion)
+            best = TurnOptimum(search.find_smallest_cam(), search.best_motion)
         floors.append(best.answer.floor)
     best = _with_floor(best, min(floors))
     if best.answer.is_proved:
         return best
-    descended = (NelderMead(kind, bounds, best).run() for kind in turns.turn_kinds)
+    descended = (NelderMead(kind, bounds, best).find_best_turn() for kind in turns.with_and_without_lowest_dwell)
     return _with_floor(_solve_best_turn(turns, bounds, reduce(better_turn, descended, best)), min(floors))
 
 
@@ -51,7 +55,7 @@ def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum
     """The smallest cam of the best turn, if there is time; a descent has only come near it."""
     if best.answer.design is None or clock_seconds() > turns.until:
         return best
-    answer = solve_smallest_cam(turns.problem_of(best.freed_angles), bounds, turns.until)
+    answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.until)
     return better_turn(best, TurnOptimum(answer, best.freed_angles))
 
 
@@ -59,26 +63,26 @@ def _with_floor(turn: TurnOptimum, floor: float) -> TurnOptimum:
     return TurnOptimum(replace(turn.answer, floor=floor), turn.freed_angles)
 
 
-def floor_if_convex(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> float:
+def size_bound_if_convex(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> float:
     """Lower bound of the size from sizes near the best turn [mm]; 0 if the size may not be convex."""
-    box, total = turns.box, turns.scene_angles.sum()
-    laws = [stroke.law for stroke in turns.programme_of(box.high).strokes if stroke.law is not None]
+    box, total = turns.angle_box, turns.scene_angles.sum()
+    laws = [stroke.law for stroke in turns.programme_with_angles(box.high).strokes if stroke.law is not None]
     if len(turns.freed_segments) != 2 or any(law_peaks(law)["jumps"] == "velocity" for law in laws):
         return 0.0
 
-    def size(angle: float) -> float | None:
-        design = closed_form_design(turns.problem_of(np.array([angle, total - angle])), bounds)
+    def closed_form_size_at_angle(angle: float) -> float | None:
+        design = closed_form_design(turns.problem_with_angles(np.array([angle, total - angle])), bounds)
         return None if design is None else float(design.size[0])
 
     near = [best.freed_angles[0] + k * NEIGHBOUR_STEP for k in (-2, -1, 0, 1, 2)]
     angles = sorted({float(np.clip(angle, box.low[0], box.high[0])) for angle in near})
-    sizes = [size(angle) for angle in angles]
+    sizes = [closed_form_size_at_angle(angle) for angle in angles]
     if len(angles) < 3 or any(value is None for value in sizes):
         return 0.0
-    return convex_floor([float(box.low[0]), *angles, float(box.high[0])], [v for v in sizes if v is not None])
+    return convex_lower_bound([float(box.low[0]), *angles, float(box.high[0])], [v for v in sizes if v is not None])
 
 
-def convex_floor(angles: list[float], values: list[float]) -> float:
+def convex_lower_bound(angles: list[float], values: list[float]) -> float:
     """Lower bound of a convex function, from its values at all of the angles except the first and the last.
 
     Between two angles the function lies above the line through the two points to the left, and above the line
@@ -100,11 +104,11 @@ def _envelope_minimum(lines: list[tuple[float, float, float]], left: float, righ
     Each line is a place, the value there, and the slope.
     """
 
-    def value(x: float) -> float:
+    def maximum_of_lines(x: float) -> float:
         return max(v + slope * (x - at) for at, v, slope in lines)
 
     places = [left, right]
     if len(lines) == 2 and lines[0][2] != lines[1][2]:
         (a, v, s), (b, w, t) = lines
         places.append(min(max((w - t * b - v + s * a) / (s - t), left), right))
-    return min(map(value, places))
+    return min(map(maximum_of_lines, places))

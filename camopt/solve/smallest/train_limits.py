@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST, FloatArray, IntArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.sloped_interval import (
     Quotient,
@@ -37,20 +37,20 @@ from camopt.model.motion.tool_drive import tool_travel
 from camopt.scene.problem.constraints import Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
-from camopt.solve.smallest.enclosure import curve_of_designs, present_constraints
+from camopt.solve.smallest.enclosure import constraints_on_present_strokes, motion_peak_as_curve
 from camopt.solve.smallest.excesses import UNBOUNDED_SLOPE, Excesses
 from camopt.solve.smallest.motion_boxes import BoxExcesses
-from camopt.solve.verdicts.constraint_boxes import excess_of
+from camopt.solve.verdicts.constraint_boxes import relative_excess
 from camopt.solve.verdicts.driven_boxes import (
     MOTION_TERMS,
     DrivenMotion,
     ToolPlaces,
-    motion_at_places,
-    motion_over_boxes,
-    motion_over_ranges,
+    driven_motion_at_places,
+    driven_motion_over_boxes,
+    driven_motion_over_ranges,
 )
-from camopt.solve.verdicts.mean_boxes import excess_of_mean, weighted_sums
-from camopt.solve.verdicts.train_means import has_chosen_kind, mean_of_designs
+from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_power
+from camopt.solve.verdicts.train_means import has_chosen_kind, mean_power_of_designs
 
 TRAIN_IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
 STROKE_PLACES = 17  # evenly spaced places of each stroke at which every box is evaluated
@@ -113,27 +113,29 @@ class TrainLimits:
         ]
         train_constraints = [constraint for limit in problem.limits for constraint in limit.train_constraints]
         constraints = [
-            each if _derivative_order(each) else each._replace(curve=curve_of_designs(each.curve, each.kinds))
+            each if _derivative_order(each) else each._replace(curve=motion_peak_as_curve(each.curve, each.kinds))
             for each in strictest_constraints(
                 constraint for limit in problem.limits for constraint in limit.constraints
             )
         ]
-        return cls(problem, constraints, train_constraints, train_mean_constraints(problem), np.concatenate(even))
+        return cls(
+            problem, constraints, train_constraints, enclosable_mean_constraints(problem), np.concatenate(even)
+        )
 
     @property
-    def tool_places(self) -> ToolPlaces:
+    def evaluation_places(self) -> ToolPlaces:
         """Both sides of the cam angles at which boxes are evaluated."""
         angles = np.array([*self.even_angles, *self.added_angles[-ADDED_ANGLES:]])
         both = self.problem.programme.one_sided_angles(angles, ALL_STROKES)
         terms = max([MOTION_TERMS, *(_derivative_order(constraint) + 1 for constraint in self.constraints)])
         return ToolPlaces.at_angles(self.problem.programme, both.ravel(), terms)
 
-    def learn_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_places(self, design: Designs, problem: Problem) -> None:
         """Add the cam angles at which a cam, and its robust variants, exceed limits the most."""
-        for variant, cam in problem.all_variants(design):
+        for variant, cam in problem.nominal_and_error_variants(design):
             programme = variant.programme
             if variant.setup.mechanism.can_assemble(cam, programme)[0]:
-                for constraint in present_constraints(variant, self.constraints):
+                for constraint in constraints_on_present_strokes(variant, self.constraints):
                     if order := _derivative_order(constraint):
                         angles = [
                             _largest_derivative_angle(programme, order, side, constraint.kinds)
@@ -159,11 +161,11 @@ class TrainLimits:
         """Relative excess of one design over a constraint on its train, at cam angles."""
         places = ToolPlaces.at_angles(self.problem.programme, angles, MOTION_TERMS)
         with np.errstate(all="ignore"):
-            motion = motion_at_places(self.problem, design, places)
+            motion = driven_motion_at_places(self.problem, design, places)
             over = _train_excess(constraint, side, motion, design) + np.zeros((angles.size, 1))
         return np.asarray(np.nan_to_num(over[:, 0], nan=-np.inf))
 
-    def box_excesses(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
+    def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         """The excesses over limits and over conditions of assembly, for the cam and its robust variants.
 
         Each limit is evaluated where one design of each box exceeds it the most; limits that are far from active
@@ -171,14 +173,16 @@ class TrainLimits:
         """
         parts = [
             self._excesses_of_cam(
-                self._designs_with_errors(boxes, errors), self._designs_with_errors(inside, errors), like
+                self._designs_with_errors(boxes, errors),
+                self._designs_with_errors(inside, errors),
+                template_interval,
             )
-            for errors in self.cam_errors
+            for errors in self.errors_of_all_cams
         ]
         return BoxExcesses(*(list(chain.from_iterable(part)) for part in zip(*parts, strict=True)))
 
     @property
-    def cam_errors(self) -> tuple[NumberErrors, ...]:
+    def errors_of_all_cams(self) -> tuple[NumberErrors, ...]:
         """The errors of all cams that must meet the limits, the nominal one first."""
         return {}, *self.problem.robust_errors
 
@@ -190,17 +194,17 @@ class TrainLimits:
         }
         return add_errors(designs.with_values(nominal), errors)
 
-    def _excesses_of_cam(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
-        places, count = self.tool_places, like.size
+    def _excesses_of_cam(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
+        places, count = self.evaluation_places, template_interval.size
         near = list(self._worst_places(inside, places))
         where = np.array([worst.place for worst in near] or [np.zeros(count, dtype=int)])
         radicands, copies = list[SlopedInterval](), boxes.take(np.tile(np.arange(count), len(where)))
-        driven = motion_over_boxes(self.problem, copies, places, where.ravel(), radicands)
+        driven = driven_motion_over_boxes(self.problem, copies, places, where.ravel(), radicands)
         limits = []
         for number, (constraint, side, place) in enumerate(near):
             part = driven.part(slice(number * count, (number + 1) * count))
             excess = Excesses.from_sloped_value(
-                as_sloped_interval(_motion_excess(constraint, side, part, boxes), like)
+                as_sloped_interval(_motion_excess(constraint, side, part, boxes), template_interval)
             )
             kinds = np.where(part.sense > 0.0, places.kinds[place], places.against[place])
             kinds = np.where(part.sense == 0.0, 0, kinds)  # the followers' direction is unknown
@@ -211,25 +215,27 @@ class TrainLimits:
         assembly += [_assembly_excess(radicand, len(where)) for radicand in radicands]
         for constraint, side, place in self._worst_train_places(inside, places):
             radicands = list[SlopedInterval]()
-            part = motion_over_boxes(self.problem, boxes, places, place, radicands)
+            part = driven_motion_over_boxes(self.problem, boxes, places, place, radicands)
             excess = Excesses.from_sloped_value(
-                as_sloped_interval(_train_excess(constraint, side, part, boxes), like)
+                as_sloped_interval(_train_excess(constraint, side, part, boxes), template_interval)
             )
             limits.append(_mask_unknown(excess, part.sense != 0.0))
             assembly += [_assembly_excess(radicand, 1) for radicand in radicands]
         for mean in self.mean_constraints:
-            limits.append(_mask_unknown(*mean_excesses(self.problem, mean, boxes, inside, like)))
+            limits.append(
+                _mask_unknown(*mean_excess_and_known_boxes(self.problem, mean, boxes, inside, template_interval))
+            )
         # boxes are first cut until the direction of their followers is known
         unknown = np.where(motion.sense == 0.0, UNBOUNDED_SLOPE, -np.inf)[None]
         return BoxExcesses(
             limits,
             assembly,
-            [Excesses.from_sloped_value(as_sloped_interval(motion.moved, like))._replace(at=unknown)],
+            [Excesses.from_sloped_value(as_sloped_interval(motion.moved, template_interval))._replace(at=unknown)],
         )
 
     def _worst_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
         """For both sides of each near constraint, the place where one design of each box exceeds it the most."""
-        motion = motion_at_places(self.problem, inside, places)
+        motion = driven_motion_at_places(self.problem, inside, places)
         kinds = np.where(motion.sense > 0.0, places.kinds[:, None], places.against[:, None])
         for constraint in self.constraints:
             for side in constraint.sides:
@@ -241,7 +247,7 @@ class TrainLimits:
     def _worst_train_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
         if not self.train_constraints:
             return
-        motion = motion_at_places(self.problem, inside, places)
+        motion = driven_motion_at_places(self.problem, inside, places)
         for constraint, side in self._train_constraint_sides:
             over = _train_excess(constraint, side, motion, inside) + np.zeros((places.angles.size, len(inside)))
             over = np.nan_to_num(over, nan=-np.inf)
@@ -250,14 +256,14 @@ class TrainLimits:
 
 
 def _train_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Any:
-    return excess_of(constraint, side, as_quotient(constraint.curve(designs, motion.links)), designs)
+    return relative_excess(constraint, side, as_quotient(constraint.curve(designs, motion.links)), designs)
 
 
 def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Any:
     curve: Any = constraint.curve
     order = _derivative_order(constraint)
-    value = motion.state[order] if order else value_of(curve(designs, motion), ..., motion.state)
-    return excess_of(constraint, side, as_quotient(value), designs)
+    value = motion.state[order] if order else curve_value(curve(designs, motion), ..., motion.state)
+    return relative_excess(constraint, side, as_quotient(value), designs)
 
 
 def _mask_unknown(over: Excesses, known: Any) -> Excesses:
@@ -273,7 +279,7 @@ def _assembly_excess(margin: SlopedInterval, rows: int) -> Excesses:
     return Excesses.from_sloped_value(-margin / np.where(scale > 0.0, scale, 1.0), rows)
 
 
-def train_mean_constraints(problem: Problem) -> list[TurnMeanConstraint]:
+def enclosable_mean_constraints(problem: Problem) -> list[TurnMeanConstraint]:
     """The constraints on means that boxes can enclose: of cams and trains, under loads constant over the turn."""
     load = problem.programme.load
     if isinstance(load, ExternalLoad) or (isinstance(load, TrainLoad) and load.loads):
@@ -286,11 +292,15 @@ def train_mean_constraints(problem: Problem) -> list[TurnMeanConstraint]:
     ]
 
 
-def mean_excesses(
-    problem: Problem, constraint: TurnMeanConstraint, boxes: Designs, inside: Designs, like: SlopedInterval
+def mean_excess_and_known_boxes(
+    problem: Problem,
+    constraint: TurnMeanConstraint,
+    boxes: Designs,
+    inside: Designs,
+    template_interval: SlopedInterval,
 ) -> tuple[Excesses, FloatArray]:
     """The excess over a limit on a mean, and for which boxes it is known: those whose followers move one way."""
-    turn, count = problem.programme, like.size
+    turn, count = problem.programme, template_interval.size
     table = turn.tool.table
     copies = np.tile(np.arange(count), len(table.centre))
     designs, panels = boxes.take(copies), np.repeat(np.arange(len(table.centre)), count)
@@ -298,39 +308,43 @@ def mean_excesses(
     low, high, error = (rows[panels, :MOTION_TERMS].T.copy() for rows in (table.low, table.high, table.error))
     low[0], high[0] = low[0] + zero, high[0] + zero
     ranges = [Interval(a - e, b + e) for a, b, e in zip(low, high, error, strict=True)]
-    driven = motion_over_ranges(problem, designs, ranges, _panel_kinds(problem)[panels])
+    driven = driven_motion_over_ranges(problem, designs, ranges, _stroke_kinds_of_panels(problem)[panels])
     known = np.all(driven.sense.reshape(-1, count) != 0.0, axis=0)
     parts = [
-        _mean_share(problem, constraint.mean, number, designs, driven, like[copies], count)
+        _curve_contribution_to_mean(
+            problem, constraint.mean, number, designs, driven, template_interval[copies], count
+        )
         for number in range(len(constraint.mean.curves))
     ]
     value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    at = mean_of_designs(problem, constraint.mean, inside, table.centre, table.half_width, _panel_kinds(problem))
-    mean = narrow_by_mean_value(value, at, slopes, like)
-    return Excesses.from_sloped_value(excess_of_mean(constraint, mean, boxes)), known
+    at = mean_power_of_designs(
+        problem, constraint.mean, inside, table.centre, table.half_width, _stroke_kinds_of_panels(problem)
+    )
+    mean = narrow_by_mean_value(value, at, slopes, template_interval)
+    return Excesses.from_sloped_value(excess_from_mean_power(constraint, mean, boxes)), known
 
 
-def _panel_kinds(problem: Problem) -> Any:
+def _stroke_kinds_of_panels(problem: Problem) -> Any:
     table = problem.programme.tool.table
     return np.repeat(table.kind, np.diff(table.first_panel))
 
 
-def _mean_share(
+def _curve_contribution_to_mean(
     problem: Problem,
     mean: Mean,
-    number: int,
+    curve_index: int,
     designs: Designs,
     driven: DrivenMotion,
-    like: SlopedInterval,
-    count: int,
+    template_interval: SlopedInterval,
+    box_count: int,
 ) -> tuple[Interval, Interval]:
     """The part that one curve contributes to a mean: its range (n,) and its slopes (d, n)."""
     curve: Any
-    curve, kinds = mean.curves[number]
-    value = value_of(curve(designs, driven), ..., driven.state)
-    sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
+    curve, kinds = mean.curves[curve_index]
+    value = curve_value(curve(designs, driven), ..., driven.state)
+    sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, template_interval)
     power = np.square(sloped) if mean.power == 2 else sloped
-    weights = np.repeat(problem.programme.tool.table.half_width / np.pi, count)
-    panel_kinds = np.repeat(_panel_kinds(problem), count)
-    shares = np.where(has_chosen_kind(panel_kinds, kinds, driven.sense), weights, 0.0).reshape(-1, count)
-    return weighted_sums(shares, power.value), weighted_sums(shares, power.slopes)
+    weights = np.repeat(problem.programme.tool.table.half_width / np.pi, box_count)
+    panel_kinds = np.repeat(_stroke_kinds_of_panels(problem), box_count)
+    shares = np.where(has_chosen_kind(panel_kinds, kinds, driven.sense), weights, 0.0).reshape(-1, box_count)
+    return enclose_weighted_sums(shares, power.value), enclose_weighted_sums(shares, power.slopes)

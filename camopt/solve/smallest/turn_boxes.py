@@ -20,25 +20,25 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
-from camopt.core.numerics.curves import LOADED_CURVES, value_of
+from camopt.core.numerics.curves import LOADED_CURVES, curve_value
 from camopt.core.numerics.sloped_interval import SlopedInterval, as_quotient, as_sloped_interval
 from camopt.core.numerics.state import State
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms.design import Designs, SizeBounds
-from camopt.model.motion.programme import Programme, weighted_range
+from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, Stroke
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, at_rounding_error
 from camopt.solve.smallest.boxes import DesignBoxes
-from camopt.solve.smallest.closed_form import least_size
-from camopt.solve.smallest.enclosure import constraints_on_size, state_with_rounding
+from camopt.solve.smallest.closed_form import size_lower_bound
+from camopt.solve.smallest.enclosure import size_constraints_with_variants, state_with_rounding
 from camopt.solve.smallest.excesses import SIDE_ROUNDING, Excesses
 from camopt.solve.smallest.grid_search import largest_possible_size
 from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
 from camopt.solve.smallest.turns import SAME_POSITION, AngleRanges, SegmentAngles, TurnOptimum
-from camopt.solve.verdicts.constraint_boxes import excess_of
+from camopt.solve.verdicts.constraint_boxes import relative_excess
 
 STROKE_IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
 STROKE_SHARES = 17  # evenly spaced places of a stroke at which every box is evaluated
@@ -80,21 +80,21 @@ class StrokeLimit:
         goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.constraint.sides]
         where = (
             EvaluationBlock(problem.setup, Programme((stroke,)), design)
-            .extremes(self._turn_curve, goals)
+            .extremes(self._curve_of_whole_turn, goals)
             .where[:, 0]
         )
         new = _one_sided_motion(stroke, where / angle, kinds)
         self.added_motion = np.concatenate([self.added_motion, new], axis=1)[:, -ADDED_PLACES:]
 
-    def _turn_curve(self, designs: Designs, stroke_alone: Programme) -> Any:
+    def _curve_of_whole_turn(self, designs: Designs, stroke_alone: Programme) -> Any:
         return self.constraint.curve(designs, self.turn)
 
-    def box_excesses(self, box: Designs, inside: Designs, like: SlopedInterval) -> Iterator[Excesses]:
+    def box_excesses(self, box: Designs, inside: Designs, template_interval: SlopedInterval) -> Iterator[Excesses]:
         """The excess at the place where one design of each box exceeds the limit the most, if it is near the limit.
 
-        The boxes are designs of sloped intervals like ``like``.
+        The boxes are designs of sloped intervals like ``template_interval``.
         """
-        places, count = np.concatenate([self.even_motion, self.added_motion], axis=1), like.size
+        places, count = np.concatenate([self.even_motion, self.added_motion], axis=1), template_interval.size
         points = inside.take(np.tile(np.arange(count), places.shape[1]))
         for side in self.constraint.sides:
             state = np.repeat(places, count, axis=1)
@@ -102,8 +102,12 @@ class StrokeLimit:
             excess = np.nan_to_num(excess + np.zeros(len(points)), nan=-np.inf).reshape(-1, count)
             if np.max(excess) < STROKE_IDLE_EXCESS:
                 continue
-            worst = state_with_rounding(State(*places[:, np.argmax(excess, axis=0)]), _unit_stroke(self.stroke))
-            yield Excesses.from_sloped_value(as_sloped_interval(self._constraint_excess(side, worst, box), like))
+            worst = state_with_rounding(
+                State(*places[:, np.argmax(excess, axis=0)]), _unit_angle_programme(self.stroke)
+            )
+            yield Excesses.from_sloped_value(
+                as_sloped_interval(self._constraint_excess(side, worst, box), template_interval)
+            )
 
     def _constraint_excess(self, side: float, state: Any, designs: Designs) -> Any:
         y, y1, y2, y3 = state[:4]
@@ -113,17 +117,17 @@ class StrokeLimit:
         rate = 1.0 / angle
         square = np.square(rate)
         curve = self.constraint.curve(designs, self.turn)
-        value = value_of(curve, ..., State(y, y1 * rate, y2 * square, y3 * (rate * square)))
-        return excess_of(self.constraint, np.full(y.size, side), as_quotient(value), designs)
+        value = curve_value(curve, ..., State(y, y1 * rate, y2 * square, y3 * (rate * square)))
+        return relative_excess(self.constraint, np.full(y.size, side), as_quotient(value), designs)
 
 
 def _one_sided_motion(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
     """The motion and its derivatives by the share of a stroke, on both sides of some shares with these kinds."""
-    unit_stroke = _unit_stroke(stroke)
+    unit_stroke = _unit_angle_programme(stroke)
     return np.asarray(unit_stroke.motion_at(unit_stroke.one_sided_angles(shares, kinds).ravel()))
 
 
-def _unit_stroke(stroke: Stroke) -> Programme:
+def _unit_angle_programme(stroke: Stroke) -> Programme:
     return Programme((replace(stroke, angle=1.0, given=None),))
 
 
@@ -133,20 +137,22 @@ class TurnBoxSearch(MotionSearch):
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> None:
         self.turns, self.bounds, self.until = turns, bounds, turns.until
         self.best, self.best_motion = best
-        self.problem, self.box = at_rounding_error(turns.problem), turns.box
-        self.longest = turns.programme_of(self.box.high)
+        self.problem, self.box = at_rounding_error(turns.problem), turns.angle_box
+        self.longest = turns.programme_with_angles(self.box.high)
         """The strokes at their longest angles; together they exceed a turn, but each occurs in some turn."""
         self.lift = self.longest.lift
         self.limits = [*self._stroke_limits()]
 
     def _stroke_limits(self) -> Iterator[tuple[Problem, StrokeLimit]]:
         """The limits on strokes, each with the problem (of the nominal cam or a robust variant) that moves them."""
-        for variant, group in groupby(constraints_on_size(self.problem_without_load), lambda item: item.problem):
+        for variant, group in groupby(
+            size_constraints_with_variants(self.problem_without_load), lambda item: item.problem
+        ):
             longest = self.longest
             if variant.programme is not self.problem.programme:
-                longest = replace(self.turns, problem=variant).programme_of(self.box.high)
+                longest = replace(self.turns, problem=variant).programme_with_angles(self.box.high)
             for _, constraint in group:
-                for stroke, name in self.strokes_of(longest).items():
+                for stroke, name in self.strokes_with_angle_fields(longest).items():
                     limit = StrokeLimit.from_constraint(constraint, stroke, longest, name)
                     if limit.even_motion.size:  # the constraint applies to the stroke
                         yield variant, limit
@@ -156,10 +162,10 @@ class TurnBoxSearch(MotionSearch):
         """The problem without limits that depend on where in the turn a stroke lies."""
         if self.longest.load is None:
             return self.problem
-        limits = tuple(limit for limit in self.problem.limits if not self.reads_load(limit))
+        limits = tuple(limit for limit in self.problem.limits if not self.depends_on_varying_load(limit))
         return replace(self.problem, limits=limits)
 
-    def reads_load(self, limit: Limit) -> bool:
+    def depends_on_varying_load(self, limit: Limit) -> bool:
         """Whether a limit depends on a load that changes over the turn."""
         curves = (constraint.curve(self.problem.design, self.longest) for constraint in limit.constraints)
         return any(type(curve) in LOADED_CURVES for curve in curves)
@@ -173,11 +179,14 @@ class TurnBoxSearch(MotionSearch):
     @cached_property
     def shared_strokes(self) -> dict[Stroke, str | None]:
         """The strokes and dwells that all of these turns have; see ``strokes_of``."""
-        return self.strokes_of(self.longest)
+        return self.strokes_with_angle_fields(self.longest)
 
-    def strokes_of(self, turn: Programme) -> dict[Stroke, str | None]:
-        """The strokes of a turn of longest angles, with the fields of their angles, and its dwells, with None."""
-        least, longest = self.turns.all_angles(self.box.low), self.turns.all_angles(self.box.high)
+    def strokes_with_angle_fields(self, turn: Programme) -> dict[Stroke, str | None]:
+        """The strokes and dwells of the longest turn.
+
+        Each stroke with the field of its angle, each dwell with None.
+        """
+        least, longest = self.turns.all_segment_angles(self.box.low), self.turns.all_segment_angles(self.box.high)
         fields = {angle.segment: angle.field for angle in self.turns.variables}
         strokes: dict[Stroke, str | None] = {}
         present = [i for i in range(len(longest)) if longest[i] > 0.0]
@@ -189,37 +198,39 @@ class TurnBoxSearch(MotionSearch):
         return strokes
 
     @cached_property
-    def total_range(self) -> tuple[float, float]:
+    def angle_sum_range_deg(self) -> tuple[float, float]:
         """The least and the largest sum of the freed strokes' angles [deg]."""
         dwells = [k for k in range(len(self.turns.freed_segments)) if k not in self.motion_fields.values()]
         total = float(self.turns.scene_angles.sum())
         slack = SIDE_ROUNDING * total
         return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
 
-    def motion_at_middle(self, boxes: DesignBoxes) -> tuple[Problem, FloatArray]:
-        freed = self.turn_at_middle(boxes)
-        return self.problem.with_programme(self.turns.programme_of(freed)), freed
+    def problem_at_first_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, FloatArray]:
+        freed = self.angles_at_first_box_middle(boxes)
+        return self.problem.with_programme(self.turns.programme_with_angles(freed)), freed
 
-    def learn_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_places(self, design: Designs, problem: Problem) -> None:
         if self.problem.setup.mechanism.can_assemble(design, self.longest)[0]:
             for variant, limit in self.limits:
                 limit.add_worst_place(variant, design)
 
-    def box_excesses(self, boxes: Designs, inside: Designs, like: SlopedInterval) -> BoxExcesses:
-        excesses = [excess for _, limit in self.limits for excess in limit.box_excesses(boxes, inside, like)]
-        return BoxExcesses(excesses, [*self.sum_excesses(boxes)])
+    def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
+        excesses = [
+            excess for _, limit in self.limits for excess in limit.box_excesses(boxes, inside, template_interval)
+        ]
+        return BoxExcesses(excesses, [*self.angle_sum_excesses(boxes)])
 
-    def search_ends(self) -> SizeBounds:
-        least = least_size(self.problem.with_programme(self.longest), self.bounds)
+    def search_ranges(self) -> SizeBounds:
+        least = size_lower_bound(self.problem.with_programme(self.longest), self.bounds)
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
-        low = {name: self.least_stroke_angle(stroke) for stroke, name in self.shared_strokes.items() if name}
+        low = {name: self.least_stroke_angle_deg(stroke) for stroke, name in self.shared_strokes.items() if name}
         angles = {
             name: (min(max(low[name], self.box.low[k]), self.box.high[k]), self.box.high[k])
             for name, k in self.motion_fields.items()
         }
         return {**self.bounds, **angles, "size": (least, most)}
 
-    def least_stroke_angle(self, stroke: Stroke) -> float:
+    def least_stroke_angle_deg(self, stroke: Stroke) -> float:
         """Least angle of a stroke that meets the limits on velocity, acceleration and jerk [deg]."""
         least = 0.0
         for constraint in self.problem.constraints:
@@ -228,28 +239,30 @@ class TurnBoxSearch(MotionSearch):
             source = constraint.curve.source_motion(self.longest).strokes[self.longest.strokes.index(stroke)]
             if constraint.kinds & source.kind:
                 order = constraint.curve.order
-                ends = weighted_range(Programme((source,)), (0.0,) * order + (1.0,), ALL_STROKES)
+                ends = weighted_derivative_range(Programme((source,)), (0.0,) * order + (1.0,), ALL_STROKES)
                 share = max(-ends[0], ends[1]) / constraint.upper_bound()
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)
 
-    def sum_excesses(self, boxes: Designs) -> Iterator[Excesses]:
+    def angle_sum_excesses(self, boxes: Designs) -> Iterator[Excesses]:
         """The excesses of the sum of the strokes' angles over its range."""
         total = sum(boxes.numbers[name] for name in self.motion_fields)
         if isinstance(total, SlopedInterval):
-            for excess in (total - self.total_range[1], self.total_range[0] - total):
+            for excess in (total - self.angle_sum_range_deg[1], self.angle_sum_range_deg[0] - total):
                 yield Excesses.from_sloped_value(excess / 360.0)
 
-    def possible_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
+    def boxes_with_possible_motion(self, boxes: DesignBoxes) -> DesignBoxes:
         """The parts of boxes whose angles fit a turn."""
         names = list(self.motion_fields)
         low, high = (np.array([ends[name] for name in names]) for ends in (boxes.low, boxes.high))
-        low = np.maximum(low, self.total_range[0] - (high.sum(axis=0) - high))
-        high = np.minimum(high, self.total_range[1] - (low.sum(axis=0) - low))
+        low = np.maximum(low, self.angle_sum_range_deg[0] - (high.sum(axis=0) - high))
+        high = np.minimum(high, self.angle_sum_range_deg[1] - (low.sum(axis=0) - low))
         ends = ({n: end for n, end in zip(names, side, strict=True) if n in boxes.free} for side in (low, high))
-        return boxes.with_ends(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME_POSITION, axis=0))
+        return boxes.with_ends_and_cut_side(next(ends), next(ends), boxes.side).take(
+            np.all(low <= high + SAME_POSITION, axis=0)
+        )
 
-    def turn_at_middle(self, boxes: DesignBoxes) -> FloatArray:
+    def angles_at_first_box_middle(self, boxes: DesignBoxes) -> FloatArray:
         """A turn in the middle of the first box; dwells share the remaining degrees, if their ranges allow it."""
         low, high = self.box.low.copy(), self.box.high.copy()
         for name, k in self.motion_fields.items():
@@ -257,4 +270,4 @@ class TurnBoxSearch(MotionSearch):
         if not low.sum() <= self.turns.scene_angles.sum() <= high.sum():
             for name, k in self.motion_fields.items():
                 low[k], high[k] = boxes.low[name][0], boxes.high[name][0]
-        return self.turns.turn_at_shares(np.full(low.size, 0.5), AngleRanges(low, high))
+        return self.turns.angles_at_shares(np.full(low.size, 0.5), AngleRanges(low, high))

@@ -55,14 +55,14 @@ class SegmentAngles:
         return np.array([self.segments[i].angle for i in self.freed_segments])
 
     @property
-    def box(self) -> AngleRanges:
+    def angle_box(self) -> AngleRanges:
         """The box of all turns."""
         low, high = np.array([each.range_ends for each in self.variables], dtype=float).reshape(-1, 2).T
         high[[i in self.skipped_dwells for i in self.freed_segments]] = 0.0
         return self.tighten_ranges(AngleRanges(low, high))
 
     @property
-    def turn_kinds(self) -> list["SegmentAngles"]:
+    def with_and_without_lowest_dwell(self) -> list["SegmentAngles"]:
         """The turns with a dwell at the lowest position, and, if possible, those without one.
 
         However short, such a dwell is an arc of the base circle, and has its curvature.
@@ -73,15 +73,15 @@ class SegmentAngles:
             i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME_POSITION
         ]
         without = replace(self, skipped_dwells=tuple(i for i in dwells if i in self.freed_segments))
-        least = dict(zip(self.freed_segments, self.box.low, strict=True))
+        least = dict(zip(self.freed_segments, self.angle_box.low, strict=True))
         may_vanish = all(least.get(i, self.segments[i].angle) == 0.0 for i in dwells)
-        fits = without.box.high.sum() >= self.scene_angles.sum()
+        fits = without.angle_box.high.sum() >= self.scene_angles.sum()
         return [self, without] if dwells and may_vanish and fits else [self]
 
     @property
-    def corner_turns(self) -> list[FloatArray]:
+    def corner_turn_angles(self) -> list[FloatArray]:
         """Turns whose first segments, in each of a few orders, are as long as possible, and the rest short."""
-        box, count, turns = self.box, len(self.freed_segments), []
+        box, count, turns = self.angle_box, len(self.freed_segments), []
         for first in range(count):
             for direction in (1, -1):
                 freed, remaining = box.low.copy(), self.scene_angles.sum() - box.low.sum()
@@ -98,26 +98,26 @@ class SegmentAngles:
         high = np.minimum(box.high, total - (box.low.sum() - box.low))
         return AngleRanges(np.minimum(low, high), high)
 
-    def all_angles(self, freed: FloatArray) -> list[float]:
+    def all_segment_angles(self, freed_angles: FloatArray) -> list[float]:
         """The angles of all segments of a turn [deg]."""
-        angles = dict(zip(self.freed_segments, map(float, freed), strict=True))
+        angles = dict(zip(self.freed_segments, map(float, freed_angles), strict=True))
         return [angles.get(i, s.angle) for i, s in enumerate(self.segments)]
 
-    def programme_of(self, freed: FloatArray) -> Programme:
+    def programme_with_angles(self, freed_angles: FloatArray) -> Programme:
         """The programme of the turn with these freed angles."""
-        angles = self.all_angles(freed)
+        angles = self.all_segment_angles(freed_angles)
         segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
-        angular, laws, load = self.problem.given_turns, self.problem.laws, self.problem.programme.load
+        angular, laws, load = self.problem.given_motion_is_angle, self.problem.laws, self.problem.programme.load
         programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
         return self.problem.with_programme(self.problem.follower_motion(programme)).follower_motion_with_laws(
             *self.laws
         )
 
-    def problem_of(self, freed: FloatArray) -> Problem:
+    def problem_with_angles(self, freed_angles: FloatArray) -> Problem:
         """The problem with the turn of these freed angles."""
-        return self.problem.with_programme(self.programme_of(freed))
+        return self.problem.with_programme(self.programme_with_angles(freed_angles))
 
-    def turn_at_shares(self, share: FloatArray, box: AngleRanges) -> FloatArray:
+    def angles_at_shares(self, share: FloatArray, box: AngleRanges) -> FloatArray:
         """A turn of a box near these shares of the segments' ranges; the shares give way to keep the total."""
         angles, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
         excess = angles.sum() - total

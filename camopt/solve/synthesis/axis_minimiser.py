@@ -29,7 +29,7 @@ from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
 from camopt.solve.synthesis.iterate import Iterate, iterate_of
 from camopt.solve.synthesis.nonconvex_constraints import (
     load_constraints_at,
-    load_quantities,
+    load_limit_keys_by_quantity,
     nonconvex_constraints_of,
 )
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
@@ -80,14 +80,16 @@ class AxisMinimiser:
         self.scene, self.axes, self.first = scene, axes, first
         problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
         self.keys = {
-            name: key for name, key in load_quantities(problem.scene_problem).items() if name in (first, *held)
+            name: key
+            for name, key in load_limit_keys_by_quantity(problem.scene_problem).items()
+            if name in (first, *held)
         }
         self.problem = replace(problem, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter() for term in held if term in AXIS_TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property
-    def free_model(self) -> ConvexModel:
+    def spline_model(self) -> ConvexModel:
         return build_convex_model(tighten_limits(self.problem, LIMIT_MARGINS[0]), SplineMotion, self.held)
 
     @cached_property
@@ -99,11 +101,11 @@ class AxisMinimiser:
     @cached_property
     def convex_steps(self) -> SequentialConvex:
         """The convex steps under the nonconvex constraints of the scene and the held quantities, at any bounds."""
-        problem = self._problem_with_held(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
-        return SequentialConvex(self.free_model, nonconvex_constraints_of(problem), self.minimised_curves)
+        problem = self._problem_with_held_limits(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
+        return SequentialConvex(self.spline_model, nonconvex_constraints_of(problem), self.minimised_constraints)
 
     @cached_property
-    def minimised_curves(self) -> tuple[Any, ...]:
+    def minimised_constraints(self) -> tuple[Any, ...]:
         """The constraints of the minimised axis, if it is a quantity; their bounds do not matter."""
         return (
             load_constraints_at(self.problem.scene_problem, self.keys[self.first], 1.0)
@@ -121,13 +123,17 @@ class AxisMinimiser:
             terms = self._cam_row(cam, laws_found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, laws_found)
         scene, problem, best = (
-            self.scene.with_values(self._held_limits(held_values)),
-            self._problem_with_held(held_values),
+            self.scene.with_values(self._held_values_as_limits(held_values)),
+            self._problem_with_held_limits(held_values),
             None,
         )
         for laws in self._candidate_laws(problem, held_values, starts):
             # apart from margins, the cam is no smaller than the size of the programme
-            if best and self.first == "size" and self._prime_radius(laws) - self.problem.roller >= best.row["size"]:
+            if (
+                best
+                and self.first == "size"
+                and self._prime_radius(laws) - self.problem.prime_less_cam_radius >= best.row["size"]
+            ):
                 continue
             row = self._feasible_row(scene, problem, laws, held_values)
             if row and (best is None or row[self.first] < best.row[self.first]):
@@ -140,7 +146,7 @@ class AxisMinimiser:
         bound = self._lower_bound(held_values, best) if with_bound else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
 
-    def _held_limits(self, held_values: Mapping[str, float]) -> dict[str, float]:
+    def _held_values_as_limits(self, held_values: Mapping[str, float]) -> dict[str, float]:
         """The limits of the scene, by key, that hold quantities at their values."""
         limits = {}
         for name in self.keys.keys() & held_values.keys():
@@ -148,10 +154,11 @@ class AxisMinimiser:
             limits[f"limits.{self.keys[name]}"] = min(held_values[name], inf if own_bound is None else own_bound)
         return limits
 
-    def _problem_with_held(self, held_values: Mapping[str, float]) -> SynthesisProblem:
+    def _problem_with_held_limits(self, held_values: Mapping[str, float]) -> SynthesisProblem:
         """The problem with the held quantities as limits of the scene."""
         return replace(
-            self.problem, scene_problem=self.problem.scene_problem.with_numbers(self._held_limits(held_values))
+            self.problem,
+            scene_problem=self.problem.scene_problem.with_numbers(self._held_values_as_limits(held_values)),
         )
 
     def _least_objective(self, model: ConvexModel, held_values: Mapping[str, float], margin: float) -> float:
@@ -172,28 +179,28 @@ class AxisMinimiser:
         self, problem: SynthesisProblem, held_values: Mapping[str, float], starts: Sequence[Iterate]
     ) -> Iterator[Iterate]:
         """Candidate laws for held values: the convex optimum, then local optima under the nonconvex constraints."""
-        self.optimum = self._least_objective(self.free_model, held_values, LIMIT_MARGINS[bool(self.keys)])
+        self.optimum = self._least_objective(self.spline_model, held_values, LIMIT_MARGINS[bool(self.keys)])
         if self.optimum == inf:
             return
-        optimum = iterate_of(self.free_model)
-        least_jerk = least_jerk_laws(self.free_model, self.optimum) or optimum
+        optimum = iterate_of(self.spline_model)
+        least_jerk = least_jerk_laws(self.spline_model, self.optimum) or optimum
         constraints = nonconvex_constraints_of(problem)
-        if not self.minimised_curves:
+        if not self.minimised_constraints:
             yield least_jerk
             if not constraints:  # otherwise the steps start from both
                 yield optimum
-        if constraints or self.minimised_curves:
+        if constraints or self.minimised_constraints:
             # known laws on their smallest cams do not depend on the held values
             if self.known is None:
                 self.known = starting_laws(self.problem, least_jerk, objective_weights(self.scene.synthesis))
             candidates = [least_jerk, *starts, *self.known]
             if held_values:  # at the end of an axis every start is tried, as in ``synthesise``
                 candidates = self.convex_steps.rank_starts(
-                    [optimum, *candidates], constraints, self.minimised_curves
+                    [optimum, *candidates], constraints, self.minimised_constraints
                 )[:STEP_STARTS]
             ends: list[FloatArray] = []
             for start in candidates:
-                laws = self.convex_steps.find_local_optimum(start, constraints, self.minimised_curves)
+                laws = self.convex_steps.find_local_optimum(start, constraints, self.minimised_constraints)
                 end = np.concatenate([laws[:2], *laws.coefficients])
                 if not any(np.allclose(end, other, rtol=0.0, atol=EQUAL_LAWS_CHANGE) for other in ends):
                     yield laws
@@ -201,8 +208,8 @@ class AxisMinimiser:
 
     def _is_near_optimum(self, objective: float) -> bool:
         """Whether a better cam is not worth a search."""
-        return objective <= self.free_model.accepted_objective(self.optimum) + NONCONVEX_GAP * (
-            abs(self.optimum) + self.free_model.unit
+        return objective <= self.spline_model.largest_accepted_objective(self.optimum) + NONCONVEX_GAP * (
+            abs(self.optimum) + self.spline_model.unit
         )
 
     def _feasible_row(
@@ -213,7 +220,7 @@ class AxisMinimiser:
         if not motion_holds_limits(problem, programme):
             return None
         cam = (
-            self._cam_of_solved_size(laws)
+            self._feasible_cam_near_solved_size(laws)
             if self.keys and not _has_listed_sizes(self.scene)
             else smallest_cam_for_laws(scene, problem, laws)
         )
@@ -237,7 +244,7 @@ class AxisMinimiser:
         lead, height = (problem.size_unit * size for size in laws[:2])
         return max(float(np.hypot(lead, height)) if problem.has_trace_point else height, problem.prime_range[0])
 
-    def _cam_of_solved_size(self, laws: Iterate) -> Synthesis | None:
+    def _feasible_cam_near_solved_size(self, laws: Iterate) -> Synthesis | None:
         """The cam at the sizes of the programme's solution, or slightly larger, if it meets every limit.
 
         The smallest cam for the laws is no smaller, apart from margins, and takes long to find if a load decides.
@@ -247,7 +254,7 @@ class AxisMinimiser:
         offset = problem.scene_problem.design.sense * problem.size_unit * laws.lead
         sizes = {"offset_mm": offset, "roller_radius_mm": problem.largest_roller}
         for increase in SIZE_INCREASES:
-            cam = scene.with_row({**sizes, name: prime * (1.0 + increase) - problem.roller})
+            cam = scene.with_row({**sizes, name: prime * (1.0 + increase) - problem.prime_less_cam_radius})
             row = evaluate(cam)
             if row["feasible"]:
                 return Synthesis(self.scene, cam, Design(row, cam), 0.0)
@@ -255,12 +262,12 @@ class AxisMinimiser:
 
     def _lower_bound(self, held_values: Mapping[str, float], best: FrontierCam) -> float | None:
         """Lower bound of the axis for any motion at held values; None for a quantity, or if the solver fails."""
-        if self.minimised_curves or (self.first == "size" and not self.problem.has_convex_size):
+        if self.minimised_constraints or (self.first == "size" and not self.problem.has_convex_size):
             return None
         bound = subtract_solver_error(
             self.relaxed_model, self._least_objective(self.relaxed_model, held_values, -SOLVER_ERROR)
         )
-        return bound if self.relaxed_model.is_exact and bound <= best.row[self.first] else None
+        return bound if self.relaxed_model.is_solved_accurately and bound <= best.row[self.first] else None
 
 
 def _has_listed_sizes(scene: Scene) -> bool:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.core.numerics.clock import clock_seconds
-from camopt.model.effects.vibration import vibration
+from camopt.model.effects.vibration import vibration_extremes
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion import LAWS
-from camopt.model.motion.law import is_still
+from camopt.model.motion.law import rests_at_both_ends
 from camopt.model.motion.programme import (
     Programme,
     derivative_peak,
-    mean_of_powers,
-    root_mean_square,
-    weighted_range,
+    derivative_power_mean,
+    derivative_root_mean_square,
+    weighted_derivative_range,
 )
 from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, RETURN, RISE, Condition, Stroke
@@ -53,21 +53,21 @@ CONDITION_SLACKS = (
 )  # what a solver may miss of a condition on y to y''', in units of the lift per stroke angleᵏ
 
 
-def smallest_known_cams(scene: Scene) -> dict[str, Design]:
+def smallest_designs_by_known_law(scene: Scene) -> dict[str, Design]:
     """The smallest cam of each known law, and that of the scene's own laws.
 
     The known laws are those of [search], or else all that have no corner.
     """
     names_laws = scene.search.law or scene.search.law_rise or scene.search.law_return
     chosen_by_law = any(segment.segment in ("rise", "return") for segment in scene.motion)
-    smooth_laws = [name for name, law in LAWS.items() if is_still(law)]
+    smooth_laws = [name for name, law in LAWS.items() if rests_at_both_ends(law)]
     search_scene = (
         scene if names_laws or not chosen_by_law else scene.with_values({"search.law": tuple(smooth_laws)})
     )
-    cams = smallest_cams(search_scene).by_law
+    cams = smallest_cams_or_own_size(search_scene).by_law
     own_scene = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
     if not any(own_law_names(scene) == law_names_of(row) for row in cams.values()):
-        cams = {**cams, **smallest_cams(own_scene).by_law}
+        cams = {**cams, **smallest_cams_or_own_size(own_scene).by_law}
     return cams
 
 
@@ -82,7 +82,7 @@ def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
     return row["law_rise"], row["law_return"]
 
 
-def known_cam_row(problem: SynthesisProblem, row: Design) -> Design:
+def known_cam_with_objective_terms(problem: SynthesisProblem, row: Design) -> Design:
     """The cam of a known law with its objective terms; ``within`` says if it meets all limits of the free laws."""
     programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_name]
     terms = {name: objective_term(problem, programme, name, size) for name in problem.objective}
@@ -91,7 +91,7 @@ def known_cam_row(problem: SynthesisProblem, row: Design) -> Design:
 
 
 def limits_broken_by_cam(problem: SynthesisProblem, row: Design) -> list[str]:
-    """What the cam of a known law breaks of the free laws' limits: names of limits, jumps, and the size."""
+    """Names of the free laws' limits that the cam of a known law breaks: limits, jumps and the size."""
     programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_name]
     jumps = {DERIVATIVE_NAMES[jump.order] for jump in programme.jumps if jump.order <= problem.rest}
     broken = [f"no jump of {name}" for name in sorted(jumps)] + list(limits_broken_by_motion(problem, programme))
@@ -102,7 +102,7 @@ def limits_broken_by_cam(problem: SynthesisProblem, row: Design) -> list[str]:
 
 def largest_cam_size(problem: SynthesisProblem) -> float:
     """Largest cam size allowed [mm]; infinite without a limit."""
-    return problem.prime_range[1] - problem.roller
+    return problem.prime_range[1] - problem.prime_less_cam_radius
 
 
 def _programme_of_design(problem: SynthesisProblem, row: Design) -> Programme:
@@ -113,21 +113,26 @@ def _programme_of_design(problem: SynthesisProblem, row: Design) -> Programme:
     )
 
 
-def smallest_cams(scene: Scene) -> Optimum:
-    """The result of ``optimise``, at the scene's own size if nothing depends on the size."""
+def smallest_cams_or_own_size(scene: Scene) -> Optimum:
+    """Smallest cam of each law (``optimise``).
+
+    The scene's own size is kept if no limit or objective depends on it.
+    """
     scene_problem = resolve(scene)
-    if has_own_size(scene_problem, objective_weights(scene.synthesis)):
+    if nothing_depends_on_size(scene_problem, objective_weights(scene.synthesis)):
         scene = scene.with_values({scene_problem.variables[0].search_key: (float(scene_problem.design.size[0]),)})
     return optimise(scene)
 
 
-def smallest_design(scene_problem: Problem, objective: Collection[str]) -> Designs | None:
+def smallest_or_nearest_design(scene_problem: Problem, objective: Collection[str]) -> Designs | None:
     """The smallest design that meets all limits, else one that breaks them by little; None if neither is found.
 
     If nothing depends on the size, the design has the scene's own.
     """
     deadline, own_size = clock_seconds() + OPTIMISE_SECONDS, float(scene_problem.design.size[0])
-    fixed_size: SizeBounds = {"size": (own_size, own_size)} if has_own_size(scene_problem, objective) else {}
+    fixed_size: SizeBounds = (
+        {"size": (own_size, own_size)} if nothing_depends_on_size(scene_problem, objective) else {}
+    )
     boxes = [{**bounds, **fixed_size} for bounds in search_boxes(scene_problem)]
     optima = sorted(
         (solve_smallest_cam(scene_problem, bounds, deadline) for bounds in boxes), key=lambda optimum: optimum.size
@@ -136,7 +141,7 @@ def smallest_design(scene_problem: Problem, objective: Collection[str]) -> Desig
     return next((design for design in designs if design is not None), None)
 
 
-def has_own_size(scene_problem: Problem, objective: Collection[str]) -> bool:
+def nothing_depends_on_size(scene_problem: Problem, objective: Collection[str]) -> bool:
     """Whether the size stays the scene's own: no search, no limit and no objective depends on it."""
     is_limited = any(limit.set_by_scene and not limit.is_of_motion for limit in scene_problem.limits)
     is_variable = "size" in scene_problem.search_space.variables or "size" in objective
@@ -149,7 +154,7 @@ def scene_with_laws(scene: Scene, problem: SynthesisProblem, iterate: "Iterate")
     laws = data.setdefault("laws", {})
     for segment in data["motion"]:
         stroke = next(strokes) if segment["angle"] > 0.0 else None
-        if stroke is None or not stroke.is_free:
+        if stroke is None or not stroke.is_law_replaceable:
             continue
         law = stroke.law
         assert isinstance(law, SplineLaw)
@@ -172,7 +177,7 @@ def strokes_with_laws(problem: SynthesisProblem, iterate: "Iterate") -> tuple[St
     free = iter(zip(free_law_names(problem.scene_problem.segments), iterate.coefficients, strict=True))
     return tuple(
         problem.splines_of(stroke).stroke_with_law(stroke, *next(free), problem.motion_unit)
-        if stroke.is_free
+        if stroke.is_law_replaceable
         else stroke
         for stroke in problem.strokes
     )
@@ -193,7 +198,7 @@ def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> 
     """Names of the limits and conditions that a motion breaks, repeated for each stroke."""
     for stroke, ranges in zip(programme.strokes, problem.derivative_ranges, strict=True):
         for order, (low, high) in ranges.items():
-            least, largest = weighted_range(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
+            least, largest = weighted_derivative_range(Programme((stroke,)), (0.0,) * order + (1.0,), ALL_STROKES)
             rounding = LEAST_DERIVATIVE * max(abs(end) for end in (low, high) if isfinite(end))
             if least < low - rounding or largest > high + rounding:
                 yield DERIVATIVE_NAMES[order]
@@ -203,7 +208,7 @@ def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> 
     ):
         yield residual.RESIDUAL_TERM
     origin_shift = problem.strokes[0].low - programme.strokes[0].low  # the base circle may differ
-    for stroke in (item for item in programme.strokes if item.is_free):
+    for stroke in (item for item in programme.strokes if item.is_law_replaceable):
         yield from (
             item.key for item in problem.conditions if not _meets_condition(problem, stroke, origin_shift, item)
         )
@@ -211,15 +216,15 @@ def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> 
 
 def _meets_condition(problem: SynthesisProblem, stroke: Stroke, origin_shift: float, condition: Condition) -> bool:
     """Whether a stroke meets a condition, within the accuracy of a solver."""
-    values = stroke.values_at(condition) + origin_shift * (condition.order == 0)
+    values = stroke.values_under_condition(condition) + origin_shift * (condition.order == 0)
     slack = CONDITION_SLACKS[condition.order] * problem.motion_unit / stroke.angle**condition.order
     return bool(np.all((values >= condition.low - slack) & (values <= condition.high + slack)))
 
 
-def smallest_cam_for_laws(scene_asked: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
+def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws under every limit of the scene; None if there is none."""
-    scene = scene_with_laws(scene_asked, problem, iterate)
-    best = smallest_cams(scene).best
+    scene = scene_with_laws(original_scene, problem, iterate)
+    best = smallest_cams_or_own_size(scene).best
     if best is None:
         return None
     size = problem.scene_problem.size_name
@@ -230,7 +235,7 @@ def smallest_cam_for_laws(scene_asked: Scene, problem: SynthesisProblem, iterate
     objective = sum(
         weight * objective_term(problem, programme, name, best[size]) for name, weight in problem.objective.items()
     )
-    return Synthesis(scene_asked, scene.with_row(best), best, objective)
+    return Synthesis(original_scene, scene.with_row(best), best, objective)
 
 
 def objective_term(problem: SynthesisProblem, programme: Programme, name: str, size: float) -> float:
@@ -239,13 +244,14 @@ def objective_term(problem: SynthesisProblem, programme: Programme, name: str, s
         return size
     if name == residual.RESIDUAL_TERM:
         return float(
-            problem.term_factors[name] * vibration(programme, *problem.train_frequency_and_damping).residual
+            problem.term_factors[name]
+            * vibration_extremes(programme, *problem.train_frequency_and_damping).residual
         )
     if name == CROSSING_JERK:
         return problem.term_factors[name] * crossing_jerk(programme, problem.crossing_window, problem.crossings)
     if name == LOST_AREA:
-        area = 2.0 * pi * mean_of_powers(programme, 0, 1)
+        area = 2.0 * pi * derivative_power_mean(programme, 0, 1)
         return problem.term_factors[name] * (problem.largest_area - area)
     if name in TERM_ORDERS:
         return problem.term_factors[name] * derivative_peak(programme, TERM_ORDERS[name], ALL_STROKES)
-    return problem.term_factors[name] * root_mean_square(programme, RMS_TERM_ORDERS[name])
+    return problem.term_factors[name] * derivative_root_mean_square(programme, RMS_TERM_ORDERS[name])

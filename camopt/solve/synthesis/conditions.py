@@ -34,11 +34,11 @@ class DisplacementOrigin(NamedTuple):
     """Cam angle where the motion is lowest [rad], if no given position is the lowest; None otherwise."""
 
 
-def displacement_origin(scene_problem: Problem) -> DisplacementOrigin:
+def displacements_from_lowest_position(scene_problem: Problem) -> DisplacementOrigin:
     """The lowest position that the scene gives, or else that of the scene's own motion."""
     programme, unit = scene_problem.programme.tool, scene_problem.programme.tool.unit
     zero = start_position(scene_problem.segments) - programme.start
-    levels = _given_levels(programme)
+    levels = _displacements_given_by_scene(programme)
     lowest = min(levels.given_levels)
     levels_below = [
         level
@@ -72,25 +72,27 @@ class GivenLevels(NamedTuple):
     """Lower ends of displacement ranges."""
 
 
-def _given_levels(programme: Programme) -> GivenLevels:
-    """The displacements that a scene gives, and whether the motion may rest there."""
+def _displacements_given_by_scene(programme: Programme) -> GivenLevels:
+    """Displacements that a scene gives: all, those passed with a velocity, and the lower ends of ranges."""
     levels = GivenLevels([], [], [])
     for stroke in programme.strokes:
-        if not (stroke.is_move and stroke.is_free):
+        if not (stroke.is_move and stroke.is_law_replaceable):
             levels.given_levels.extend((stroke.low, stroke.high))
             levels.moving_levels.extend((stroke.low, stroke.high) if stroke.is_move else ())
             continue
-        conditions = list(stroke.required_conditions(programme.strokes[0].low))
+        conditions = list(stroke.conditions_in_mm_or_rad(programme.strokes[0].low))
         for condition in conditions:
             if condition.order == 0 and condition.low == condition.high:
                 levels.given_levels.append(condition.low)
-                levels.moving_levels.extend([] if _may_rest(conditions, condition.start) else [condition.low])
+                levels.moving_levels.extend(
+                    [] if _conditions_allow_rest(conditions, condition.start) else [condition.low]
+                )
             elif condition.order == 0 and isfinite(condition.low):
                 levels.range_minima.append(condition.low)
     return levels
 
 
-def _may_rest(conditions: Sequence[Condition], angle: float) -> bool:
+def _conditions_allow_rest(conditions: Sequence[Condition], angle: float) -> bool:
     """Whether no condition at a cam angle requires a velocity there."""
     velocities = [
         condition for condition in conditions if condition.order == 1 and condition.start <= angle <= condition.end
@@ -98,11 +100,11 @@ def _may_rest(conditions: Sequence[Condition], angle: float) -> bool:
     return all(condition.low <= 0.0 <= condition.high for condition in velocities)
 
 
-def motion_conditions(origin: DisplacementOrigin) -> Iterator[Condition]:
+def conditions_on_free_moves(origin: DisplacementOrigin) -> Iterator[Condition]:
     """Conditions on free moves, at their ends and between; none goes below a known lowest position."""
     for stroke in origin.strokes:
-        if not (stroke.is_move and stroke.is_free):
+        if not (stroke.is_move and stroke.is_law_replaceable):
             continue
-        yield from stroke.required_conditions(origin.strokes[0].low)
+        yield from stroke.conditions_in_mm_or_rad(origin.strokes[0].low)
         if origin.lowest_angle is None:
             yield Condition("the lowest position", 0, stroke.start, stroke.end, 0.0, inf)

@@ -91,17 +91,17 @@ class ConvexModel:
             jumps = [after - before for before, after in joints]
             jerk = cp.norm1(cp.hstack([*jumps, *(v for motion in self.motions for v in motion.jerk_variation())]))
         else:
-            jerk = _root_of_squares(self.motions, 3)
+            jerk = _root_integral_of_squares(self.motions, 3)
         return cp.Problem(
             cp.Minimize(jerk), [*self.constraints, self.objective <= largest_objective]
         ), largest_objective
 
-    def accepted_objective(self, least: float) -> float:
+    def largest_accepted_objective(self, least: float) -> float:
         """Largest objective that a smooth motion may have, for a least objective."""
         return least + self.problem.smooth * abs(least)
 
     @property
-    def is_exact(self) -> bool:
+    def is_solved_accurately(self) -> bool:
         """Whether the solver reached its requested accuracy."""
         return self.cvxpy_problem.status in (SOLVED, INFEASIBLE)
 
@@ -120,8 +120,8 @@ def build_convex_model(
     )
     peak_variables = {name: cp.Variable() for name in names if name in (*TERM_ORDERS, CROSSING_JERK)}
     motions = [
-        (make_motion if stroke.is_free else FixedMotion)(
-            problem, stroke, _derivative_ranges(problem, number, peak_variables), sizes
+        (make_motion if stroke.is_law_replaceable else FixedMotion)(
+            problem, stroke, _stroke_derivative_ranges(problem, number, peak_variables), sizes
         )
         for number, stroke in enumerate(problem.strokes)
     ]
@@ -153,8 +153,8 @@ def build_convex_model(
     return ConvexModel(problem, objective, constraints, unit, sizes, motions, peak_variables)
 
 
-def _derivative_ranges(
-    problem: SynthesisProblem, number: int, peak_variables: Mapping[str, Any]
+def _stroke_derivative_ranges(
+    problem: SynthesisProblem, stroke_number: int, peak_variables: Mapping[str, Any]
 ) -> DerivativeRanges:
     """The ranges of a stroke's derivatives in units of the lift: its own, and those over the turn."""
     ranges: DerivativeRanges = {
@@ -162,7 +162,7 @@ def _derivative_ranges(
         for name, variable in peak_variables.items()
         if name != CROSSING_JERK
     }
-    for order, (low, high) in problem.derivative_ranges[number].items():
+    for order, (low, high) in problem.derivative_ranges[stroke_number].items():
         ranges.setdefault(order, []).append(DerivativeRange(low / problem.motion_unit, high / problem.motion_unit))
     return ranges
 
@@ -194,7 +194,7 @@ def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -
     constraints = []
     for number, motion in enumerate(motions):
         before, stroke, last = motions[number - 1], problem.strokes[number], problem.strokes[number - 1]
-        if not (stroke.is_free or last.is_free):
+        if not (stroke.is_law_replaceable or last.is_law_replaceable):
             continue
         if DWELL in (stroke.kind, last.kind):
             motion.impose_rest(problem.rest, False)
@@ -236,23 +236,25 @@ def _term_expression(
 ) -> cp.Expression:
     """An objective term, in its own unit."""
     if name == "size":
-        return problem.size_unit * sizes.prime - problem.roller
+        return problem.size_unit * sizes.prime - problem.prime_less_cam_radius
     if name == residual.RESIDUAL_TERM:
-        return problem.term_factors[name] * _residual_vibration(motions)
+        return problem.term_factors[name] * _largest_residual_vibration(motions)
     factor = problem.motion_unit * problem.term_factors[name]
     if name in peak_variables:
         return factor * peak_variables[name]
     if name == LOST_AREA:
         return problem.largest_area * problem.term_factors[name] - factor * _lift_area_expression(motions, lowest)
-    return factor / sqrt(2.0 * pi) * _root_of_squares(motions, RMS_TERM_ORDERS[name])
+    return factor / sqrt(2.0 * pi) * _root_integral_of_squares(motions, RMS_TERM_ORDERS[name])
 
 
-def _root_of_squares(motions: list[StrokeMotion], order: int) -> cp.Expression:
+def _root_integral_of_squares(motions: list[StrokeMotion], order: int) -> cp.Expression:
     """√∮(y⁽ᵏ⁾)² dθ, or a lower bound of it."""
-    return cp.norm(cp.hstack([vector for motion in motions for vector in motion.square_vectors(order)]))
+    return cp.norm(
+        cp.hstack([vector for motion in motions for vector in motion.integral_of_squares_vectors(order)])
+    )
 
 
-def _residual_vibration(motions: list[StrokeMotion]) -> cp.Expression:
+def _largest_residual_vibration(motions: list[StrokeMotion]) -> cp.Expression:
     """Largest residual vibration over the dwells [mm or rad]; 0 if a motion does not know its part of it."""
     responses = [motion.residual_response() for motion in motions]
     known_responses = [response for response in responses if response]
@@ -265,7 +267,7 @@ def _mean_constraint(mean: MeanConstraint, motions: list[StrokeMotion], lowest: 
     """A mean constraint on motions in a unit; the area counts from the displacement ``lowest``."""
     if mean.power == 1:
         return mean.side * _lift_area_expression(motions, lowest) <= mean.side * 2.0 * pi * mean.bound / unit
-    return _root_of_squares(motions, mean.order) <= sqrt(2.0 * pi) * mean.bound / unit
+    return _root_integral_of_squares(motions, mean.order) <= sqrt(2.0 * pi) * mean.bound / unit
 
 
 def _lift_area_expression(motions: list[StrokeMotion], lowest: Any) -> Any:

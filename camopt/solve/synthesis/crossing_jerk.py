@@ -18,7 +18,7 @@ JERK_SAMPLES = 2001  # samples of a stroke
 ZERO_ACCELERATION = 1e-6  # share of the largest acceleration that counts as zero
 
 
-def check_crossings(scene_problem: Problem) -> None:
+def check_crossing_jerk_applies(scene_problem: Problem) -> None:
     """BadInput if the force on the follower is not its inertia alone, or if it has no clearance to cross."""
     dynamics, key = scene_problem.setup.dynamics, "synthesis.minimise"
     has_load = scene_problem.programme.load is not None or any(
@@ -37,18 +37,20 @@ def check_crossings(scene_problem: Problem) -> None:
         raise BadInput([Mistake(scene_problem.file, key, CROSSING_JERK, what, bare=True)])
 
 
-def crossing_jerk(programme: Programme, window: float, placed: Sequence[StrokeCrossing] = ()) -> float:
+def crossing_jerk(
+    programme: Programme, window_angle: float, known_crossings: Sequence[StrokeCrossing] = ()
+) -> float:
     """Largest |y'''|, per rad³, within an angle after the force of a mass changes its sign in each stroke.
 
-    ``placed`` gives the crossings of some strokes; other strokes cross where their own acceleration changes its
-    sign. The jerk is infinite if y'' jumps there.
+    ``known_crossings`` gives the crossings of some strokes; other strokes cross where their own acceleration
+    changes its sign. The jerk is infinite if y'' jumps there.
     """
-    known_starts = {crossing.stroke: crossing.low for crossing in placed}
+    known_starts = {crossing.stroke: crossing.low for crossing in known_crossings}
     jerks = [0.0]
     for number, stroke in enumerate(programme.strokes):
         if stroke.kind in (RISE, RETURN):
             starts = [known_starts[number]] if number in known_starts else _force_reversals(stroke)
-            jerks += [_largest_jerk_in_window(programme, stroke, x, window) for x in starts]
+            jerks += [_largest_jerk_in_window(programme, stroke, x, window_angle) for x in starts]
     return max(jerks)
 
 
@@ -62,10 +64,10 @@ def _force_reversals(stroke: Stroke) -> list[float]:
     return [float(x[index - 1]) for index in changes]
 
 
-def _largest_jerk_in_window(programme: Programme, stroke: Stroke, x: float, window: float) -> float:
-    """Largest |y'''| from x of a stroke over a cam angle ``window``; infinite if y'' jumps there."""
+def _largest_jerk_in_window(programme: Programme, stroke: Stroke, x: float, window_angle: float) -> float:
+    """Largest |y'''| from x of a stroke over a cam angle ``window_angle``; infinite if y'' jumps there."""
     start = stroke.start + x * stroke.angle
-    end = min(start + window, stroke.end)
+    end = min(start + window_angle, stroke.end)
     if any(jump.order <= 2 and start - 1e-9 < jump.at < end + 1e-9 for jump in programme.jumps):
         return inf
     angles = start + (np.arange(JERK_SAMPLES) + 0.5) / JERK_SAMPLES * (end - start)  # the jerk may jump at the ends

@@ -45,7 +45,7 @@ BOUND_PANELS = 48  # panels of a stroke, for a bound
 SEARCH_PIECES = 24  # most pieces of a stroke during the search
 
 
-def with_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
+def with_best_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
     """The problem with the best crossing in each free stroke, and a bound for any crossing.
 
     Raises
@@ -56,7 +56,7 @@ def with_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, float |
     crossings: list[StrokeCrossing] = []
     bounds: list[float | None] = []
     for number, stroke in enumerate(problem.strokes):
-        if not stroke.is_free:
+        if not stroke.is_law_replaceable:
             continue
         crossing = _image_crossing(problem, crossings, number)
         if crossing is None:
@@ -68,26 +68,26 @@ def with_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, float |
 
 
 def _image_crossing(
-    problem: SynthesisProblem, crossings: list[StrokeCrossing], number: int
+    problem: SynthesisProblem, crossings: list[StrokeCrossing], stroke_number: int
 ) -> StrokeCrossing | None:
     """The crossing of a stroke as the image of a known one, if the stroke mirrors or opposes it."""
     for crossing in crossings:
-        if problem.mirror_strokes is not None and problem.mirror_strokes[number] == crossing.stroke:
-            return crossing._replace(stroke=number, low=1.0 - crossing.high, high=1.0 - crossing.low)
-        if problem.opposed_strokes is not None and problem.opposed_strokes[number] == crossing.stroke:
-            return crossing._replace(stroke=number)
+        if problem.mirror_strokes is not None and problem.mirror_strokes[stroke_number] == crossing.stroke:
+            return crossing._replace(stroke=stroke_number, low=1.0 - crossing.high, high=1.0 - crossing.low)
+        if problem.opposed_strokes is not None and problem.opposed_strokes[stroke_number] == crossing.stroke:
+            return crossing._replace(stroke=stroke_number)
     return None
 
 
-def _best_crossing(problem: SynthesisProblem, number: int) -> tuple[StrokeCrossing, float | None]:
+def _best_crossing(problem: SynthesisProblem, stroke_number: int) -> tuple[StrokeCrossing, float | None]:
     """The best crossing of a stroke, and a lower bound of the objective for any crossing in it."""
     coarse_splines = replace(problem.splines, pieces=min(problem.splines.pieces, SEARCH_PIECES))
     coarse = replace(problem, splines=coarse_splines)
 
     def objective_at(x: float) -> float:
-        crossing = problem.stroke_crossing(number, x, x)
+        crossing = problem.stroke_crossing(stroke_number, x, x)
         image_crossings = [
-            _image_crossing(problem, [crossing], other) for other in range(number + 1, len(problem.strokes))
+            _image_crossing(problem, [crossing], other) for other in range(stroke_number + 1, len(problem.strokes))
         ]
         trial = replace(coarse, crossings=(crossing, *(item for item in image_crossings if item)))
         try:
@@ -97,13 +97,17 @@ def _best_crossing(problem: SynthesisProblem, number: int) -> tuple[StrokeCrossi
 
     def lower_bound(low: float, high: float) -> float:
         """Lower bound for a crossing from ``low`` to ``high``; 0 if the solver gives none."""
-        trial = replace(problem, crossings=(problem.stroke_crossing(number, low, high),))
+        trial = replace(problem, crossings=(problem.stroke_crossing(stroke_number, low, high),))
         relaxed = build_convex_model(tighten_limits(trial, -SOLVER_ERROR), partial(RelaxedMotion, BOUND_PANELS))
         try:
             value = relaxed.solve()
         except Unsolved:
             return 0.0
-        return max(value * (1.0 - SOLVER_ERROR) - SOLVER_ERROR * relaxed.unit, 0.0) if relaxed.is_exact else 0.0
+        return (
+            max(value * (1.0 - SOLVER_ERROR) - SOLVER_ERROR * relaxed.unit, 0.0)
+            if relaxed.is_solved_accurately
+            else 0.0
+        )
 
     ends = np.linspace(0.0, 1.0, FIRST_STROKE_PARTS + 1).tolist()
     parts = [(lower_bound(low, high), low, high) for low, high in pairwise(ends)]
@@ -128,4 +132,4 @@ def _best_crossing(problem: SynthesisProblem, number: int) -> tuple[StrokeCrossi
     if best == inf:
         window = np.degrees(problem.crossing_window)
         raise Unmet(f"no free law was found that lets the roller cross its clearance within {window:g} deg")
-    return problem.stroke_crossing(number, best_x, best_x), min(bound for bound, _, _ in parts)
+    return problem.stroke_crossing(stroke_number, best_x, best_x), min(bound for bound, _, _ in parts)

@@ -38,7 +38,7 @@ SENTENCE_KEYS = {MM: "told", INCH: "told_in_inch"}
 """Keys of the result sentence in the summary, one for each system of units."""
 
 
-def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path]:
+def write_scene_and_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path]:
     """Write the scene with the free laws (TOML) and a table of them (CSV), and return the files.
 
     The table has unit displacement to jerk. The displacement of a move is from its start [mm, or deg if
@@ -57,7 +57,9 @@ def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path
     return [out / SCENE_FILE, out / LAWS_FILE]
 
 
-def write_comparison(result: "Synthesis", known: "KnownLawCams", folder: str | os.PathLike[str]) -> list[Path]:
+def write_known_cam_and_summary(
+    result: "Synthesis", known: "KnownLawCams", folder: str | os.PathLike[str]
+) -> list[Path]:
     """Write the cam of the best known law, if one meets the limits, and a summary (JSON), and return the files.
 
     The summary has the objective, its bound and gap, the known law, and a sentence with all of them.

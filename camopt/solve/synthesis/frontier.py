@@ -25,17 +25,17 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.clock import clock_seconds
 from camopt.core.quantities.function import FunctionCall
 from camopt.model.effects import available_quantities, missing_keys_by_quantity
-from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.limits import limited_quantity
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
-from camopt.solve.synthesis.cams import known_cam_row, smallest_known_cams
+from camopt.solve.synthesis.cams import known_cam_with_objective_terms, smallest_designs_by_known_law
 from camopt.solve.synthesis.frontier_result import Frontier
 from camopt.solve.synthesis.iterate import Iterate
-from camopt.solve.synthesis.nonconvex_constraints import load_constraints_at, load_quantities
+from camopt.solve.synthesis.nonconvex_constraints import load_constraints_at, load_limit_keys_by_quantity
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.synthesise import relaxation_bound
 from camopt.solve.tables.cells import duration_text
@@ -66,25 +66,25 @@ class SearchTimeEstimate:
             LONG_SECONDS / NOTICE_FACTOR,
         )
 
-    def finish_kind(self) -> None:
+    def record_kind_and_announce_time(self) -> None:
         """Record that one kind of searches is done, and announce the total time if it is long."""
         count, now = self._kinds.pop(0), clock_seconds()
         if not count or not self._tell:
             return
-        seconds = (now - self._kind_start) / self._rounds(count)
-        seconds_left = sum(map(self._rounds, self._kinds)) * seconds
+        seconds = (now - self._kind_start) / self._searches_per_worker(count)
+        seconds_left = sum(map(self._searches_per_worker, self._kinds)) * seconds
         total_seconds, self._kind_start = now - self._start + seconds_left, now
         if seconds_left > 0.0 and total_seconds > NOTICE_FACTOR * self._announced:
             self._announced = total_seconds
             searches = f"{sum(self._kinds):,} more searches for a motion"
             self._tell(f"{searches}, about {duration_text(total_seconds)} in all; fewer points take less")
 
-    def _rounds(self, count: int) -> int:
+    def _searches_per_worker(self, count: int) -> int:
         """Number of searches that one worker does, one after the other."""
         return ceil(count / self._workers)
 
 
-@options_by_keyword
+@allow_positional_options
 @with_progress_bar("points")
 def frontier(
     scene: SceneSource,
@@ -146,17 +146,17 @@ def frontier(
     scene = scene_from(scene)
     check_count("points", points, 0)
     check_count("workers", workers)
-    scene, axes = _check_axes(scene, axes)
+    scene, axes = _check_axes_and_add_outputs(scene, axes)
     problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used_engine:
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
-        ends, known_cams = _axis_ends(
+        ends, known_cams = _axis_ends_and_known_cams(
             scene, axes, used_engine, SearchTimeEstimate(kinds, used_engine.workers, tell)
         )
         rows = list(_frontier_rows(scene, axes, ends, points, used_engine, progress))
-    known_rows = [known_cam_row(problem, cam) for cam in known_cams]
+    known_rows = [known_cam_with_objective_terms(problem, cam) for cam in known_cams]
     bounds = {
         axis: relaxation_bound(replace(problem, objective={axis: 1.0})) for axis in axes if axis in AXIS_TERMS
     }
@@ -192,13 +192,13 @@ def _frontier_rows(
         report_progress(progress, done, len(values))
 
 
-def _check_axes(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
+def _check_axes_and_add_outputs(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
     """The scene with the outputs that the axes need, and the axes; BadInput if an axis does not exist."""
     scene_problem, mistakes = resolve(scene), []
     axes = (axes,) if isinstance(axes, str) else axes
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
-    missing_keys, loads = missing_keys_by_quantity(scene_problem.setup), load_quantities(scene_problem)
+    missing_keys, loads = missing_keys_by_quantity(scene_problem.setup), load_limit_keys_by_quantity(scene_problem)
     available_loads = [name for name in loads if name in available_quantities(scene_problem.setup)]
     for axis in axes:
         name = limited_quantity(axis, scene_problem.setup) if axis == residual.RESIDUAL_TERM else axis
@@ -220,7 +220,7 @@ FrontierEnds = dict[tuple[str, str], FrontierCam]
 """Cams at the ends, by (axis, other): of the least axis, and then of the least other with the axis held there."""
 
 
-def _axis_ends(
+def _axis_ends_and_known_cams(
     scene: Scene, axes: tuple[str, ...], engine: Engine, estimate: SearchTimeEstimate
 ) -> tuple[FrontierEnds, list[Design]]:
     """The cams with the least of each axis, and the cams of known laws.
@@ -242,12 +242,12 @@ def _axis_ends(
                 raise Unmet("no free law with this number of pieces meets all limits; increase synthesis.pieces")
             ends[axis, axis] = end
         known_cams = next(results, known_cams)
-        estimate.finish_kind()
-        size_bound = _size_bound_for_loads(scene, ends)
+        estimate.record_kind_and_announce_time()
+        size_bound = _largest_size_for_load_axes(scene, ends)
     pairs = [(axis, other) for axis, other in permutations(axes, 2) if other != axes[0]]  # which has no grid
     tasks = []
     for axis, other in pairs:
-        held_values = {axis: _widen_end(ends[axis, axis], axis)}
+        held_values = {axis: _widened_least_value(ends[axis, axis], axis)}
         tasks.append(
             FrontierTask(
                 other, held_values if other in AXIS_TERMS else size_bound | held_values, (ends[axis, axis].laws,)
@@ -255,11 +255,11 @@ def _axis_ends(
         )
     for (axis, other), end in zip(pairs, _task_results(scene, axes, tasks, engine), strict=True):
         ends[axis, other] = end or ends[axis, axis]
-    estimate.finish_kind()
+    estimate.record_kind_and_announce_time()
     return ends, known_cams
 
 
-def _size_bound_for_loads(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
+def _largest_size_for_load_axes(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
     """Largest size while a load is minimised, as a load may fall for ever while the cam grows.
 
     It is that of [search]; otherwise the scene's own size, or a multiple of the least size.
@@ -280,7 +280,7 @@ def _blend_laws(first: Iterate, second: Iterate, share: float) -> Iterate:
     return Iterate(lead, height, laws)
 
 
-def _widen_end(end: FrontierCam, axis: str) -> float:
+def _widened_least_value(end: FrontierCam, axis: str) -> float:
     """Least value of an axis, widened for the solver."""
     value = float(end.row[axis])
     return value * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_END_WIDENING))
@@ -289,7 +289,7 @@ def _widen_end(end: FrontierCam, axis: str) -> float:
 def _axis_range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
     """Range of an axis: from its least value to its largest at the least of another axis."""
     most = max(float(end.row[axis]) for (other, by), end in ends.items() if by == axis)
-    return max(_widen_end(ends[axis, axis], axis), LEAST_AXIS_SHARE * most), most
+    return max(_widened_least_value(ends[axis, axis], axis), LEAST_AXIS_SHARE * most), most
 
 
 def _axis_values(low: float, high: float, points: int) -> FloatArray:
@@ -323,15 +323,15 @@ class KnownLawTask(NamedTuple):
     """A task to compute the smallest cams of known laws."""
 
     def run_task(self, toml: str, axes: tuple[str, ...]) -> list[Design]:
-        return [*smallest_known_cams(Scene.from_dict(tomllib.loads(toml))).values()]
+        return [*smallest_designs_by_known_law(Scene.from_dict(tomllib.loads(toml))).values()]
 
 
 def _task_results(
     scene: Scene, axes: tuple[str, ...], tasks: Sequence[FrontierTask | KnownLawTask], engine: Engine
 ) -> Iterator[Any]:
     """Results of the tasks, in order."""
-    calls = [each.call for each in resolve(scene).setup.own_quantities.values() if each.call]
-    return chain.from_iterable(engine.in_order(partial(_run_tasks, calls, scene.to_toml(), axes), tasks))
+    calls = [each.function_call for each in resolve(scene).setup.own_quantities.values() if each.function_call]
+    return chain.from_iterable(engine.results_in_order(partial(_run_tasks, calls, scene.to_toml(), axes), tasks))
 
 
 _KEPT_MINIMISER: dict[Any, AxisMinimiser] = {}

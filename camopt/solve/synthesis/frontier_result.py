@@ -10,10 +10,14 @@ from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.problem_from_scene import default_peaks
-from camopt.solve.synthesis.result_sentences import OWN_MOVES, default_limits_in_words, other_limits_in_words
+from camopt.solve.synthesis.result_sentences import (
+    OWN_MOVES,
+    default_limit_differences_in_words,
+    default_limits_in_words,
+)
 from camopt.solve.synthesis.term_units import term_unit
 from camopt.solve.tables.cells import number_text, with_unit
-from camopt.solve.tables.designs import Design, joined_laws, sizes_shown
+from camopt.solve.tables.designs import Design, joined_laws, shown_size_columns
 from camopt.solve.tables.result import Result, Table, table_of
 
 
@@ -73,7 +77,7 @@ class Frontier(Result, Drawable):
             rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
         if not rows:
             return None
-        sizes = [name for name in sizes_shown(self.scene.search.sizes, rows) if not name.startswith("law")]
+        sizes = [name for name in shown_size_columns(self.scene.search.sizes, rows) if not name.startswith("law")]
         shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
         title = f"{self.scene.name}: the frontier"
         return table_of(title, shown, ["law", *self.axes, "bound", *sizes], units=self.units)
@@ -91,7 +95,7 @@ class Frontier(Result, Drawable):
         if not all(row["within"] for row in self.known):
             yield "* breaks a limit of the free laws"
         yield from default_limits_in_words(self.scene, defaults)
-        yield from other_limits_in_words(self.scene, defaults)
+        yield from default_limit_differences_in_words(self.scene, defaults)
         for term, (least, bound) in self.least.items():
             unit = self.units[term]
             below = "lower bound for any motion within the other limits:"

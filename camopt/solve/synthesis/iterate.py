@@ -22,11 +22,11 @@ class Iterate(NamedTuple):
     coefficients: tuple[FloatArray, ...]
 
 
-def free_motions(model: ConvexModel) -> list[SplineMotion]:
+def free_stroke_motions(model: ConvexModel) -> list[SplineMotion]:
     return [motion for motion in model.motions if isinstance(motion, SplineMotion)]
 
 
-def sampled_motions(model: ConvexModel) -> list[SplineMotion | FixedMotion]:
+def spline_and_fixed_motions(model: ConvexModel) -> list[SplineMotion | FixedMotion]:
     """The motions of all strokes of a model with free motions."""
     return [motion for motion in model.motions if isinstance(motion, SplineMotion | FixedMotion)]
 
@@ -35,7 +35,8 @@ def iterate_of(model: ConvexModel) -> Iterate:
     """The solution of a solved model."""
     sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
     return Iterate(
-        *sizes, without_solver_error(model.problem, [motion.coefficients.value for motion in free_motions(model)])
+        *sizes,
+        without_solver_error(model.problem, [motion.coefficients.value for motion in free_stroke_motions(model)]),
     )
 
 
@@ -54,7 +55,9 @@ def without_solver_error(problem: SynthesisProblem, coefficients: Sequence[Float
             if problem.monotone:
                 np.maximum.accumulate(law_coefficients, out=law_coefficients)
     free = iter(corrected)
-    stroke_laws = [_StrokeLaw(stroke, next(free) if stroke.is_free else None) for stroke in problem.strokes]
+    stroke_laws = [
+        _StrokeLaw(stroke, next(free) if stroke.is_law_replaceable else None) for stroke in problem.strokes
+    ]
     for before, after in zip(stroke_laws, [*stroke_laws[1:], stroke_laws[0]], strict=True):
         _join_strokes(problem, before, after)
     return tuple(corrected)
@@ -77,7 +80,7 @@ def _impose_opposition(problem: SynthesisProblem, coefficients: Sequence[FloatAr
     by_stroke = dict(zip(problem.free_strokes, coefficients, strict=True))
     for one, other in problem.opposed_pairs:
         stroke, partner = problem.strokes[one], problem.strokes[other]
-        if stroke.is_free:
+        if stroke.is_law_replaceable:
             (low, change), (partner_low, partner_change) = map(problem.law_offset_and_scale, (stroke, partner))
             total = problem.sum_of_starts(one, other)
             mean = (

@@ -3,8 +3,13 @@
 from dataclasses import dataclass
 
 from camopt.scene.scene import Scene
-from camopt.solve.synthesis.cams import known_cam_row, law_names_of, own_law_names, smallest_known_cams
-from camopt.solve.synthesis.law_infeasibility import broken_keys_in_words
+from camopt.solve.synthesis.cams import (
+    known_cam_with_objective_terms,
+    law_names_of,
+    own_law_names,
+    smallest_designs_by_known_law,
+)
+from camopt.solve.synthesis.law_infeasibility import broken_limit_keys_in_words
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.result_sentences import OWN_MOVES
 from camopt.solve.tables.designs import Design
@@ -35,14 +40,17 @@ class KnownLawCams:
         return min(within, key=lambda law: within[law], default=None)
 
 
-def known_laws_of(scene: Scene) -> KnownLawCams:
+def build_known_law_cams(scene: Scene) -> KnownLawCams:
     """The cams of the known laws of a scene that ``synthesise`` accepts."""
     problem = build_synthesis_problem(scene)
-    rows = {law or OWN_MOVES: known_cam_row(problem, row) for law, row in smallest_known_cams(scene).items()}
+    rows = {
+        law or OWN_MOVES: known_cam_with_objective_terms(problem, row)
+        for law, row in smallest_designs_by_known_law(scene).items()
+    }
     weights = problem.objective
     for row in rows.values():
         row["objective"] = sum(weight * row[name] for name, weight in weights.items())
     broken_limits = {
-        law: broken_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]
+        law: broken_limit_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]
     }
     return KnownLawCams(scene, rows, broken_limits)

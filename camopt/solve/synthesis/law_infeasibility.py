@@ -39,8 +39,11 @@ class MissedLimit(NamedTuple):
 
 def no_cam_error(scene: Scene, problem: SynthesisProblem, searches: Sequence[Optimum]) -> Unmet:
     """An error for nonconvex limits that no cam of free laws meets, with what the nearest cam reached."""
-    start, defaults = "no cam was found for free laws that meets", _defaults_in_words(scene, problem)
-    misses = [missed for search in searches if (missed := _missed_limits(problem, search))]
+    start, defaults = (
+        "no cam was found for free laws that meets",
+        _default_limits_and_remedy_in_words(scene, problem),
+    )
+    misses = [missed for search in searches if (missed := _limits_missed_by_nearest_cam(problem, search))]
     if not misses:
         obstacles = dict.fromkeys(why for search in searches for why in search.obstacles.values())
         reasons = f", because of {join_words(list(obstacles))}" if obstacles else " together"
@@ -57,7 +60,7 @@ def no_cam_error(scene: Scene, problem: SynthesisProblem, searches: Sequence[Opt
     return Unmet(f"{start} {join_words(missed_limits)}{remedy}{defaults}")
 
 
-def _defaults_in_words(scene: Scene, problem: SynthesisProblem) -> str:
+def _default_limits_and_remedy_in_words(scene: Scene, problem: SynthesisProblem) -> str:
     """The default limits with their bounds, and how to replace them; empty if there are none."""
     default_limits = []
     for name in _default_limit_names(scene, problem):
@@ -66,17 +69,17 @@ def _defaults_in_words(scene: Scene, problem: SynthesisProblem) -> str:
         default_limits.append(f"{name} of at most {largest}")
     if not default_limits:
         return ""
-    peaks = f"{join_words(default_limits)} ({_default_peaks_in_words(scene)})"
+    peaks = f"{join_words(default_limits)} ({_source_of_defaults_in_words(scene)})"
     return f"; default limits: {peaks}; {_override_keys_in_words(scene)}"
 
 
-def _missed_limits(problem: SynthesisProblem, search: Optimum) -> dict[str, MissedLimit]:
+def _limits_missed_by_nearest_cam(problem: SynthesisProblem, search: Optimum) -> dict[str, MissedLimit]:
     """Limits that the nearest cam of a search breaks, by key; a cam that meets all may still be too large."""
     if search.nearest_miss is not None:
         miss = search.nearest_miss
         broken = str(miss["violated"]).split(",")
         limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
-        return {limit_key(limit): _worst_miss(limit, miss) for limit in limits}
+        return {limit_key(limit): _largest_miss_over_quantities(limit, miss) for limit in limits}
     largest_size, name = largest_cam_size(problem), problem.scene_problem.size_name
     if search.best is None or search.best[name] <= largest_size:
         return {}
@@ -85,7 +88,7 @@ def _missed_limits(problem: SynthesisProblem, search: Optimum) -> dict[str, Miss
     return {_size_key(problem): MissedLimit(description, search.best[name] / largest_size - 1.0, "larger")}
 
 
-def broken_keys_in_words(scene: Scene, problem: SynthesisProblem, row: Design) -> str:
+def broken_limit_keys_in_words(scene: Scene, problem: SynthesisProblem, row: Design) -> str:
     """The limits of free laws that the cam of a known law breaks, by their keys."""
     names = limits_broken_by_cam(problem, row)
     keys = [_condition_key(scene, problem, name) for name in names if name != SIZE_WORDS]
@@ -98,7 +101,7 @@ def limit_key(limit: Limit) -> str:
     return (limit.bound_key or f"limits.{limit.name}") if limit.set_by_scene else limit.name
 
 
-def _worst_miss(limit: Limit, row: Mapping[str, Any]) -> MissedLimit:
+def _largest_miss_over_quantities(limit: Limit, row: Mapping[str, Any]) -> MissedLimit:
     """The quantity that breaks a limit most."""
     values = {name: float(row[name]) for name in limit.shown_quantities if isinstance(row.get(name), (int, float))}
     if not values or not limit.set_by_scene:
@@ -111,12 +114,15 @@ def _worst_miss(limit: Limit, row: Mapping[str, Any]) -> MissedLimit:
     return MissedLimit(f"best {reached}, limit {bound_text}", relative_miss, easier)
 
 
-def contradiction_error(scene: Scene, problem: SynthesisProblem, bound_of: BoundFunction) -> Unmet:
+def contradiction_error(scene: Scene, problem: SynthesisProblem, objective_lower_bound: BoundFunction) -> Unmet:
     """An error for limits and conditions that contradict each other; without any one, a motion exists."""
-    conflict = irreducible_set(problem.limit_names, lambda kept: bound_of(problem.keep_limits(kept)) != inf)
+    conflict = irreducible_set(
+        problem.limit_names, lambda kept: objective_lower_bound(problem.keep_limits(kept)) != inf
+    )
     default_names = [name for name in _default_limit_names(scene, problem) if name in conflict]
     others = [
-        f"{_condition_key(scene, problem, name)}{_least_term_in_words(scene, problem, name, conflict, bound_of)}"
+        _condition_key(scene, problem, name)
+        + _least_term_in_words(scene, problem, name, conflict, objective_lower_bound)
         for name in conflict
         if name not in default_names
     ]
@@ -125,9 +131,10 @@ def contradiction_error(scene: Scene, problem: SynthesisProblem, bound_of: Bound
         conflict_words = "one alone is impossible" if len(others) == 1 else f"these {count} contradict each other"
         return Unmet(f"no motion meets all limits; {conflict_words}: {join_words(others)}")
     default = " and ".join(
-        f"{name}{_least_term_in_words(scene, problem, name, conflict, bound_of)}" for name in default_names
+        f"{name}{_least_term_in_words(scene, problem, name, conflict, objective_lower_bound)}"
+        for name in default_names
     )
-    within = f"within the default limits of {default} ({_default_peaks_in_words(scene)})"
+    within = f"within the default limits of {default} ({_source_of_defaults_in_words(scene)})"
     return Unmet(
         f"no motion meets {join_words(others) or 'the segments'} {within}; {_override_keys_in_words(scene)}"
     )
@@ -138,9 +145,9 @@ def _default_limit_names(scene: Scene, problem: SynthesisProblem) -> list[str]:
     return [name.removeprefix("peak_") for name in default_peaks(scene, problem.objective)]
 
 
-def _default_peaks_in_words(scene: Scene) -> str:
+def _source_of_defaults_in_words(scene: Scene) -> str:
     """The default limits of the motion."""
-    peaks = [f"the peaks of {GENTLE_LAW}"] if _has_unit_strokes(scene) else []
+    peaks = [f"the peaks of {GENTLE_LAW}"] if _has_rises_or_returns(scene) else []
     moves = (
         [f"{MOVE_PEAK_FACTOR:g} times those of the scene's own moves"]
         if any(segment.segment == MOVE for segment in scene.motion)
@@ -152,14 +159,14 @@ def _default_peaks_in_words(scene: Scene) -> str:
 def _override_keys_in_words(scene: Scene) -> str:
     """The keys that replace the default limits."""
     limit_keys = "limits.acceleration or limits.jerk" if scene.cam.rpm is not None else ""
-    peak_keys = "synthesis.peak_acceleration or synthesis.peak_jerk" if _has_unit_strokes(scene) else ""
+    peak_keys = "synthesis.peak_acceleration or synthesis.peak_jerk" if _has_rises_or_returns(scene) else ""
     keys = (
         ", or ".join(filter(None, (limit_keys, peak_keys))) or "limits.acceleration or limits.jerk, with cam.rpm,"
     )
     return f"set {keys} to replace the default limits"
 
 
-def _has_unit_strokes(scene: Scene) -> bool:
+def _has_rises_or_returns(scene: Scene) -> bool:
     """Whether the scene has rises or returns, whose peaks [synthesis] can limit."""
     return any(segment.segment in ("rise", "return") for segment in scene.motion)
 
@@ -177,20 +184,24 @@ def _condition_key(scene: Scene, problem: SynthesisProblem, name: str) -> str:
 def _size_key(problem: SynthesisProblem) -> str:
     searched, key = (
         "size" in problem.scene_problem.search_space.variables,
-        problem.scene_problem.setup.mechanism.body.size,
+        problem.scene_problem.setup.mechanism.body.size_key,
     )
     return f"{'search' if searched else 'cam'}.{key}"
 
 
 def _least_term_in_words(
-    scene: Scene, problem: SynthesisProblem, name: str, conflict: Sequence[str], bound_of: BoundFunction
+    scene: Scene,
+    problem: SynthesisProblem,
+    name: str,
+    conflict: Sequence[str],
+    objective_lower_bound: BoundFunction,
 ) -> str:
     """Least value of a term for any motion within the other limits of the conflict; empty if unknown."""
     term = "size" if name == SIZE_WORDS else name
     if term not in AXIS_TERMS:
         return ""
     others = problem.keep_limits([other for other in conflict if other != name])
-    least = bound_of(replace(others, objective={term: 1.0}))
+    least = objective_lower_bound(replace(others, objective={term: 1.0}))
     if not least or least == inf:
         return ""
     return f" (at least {with_unit(least, term_unit(term, scene))} with the rest)"

@@ -43,7 +43,7 @@ def linear_constraints_of(scene_problem: Problem) -> list[LinearConstraint]:
     merged: dict[LinearConstraint, LinearConstraint] = {}
     for constraint in map(
         partial(constraint_at_tool, scene_problem),
-        _list_linear_constraints(scene_problem) if constant_train_ratio(scene_problem) else (),
+        _linear_constraints_by_limit(scene_problem) if constant_train_ratio(scene_problem) else (),
     ):
         unnamed = replace(constraint, name="", kinds=0)
         same = merged.get(unnamed, constraint)
@@ -51,7 +51,7 @@ def linear_constraints_of(scene_problem: Problem) -> list[LinearConstraint]:
     return list(merged.values())
 
 
-def _list_linear_constraints(scene_problem: Problem) -> Iterator[LinearConstraint]:
+def _linear_constraints_by_limit(scene_problem: Problem) -> Iterator[LinearConstraint]:
     strictest = strictest_constraints(scene_problem.constraints)
     for limit in scene_problem.limits:
         for constraint in limit.constraints:
@@ -67,12 +67,12 @@ def _list_linear_constraints(scene_problem: Problem) -> Iterator[LinearConstrain
                     LINEAR_CURVES[second.first_contact_curve(constraint)](limit.name, constraint),
                 )
         if limit.necessary_conditions.reach < inf:
-            yield from _reach_constraints(limit.name, limit.necessary_conditions.reach)
+            yield from _flat_face_reach_constraints(limit.name, limit.necessary_conditions.reach)
         if limit.least_contact_force is not None:
             yield _contact_force_constraint(scene_problem, limit.name, limit.least_contact_force)
 
 
-def mean_constraints_of(scene_problem: Problem) -> Iterator[MeanConstraint]:
+def convex_mean_constraints(scene_problem: Problem) -> Iterator[MeanConstraint]:
     """The limits on means of the motion that are convex. The smallest cam for the laws meets the other ones.
 
     The lift area is linear in the motion, 1/2π·∮y dθ ≥ m. Root mean squares are cones, √(1/2π·∮(y⁽ᵏ⁾)² dθ) ≤ r. So
@@ -84,7 +84,7 @@ def mean_constraints_of(scene_problem: Problem) -> Iterator[MeanConstraint]:
             continue
         power, side = constraint.mean.power, constraint.side
         if power == 1 or side > 0.0:
-            bound = constraint.mean.value_of_mean(constraint.upper_bound())
+            bound = constraint.mean.mean_from_power_mean(constraint.upper_bound())
             yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
 
 
@@ -152,7 +152,7 @@ def _linear_second_contact(scene_problem: Problem) -> _SecondContact | None:
     mechanism, design = scene_problem.setup.mechanism, scene_problem.design
     if not mechanism.further_contacts or mechanism.start is None or scene_problem.setup.angular:
         return None
-    if any(stroke.is_move and stroke.is_free for stroke in scene_problem.programme.tool.strokes):
+    if any(stroke.is_move and stroke.is_law_replaceable for stroke in scene_problem.programme.tool.strokes):
         return None
     (contact,), lift = mechanism.further_contacts, scene_problem.programme.lift
     curves = {contact.mechanism.pressure: mechanism.pressure}
@@ -170,25 +170,25 @@ def _linear_second_contact(scene_problem: Problem) -> _SecondContact | None:
     return _SecondContact(curves, -1.0, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
 
 
-def _trace_pressure(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
+def _trace_point_pressure_constraints(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """|y' − e| ≤ T·(s₀ + y), with T the tangent of the pressure angle."""
     tangent = constraint.upper_bound()
     yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=constraint.kinds)
     yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=constraint.kinds)
 
 
-def _groove_pressure(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
+def _groove_pressure_constraints(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """|y'| ≤ T·R_m, with T the tangent of the pressure angle."""
     for side in constraint.sides:
         yield LinearConstraint(name, 0.0, -side, height=constraint.upper_bound(), kinds=constraint.kinds)
 
 
-def _face_radius(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
+def _flat_face_radius_constraint(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """R_b + y + y'' ≥ ρ."""
     yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=constraint.upper_bound())
 
 
-def _reach_constraints(
+def _flat_face_reach_constraints(
     name: str, reach: float, sides: tuple[float, ...] = (1.0, -1.0)
 ) -> Iterator[LinearConstraint]:
     """|y' − e| ≤ t: the reach along a flat face, both ways or one way."""
@@ -197,13 +197,13 @@ def _reach_constraints(
 
 
 LINEAR_CURVES: dict[Any, Callable[[str, Constraint], Iterator[LinearConstraint]]] = {
-    translating.MECHANISM.pressure: _trace_pressure,
-    cylindrical.MECHANISM.pressure: _groove_pressure,
+    translating.MECHANISM.pressure: _trace_point_pressure_constraints,
+    cylindrical.MECHANISM.pressure: _groove_pressure_constraints,
     translating_flat.MECHANISM.pressure: lambda name, constraint: iter(
         ()
     ),  # the face is square to its motion: β is 0
-    translating_flat.MECHANISM.profile_radius: _face_radius,
-    translating_flat.MECHANISM.reach: lambda name, constraint: _reach_constraints(
+    translating_flat.MECHANISM.profile_radius: _flat_face_radius_constraint,
+    translating_flat.MECHANISM.reach: lambda name, constraint: _flat_face_reach_constraints(
         name, constraint.upper_bound(), constraint.sides
     ),
 }
@@ -213,14 +213,14 @@ def _reflected_load(load: ExternalLoad | TrainLoad | None) -> ReflectedLoad:
     """The load that reaches the follower, apart from its own dynamics."""
     if isinstance(load, TrainLoad):
         return load.reflected_load
-    return ReflectedLoad(0.0, 0.0, load.highest if load else 0.0)
+    return ReflectedLoad(0.0, 0.0, load.largest_signed_load if load else 0.0)
 
 
 def _contact_force_constraint(scene_problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
     """A least contact force at a speed, as a linear constraint; for an arm, its moment about the pivot."""
     reflected = _reflected_load(scene_problem.programme.load)
     arm = float(scene_problem.design.arm_length[0]) if scene_problem.setup.angular else 1.0
-    stiffness, damping, mass, constant = force.force_weights(scene_problem.setup.dynamics, least.omega)
+    stiffness, damping, mass, constant = force.force_weights_and_constant(scene_problem.setup.dynamics, least.omega)
     stiffness, mass = stiffness + reflected.stiffness, mass + reflected.mass * least.omega**2
     constant += reflected.highest  # the highest load of any motion, so that the bound remains valid
     unit = abs(constant) + mass or 1.0  # makes terms of order 1, as in other constraints
@@ -240,12 +240,12 @@ def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) ->
     for scene_problem, size_shifts in shifts.values():
         ratio = abs(constant_train_ratio(scene_problem) or 1.0)
         linear_constraints += (
-            _reduce_by_shifts(each, size_shifts, ratio, unit) for each in linear_constraints_of(scene_problem)
+            _tighten_by_worst_shift(each, size_shifts, ratio, unit) for each in linear_constraints_of(scene_problem)
         )
     return replace(problem, linear_constraints=tuple(linear_constraints))
 
 
-def _reduce_by_shifts(
+def _tighten_by_worst_shift(
     constraint: LinearConstraint, shifts: Sequence[tuple[float, float]], ratio: float, unit: float
 ) -> LinearConstraint:
     """A linear constraint tightened by the worst of some shifts (δe, δs).

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.state import State
 from camopt.core.quantities import AT_MOST, QUANTITIES
 from camopt.model.effects.peak import Derivative
@@ -38,8 +38,8 @@ LeadAndHeight = tuple[float, float]
 """e and s₀ [mm]."""
 
 
-def load_quantities(scene_problem: Problem) -> dict[str, str]:
-    """Quantities that are the largest value of a curve, each with its key in [limits]."""
+def load_limit_keys_by_quantity(scene_problem: Problem) -> dict[str, str]:
+    """Key in [limits] of each quantity that is the largest value of a curve."""
     keys = {limited_quantity(key, scene_problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
     return {name: key for name, key in keys.items() if QUANTITIES[name].relation == AT_MOST}
 
@@ -81,7 +81,7 @@ class TangentPlanes:
     height: FloatArray
 
 
-def stroke_samples(problem: SynthesisProblem, stroke: Stroke) -> FloatArray:
+def stroke_sample_positions(problem: SynthesisProblem, stroke: Stroke) -> FloatArray:
     """The samples of a stroke: x of the unit stroke, inside its pieces."""
     count = DWELL_SAMPLES if stroke.kind == DWELL else max(problem.splines.pieces * PIECE_SAMPLES, STROKE_SAMPLES)
     return (np.arange(count) + 0.5) / count
@@ -102,7 +102,7 @@ class SampledConstraints:
     ) -> None:
         self.problem, self.stroke = problem, stroke
         self.scene_problem, self.errors = scene_problem or problem.scene_problem, errors or {}
-        self.angles = stroke.start + stroke.angle * stroke_samples(problem, stroke)
+        self.angles = stroke.start + stroke.angle * stroke_sample_positions(problem, stroke)
 
     def is_limited_by(self, constraint: Constraint) -> bool:
         """Whether a constraint applies to the stroke, or to a direction in which the follower may move there."""
@@ -115,7 +115,7 @@ class SampledConstraints:
         constraints: Sequence[Constraint],
         state: FloatArray,
         sizes: LeadAndHeight,
-        near: FloatArray | None = None,
+        direction_state: FloatArray | None = None,
     ) -> FloatArray:
         """Ratio of each curve to its bound (rows, n).
 
@@ -123,31 +123,37 @@ class SampledConstraints:
 
         ``state`` is y to y''' at the samples (4, n) [mm or rad, per radᵏ], or several such states one after
         another. A curve that applies to one direction is 0 where the follower moves the other way. The direction is
-        that of ``near`` if it is given. Undefined values are infinite.
+        that of ``direction_state`` if it is given. Undefined values are infinite.
         """
-        return self._ratios_in_state(
-            constraints, self._follower_state(state), state if near is None else near, sizes
+        return self._ratios_in_follower_state(
+            constraints, self._follower_state(state), state if direction_state is None else direction_state, sizes
         )
 
-    def _ratios_in_state(
-        self, constraints: Sequence[Constraint], at: State, near: FloatArray, sizes: LeadAndHeight
+    def _ratios_in_follower_state(
+        self,
+        constraints: Sequence[Constraint],
+        follower_state: State,
+        direction_state: FloatArray,
+        sizes: LeadAndHeight,
     ) -> FloatArray:
         """As ``ratios_to_bounds``, for a state of the follower."""
         designs, programme = (
             add_errors(_design_of_sizes(self.problem, sizes), self.errors),
             self.scene_problem.programme,
         )
-        outward = near[1] >= 0.0
+        outward = direction_state[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
             for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
-                value = _curve_value(constraint.curve, designs, programme, at) * constraint.factor(designs)
+                value = _curve_value(constraint.curve, designs, programme, follower_state) * constraint.factor(
+                    designs
+                )
                 if constraint.upper_bound() <= 0.0:  # a lower bound, which may be 0
                     value = 1.0 - (constraint.upper_bound() + value) / self.problem.size_unit
                 else:
                     value = constraint.sides[0] * value / constraint.upper_bound()
                 value = np.nan_to_num(np.broadcast_to(value, outward.shape), nan=np.inf)
-                value = np.where(np.where(outward, *self._limited_directions(constraint)), value, 0.0)
+                value = np.where(np.where(outward, *self._limits_outward_and_inward(constraint)), value, 0.0)
                 rows += [value, -value] if constraint.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, outward.size)
 
@@ -163,7 +169,7 @@ class SampledConstraints:
         angles = np.tile(self.angles, y.size // self.angles.size)
         return State(y, y1, y2, y3, load.state(angles, motion, np.sign(y1)))
 
-    def _limited_directions(self, constraint: Constraint) -> tuple[bool, bool]:
+    def _limits_outward_and_inward(self, constraint: Constraint) -> tuple[bool, bool]:
         """Whether a constraint applies to motion outward, and to motion inward, in this stroke."""
         stroke_kind = self.stroke.kind if self.stroke.kind in WAY_OF else 0
         resting = RESTING if stroke_kind == DWELL else 0
@@ -187,17 +193,17 @@ class SampledConstraints:
         by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
         step, follower_state = DIFFERENCE_STEP * length, self._follower_state(state)
         return TangentPlanes(
-            self._ratios_in_state(constraints, follower_state, state, sizes),
+            self._ratios_in_follower_state(constraints, follower_state, state, sizes),
             _central_differences(*by_order) / fast[:, None, None],
             _central_differences(
                 *(
-                    self._ratios_in_state(constraints, follower_state, state, (lead + k, height))
+                    self._ratios_in_follower_state(constraints, follower_state, state, (lead + k, height))
                     for k in (step, -step)
                 )
             ),
             _central_differences(
                 *(
-                    self._ratios_in_state(constraints, follower_state, state, (lead, height + k))
+                    self._ratios_in_follower_state(constraints, follower_state, state, (lead, height + k))
                     for k in (step, -step)
                 )
             ),
@@ -206,7 +212,9 @@ class SampledConstraints:
 
 def _curve_value(curve: Any, designs: Designs, programme: Programme, state: State) -> Any:
     """Value of a curve, or of a derivative of the follower, in a state."""
-    return state[curve.order] if isinstance(curve, Derivative) else value_of(curve(designs, programme), ..., state)
+    return (
+        state[curve.order] if isinstance(curve, Derivative) else curve_value(curve(designs, programme), ..., state)
+    )
 
 
 def _central_differences(up: FloatArray, down: FloatArray) -> FloatArray:
@@ -221,7 +229,7 @@ def _design_of_sizes(problem: SynthesisProblem, sizes: LeadAndHeight) -> Designs
     prime = np.hypot(lead, height) if problem.has_trace_point else height
     return replace(
         problem.scene_problem.design,
-        size=np.array([prime - problem.roller]),
+        size=np.array([prime - problem.prime_less_cam_radius]),
         roller_radius=np.array([problem.largest_roller]),
         offset=np.array([problem.scene_problem.design.sense * lead]),
     )

@@ -64,7 +64,7 @@ class SceneBound(NamedTuple):
         return scene.replace(**{name: pair})
 
 
-def prices_of_laws(result: Synthesis) -> list[Price]:
+def shadow_prices_of_free_laws(result: Synthesis) -> list[Price]:
     """The shadow price of each bound that limits the free laws of a synthesis.
 
     The list is empty if a solver fails, or if crossings were chosen outside of the programme.
@@ -100,12 +100,12 @@ class PricedOptimum(NamedTuple):
     sizes: tuple[float, float] = (0.0, 0.0)
     """e and s₀ of the cam [mm]."""
 
-    def evaluate_in_scene(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
+    def objective_and_constraints_in_scene(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
         """Objective and constraints of the same programme for another scene, at this point.
 
         None if that scene has another number of curves, which happens at a bound that no motion meets.
         """
-        model = _convex_model(_robust_problems(scene, self.sizes)[self.number], self.margin)
+        model = _tightened_convex_model(_robust_problem_per_offset(scene, self.sizes)[self.number], self.margin)
         for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
             variable.value = value
         values = [constraint.expr.value for constraint in model.constraints]
@@ -113,11 +113,11 @@ class PricedOptimum(NamedTuple):
             constraints = nonconvex_constraints_of(model.problem)
             if len(constraints) != len(nonconvex_constraints_of(self.model.problem)):
                 return None
-            values += self.steps.curve_ratios(self.at, constraints)
+            values += self.steps.curve_ratios_to_bounds(self.at, constraints)
         return model.unit * float(model.objective.value), values
 
 
-def _robust_problems(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
+def _robust_problem_per_offset(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
     """The problem for each offset that a scene lists; for robust cams with limits tightened at these sizes."""
     return [
         with_robust_limits(problem, *sizes) if problem.scene_problem.robust_errors else problem
@@ -125,20 +125,20 @@ def _robust_problems(scene: Scene, sizes: tuple[float, float]) -> list[Synthesis
     ]
 
 
-def _convex_model(problem: SynthesisProblem, margin: float) -> ConvexModel:
+def _tightened_convex_model(problem: SynthesisProblem, margin: float) -> ConvexModel:
     """The convex programme of a problem, with its limits tightened by a margin."""
     return build_convex_model(tighten_limits(problem, margin), SplineMotion)
 
 
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
-    """The optimum of a result; None if the solver fails, or if the result is none."""
+    """The solved convex programme of a result, with its multipliers; None if no margin gives a solution."""
     # e and s₀ of the cam of free laws [mm]
     first = split_by_offset(build_synthesis_problem(scene))[0]
     iterate = iterate_of_result(first, result)
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
-    problems = _robust_problems(scene, sizes)
+    problems = _robust_problem_per_offset(scene, sizes)
     for margin in LIMIT_MARGINS:
-        models = [_convex_model(problem, margin) for problem in problems]
+        models = [_tightened_convex_model(problem, margin) for problem in problems]
         try:
             values = [model.solve() for model in models]
         except Unsolved:
@@ -179,7 +179,7 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
         coefficients.append(
             (values - problem.zero) * stroke.size / problem.motion_unit if stroke.is_move else values
         )
-    prime = result.design[problem.scene_problem.size_name] + problem.roller
+    prime = result.design[problem.scene_problem.size_name] + problem.prime_less_cam_radius
     lead = (
         problem.scene_problem.design.sense * result.design.get("offset_mm", 0.0) if problem.has_trace_point else 0.0
     )
@@ -194,7 +194,7 @@ def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> 
     def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
         """A change of the bound, with the objective and the constraints there."""
         try:
-            values = optimum.evaluate_in_scene(bound.scene_with_value(scene, bound.value + change))
+            values = optimum.objective_and_constraints_in_scene(bound.scene_with_value(scene, bound.value + change))
         except BadInput:  # the value is not allowed
             return None
         return values and (change, *values)

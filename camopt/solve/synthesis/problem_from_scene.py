@@ -9,7 +9,7 @@ from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import translating, translating_flat
 from camopt.model.motion import LAWS
 from camopt.model.motion.move_joints import join_moves
-from camopt.model.motion.programme import LAW_PEAKS, Programme, law_peaks, weighted_range
+from camopt.model.motion.programme import LAW_PEAKS, Programme, law_peaks, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE, Condition, Stroke
 from camopt.scene.mapping import MOTION_AT_FOLLOWER
 from camopt.scene.problem.problem import Problem, resolve
@@ -17,11 +17,15 @@ from camopt.scene.problem.settings import given_profile_mistakes
 from camopt.scene.problem.variables import variation_mistakes
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import SynthesisSettings
-from camopt.solve.smallest.closed_form import least_size
+from camopt.solve.smallest.closed_form import size_lower_bound
 from camopt.solve.synthesis import residual
-from camopt.solve.synthesis.conditions import DisplacementOrigin, displacement_origin, motion_conditions
-from camopt.solve.synthesis.crossing_jerk import check_crossings
-from camopt.solve.synthesis.linear_constraints import is_linear, linear_constraints_of, mean_constraints_of
+from camopt.solve.synthesis.conditions import (
+    DisplacementOrigin,
+    conditions_on_free_moves,
+    displacements_from_lowest_position,
+)
+from camopt.solve.synthesis.crossing_jerk import check_crossing_jerk_applies
+from camopt.solve.synthesis.linear_constraints import convex_mean_constraints, is_linear, linear_constraints_of
 from camopt.solve.synthesis.splines import Splines
 from camopt.solve.synthesis.symmetry import find_mirror_strokes, find_opposed_strokes
 from camopt.solve.synthesis.synthesis_problem import (
@@ -29,7 +33,7 @@ from camopt.solve.synthesis.synthesis_problem import (
     TERM_ORDERS,
     LowHigh,
     SynthesisProblem,
-    traced_roller_radius,
+    prime_less_cam_radius,
 )
 from camopt.solve.synthesis.through_train import constant_train_ratio, constraint_about_tool, reverses_motion
 
@@ -55,11 +59,11 @@ def problem_from_settings(
 ) -> SynthesisProblem:
     """As ``build_synthesis_problem``, for a resolved scene and its ``[synthesis]``."""
     objective = objective_weights(settings) if objective is None else dict(objective)
-    _check_rest(scene_problem, settings, objective)
-    _check_peaks(scene_problem, settings)
-    _check_train(scene_problem, objective)
+    _check_rest_for_finite_jerk(scene_problem, settings, objective)
+    _check_peaks_have_unit_strokes(scene_problem, settings)
+    _check_residual_vibration_applies(scene_problem, objective)
     if CROSSING_JERK in objective:
-        check_crossings(scene_problem)
+        check_crossing_jerk_applies(scene_problem)
     if profile_mistakes := given_profile_mistakes(scene_problem, "the motion"):
         raise BadInput(profile_mistakes)
     if scene_problem.programme.given_at_follower:
@@ -70,12 +74,12 @@ def problem_from_settings(
         scene_problem.file, [*space.angles, *space.numbers], "free laws take"
     ):
         raise BadInput(variable_mistakes)
-    if not any(stroke.is_free for stroke in scene_problem.programme.tool.strokes):
+    if not any(stroke.is_law_replaceable for stroke in scene_problem.programme.tool.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(scene_problem.file, "motion", None, why, bare=True)])
-    origin = displacement_origin(scene_problem)
+    origin = displacements_from_lowest_position(scene_problem)
     # behind a train, the lowest position of the follower must not depend on the free laws
-    has_free_moves = any(stroke.is_move and stroke.is_free for stroke in origin.strokes)
+    has_free_moves = any(stroke.is_move and stroke.is_law_replaceable for stroke in origin.strokes)
     if (
         scene_problem.setup.train is not None
         and has_free_moves
@@ -84,9 +88,9 @@ def problem_from_settings(
         reason = "free moves through a train need a lowest position of the follower that the motion gives"
         raise BadInput([Mistake(scene_problem.file, "train", None, reason, bare=True)])
     strokes, largest_roller = origin.strokes, _largest_roller(scene_problem)
-    roller = traced_roller_radius(scene_problem, largest_roller)
+    roller = prime_less_cam_radius(scene_problem, largest_roller)
     size = _size_range(scene_problem, objective)
-    smallest = least_size(scene_problem, {"size": size})
+    smallest = size_lower_bound(scene_problem, {"size": size})
     # limits that no size meets, for any motion
     limits = [limit for limit in scene_problem.limits if limit.least_size > size[1] or limit.most_size < smallest]
     if limits:
@@ -105,17 +109,19 @@ def problem_from_settings(
         lead_range=_lead_range(scene_problem),
         prime_range=(smallest + roller, size[1] + roller),
         largest_roller=largest_roller,
-        derivative_ranges=tuple(_stroke_ranges(scene_problem, settings, strokes, _derivative_orders(objective))),
+        derivative_ranges=tuple(
+            _derivative_ranges_by_stroke(scene_problem, settings, strokes, _derivative_orders(objective))
+        ),
         linear_constraints=tuple(linear_constraints_of(scene_problem)),
-        mean_constraints=tuple(mean_constraints_of(scene_problem)),
+        mean_constraints=tuple(convex_mean_constraints(scene_problem)),
         residual_limit=_residual_limit(scene_problem),
         rest=settings.rest,
         monotone=settings.monotone
         or (isinstance(settings.peak_velocity, tuple) and settings.peak_velocity[0] == 0.0),
-        conditions=(*motion_conditions(origin), *_point_conditions(scene_problem, settings, origin)),
+        conditions=(*conditions_on_free_moves(origin), *_point_conditions(scene_problem, settings, origin)),
         objective=objective,
-        mirror_strokes=_mirror_places(scene_problem, origin) if settings.symmetric else None,
-        opposed_strokes=_opposed_places(scene_problem, origin)
+        mirror_strokes=_mirror_stroke_numbers(scene_problem, origin) if settings.symmetric else None,
+        opposed_strokes=_opposed_stroke_numbers(scene_problem, origin)
         if scene_problem.setup.mechanism.drive.one_disc
         else None,
         crossing_window=radians(settings.crossing_window),
@@ -126,13 +132,15 @@ def problem_from_settings(
 def split_by_offset(problem: SynthesisProblem) -> list[SynthesisProblem]:
     """One problem for each offset that the scene lists; a single one for a range of offsets."""
     offset = problem.scene_problem.search_space.variables.get("offset")
-    if offset is None or offset.is_free:
+    if offset is None or offset.is_searched_continuously:
         return [problem]
     leads = [problem.scene_problem.design.sense * value for value in offset.listed_values.tolist()]
     return [replace(problem, lead_range=(lead, lead)) for lead in leads]
 
 
-def _check_rest(scene_problem: Problem, settings: SynthesisSettings, objective: Mapping[str, float]) -> None:
+def _check_rest_for_finite_jerk(
+    scene_problem: Problem, settings: SynthesisSettings, objective: Mapping[str, float]
+) -> None:
     """BadInput if the jerk is limited or minimised but the acceleration may jump."""
     limited = any(
         isinstance(constraint.curve, Derivative) and constraint.curve.order == 3
@@ -144,7 +152,7 @@ def _check_rest(scene_problem: Problem, settings: SynthesisSettings, objective: 
         raise BadInput([Mistake(scene_problem.file, "synthesis.rest", settings.rest, what)])
 
 
-def _check_peaks(scene_problem: Problem, settings: SynthesisSettings) -> None:
+def _check_peaks_have_unit_strokes(scene_problem: Problem, settings: SynthesisSettings) -> None:
     """BadInput if ``[synthesis]`` limits peaks of unit strokes and the motion has no rise or return."""
     peaks = [name for name in LAW_PEAKS if getattr(settings, name) is not None]
     if peaks and not any(stroke.kind in (RISE, RETURN) for stroke in scene_problem.programme.tool.strokes):
@@ -153,7 +161,7 @@ def _check_peaks(scene_problem: Problem, settings: SynthesisSettings) -> None:
         raise BadInput([Mistake(scene_problem.file, key, value, what, bare=True)])
 
 
-def _check_train(scene_problem: Problem, objective: Mapping[str, float]) -> None:
+def _check_residual_vibration_applies(scene_problem: Problem, objective: Mapping[str, float]) -> None:
     """BadInput if residual vibration counts but the scene has no train, speed or dwell for it."""
     setup = scene_problem.setup
     key = "synthesis.minimise" if residual.RESIDUAL_TERM in objective else f"limits.{residual.RESIDUAL_TERM}"
@@ -199,7 +207,7 @@ def _size_range(scene_problem: Problem, objective: Mapping[str, float]) -> LowHi
     return 0.0, own_size
 
 
-def _mirror_places(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
+def _mirror_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
     """For each stroke, the number of the stroke that mirrors it."""
     numbers = find_mirror_strokes(origin.strokes)
     if numbers is None:
@@ -208,7 +216,7 @@ def _mirror_places(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[
     return numbers
 
 
-def _opposed_places(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
+def _opposed_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
     """For each stroke, the number of the stroke half a turn later, for a yoke on one disc."""
     numbers = find_opposed_strokes(origin.strokes)
     if numbers is None:
@@ -228,7 +236,7 @@ def _point_conditions(
     angles_taken: list[float] = []
     for number, (angle_deg, position) in enumerate(settings.points, start=1):
         angle, y = radians(angle_deg), (position - origin.zero) * origin.unit
-        stroke = next((s for s in origin.strokes if s.start < angle < s.end and s.is_free), None)
+        stroke = next((s for s in origin.strokes if s.start < angle < s.end and s.is_law_replaceable), None)
         key = f"synthesis.points.{number}"
         if stroke is None:
             what = "a cam angle inside a rise, return or move"
@@ -276,7 +284,7 @@ def _lead_range(scene_problem: Problem) -> LowHigh:
     return low, high
 
 
-def _stroke_ranges(
+def _derivative_ranges_by_stroke(
     scene_problem: Problem, settings: SynthesisSettings, strokes: Sequence[Stroke], minimised: set[int]
 ) -> Iterator[dict[int, LowHigh]]:
     """The ranges of each stroke's derivatives, from [limits] and from the unit-stroke peaks of [synthesis].
@@ -284,8 +292,8 @@ def _stroke_ranges(
     Derivatives that are minimised have no default range.
     """
     move_ranges = (
-        _default_move_peaks(scene_problem, settings, minimised)
-        if any(free_stroke.is_move and free_stroke.is_free for free_stroke in strokes)
+        _default_move_ranges(scene_problem, settings, minimised)
+        if any(free_stroke.is_move and free_stroke.is_law_replaceable for free_stroke in strokes)
         else {}
     )
     peaks = {name: value for name in LAW_PEAKS if (value := getattr(settings, name)) is not None}
@@ -296,12 +304,12 @@ def _stroke_ranges(
         if stroke.kind == DWELL:
             yield {}
         elif stroke.is_move:
-            yield limits | (move_ranges if stroke.is_free else {})
+            yield limits | (move_ranges if stroke.is_law_replaceable else {})
         else:
             yield _intersect_ranges(limits, unit_ranges, stroke)
 
 
-def _derivative_limits(scene_problem: Problem, kind: int) -> dict[int, LowHigh]:
+def _derivative_limits(scene_problem: Problem, stroke_kind: int) -> dict[int, LowHigh]:
     """The ranges that [limits] set for derivatives, over strokes of one kind."""
     bounds: dict[int, LowHigh] = {}
     ratio = constant_train_ratio(scene_problem)
@@ -310,7 +318,7 @@ def _derivative_limits(scene_problem: Problem, kind: int) -> dict[int, LowHigh]:
         for candidate in scene_problem.constraints
         if is_linear(scene_problem, candidate)
     ):
-        if isinstance(constraint.curve, Derivative) and constraint.kinds & kind:
+        if isinstance(constraint.curve, Derivative) and constraint.kinds & stroke_kind:
             order, largest = constraint.curve.order, constraint.upper_bound()
             largest *= abs(ratio) if ratio and constraint.curve.at_follower else 1.0
             bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
@@ -330,7 +338,7 @@ def _intersect_ranges(
     return ranges
 
 
-def _default_move_peaks(
+def _default_move_ranges(
     scene_problem: Problem, settings: SynthesisSettings, minimised: set[int]
 ) -> dict[int, LowHigh]:
     """Default ranges of free moves for derivatives without a limit: a little above those of least jerk.
@@ -349,7 +357,7 @@ def _default_move_peaks(
     )
     orders = [order for order in orders if order <= settings.rest + 1]
     peak_ranges = {
-        order: weighted_range(least_jerk_moves, (0.0,) * order + (1.0,), ALL_STROKES) for order in orders
+        order: weighted_derivative_range(least_jerk_moves, (0.0,) * order + (1.0,), ALL_STROKES) for order in orders
     }
     largest = {order: MOVE_PEAK_FACTOR * max(-least, most) for order, (least, most) in peak_ranges.items()}
     return {order: (-peak, peak) for order, peak in largest.items() if peak > 0.0}

@@ -50,7 +50,9 @@ class RelaxedMotion(StrokeMotion):
         self, panels: int, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes
     ) -> None:
         self.unit, self.angle, self.sizes = problem.motion_unit, stroke.angle, sizes
-        parts = [(item, part) for item in problem.conditions if (part := stroke.part_under(item)) is not None]
+        parts = [
+            (item, part) for item in problem.conditions if (part := stroke.part_under_condition(item)) is not None
+        ]
         crossing_ends = {end for item in problem.crossings_in(stroke) for end in item.ends}
         # equal panels, cut where conditions start and end; no equal node near such a cut
         ends = {end for _, part in parts for end in part} | crossing_ends
@@ -62,7 +64,7 @@ class RelaxedMotion(StrokeMotion):
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
         self.whole = cp.Variable()
         self.constraints: list[cp.Constraint] = []
-        self._limit_area(ranges)
+        self._bound_lift_area(ranges)
         if not stroke.is_move:
             self._impose_unit_stroke(stroke, problem.monotone)
         all_nodes = slice(0, x.size)
@@ -75,7 +77,7 @@ class RelaxedMotion(StrokeMotion):
                 condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
             )
         for constraint in problem.linear_constraints:
-            if constraint.holds_along(stroke):
+            if constraint.covers_kind_of_stroke(stroke):
                 self._impose_linear(constraint, [item.scale_by(self.angle**2) for item in ranges.get(2, [])])
 
     def _impose_unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
@@ -98,13 +100,15 @@ class RelaxedMotion(StrokeMotion):
         if order == 1:
             self._limit_values(cp.multiply(1 / h, cp.diff(y)), limit)
         elif order == 2:
-            self._impose_slope_range(y, v, h, limit)
+            self._impose_second_derivative_range(y, v, h, limit)
         elif order == 3:
-            self._impose_slope_range(v, a, h, limit)
+            self._impose_second_derivative_range(v, a, h, limit)
             error = cp.diff(y) - cp.multiply(h, v[:-1]) - cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
             self.constraints.append(cp.abs(error) <= CUBIC_ERROR * h**3 * limit.half_width * limit.unit)
 
-    def _impose_slope_range(self, value: Any, slope: Any, h: FloatArray, limit: DerivativeRange) -> None:
+    def _impose_second_derivative_range(
+        self, value: Any, slope: Any, h: FloatArray, limit: DerivativeRange
+    ) -> None:
         """Constraints on a value and its slope at neighbouring nodes, for a range of the second derivative."""
         largest_change = h * limit.half_width * limit.unit
         slope_error = cp.diff(slope) - h * limit.middle * limit.unit
@@ -121,7 +125,10 @@ class RelaxedMotion(StrokeMotion):
         """A linear constraint at the nodes and over each panel; ``ranges`` are those of a."""
         displacement, velocity = constraint.displacement, constraint.velocity / self.angle
         acceleration = constraint.acceleration / self.angle**2
-        size_part, (h, y, v, a) = self.sizes.linear_part(constraint, self.unit), (self.h, self.y, self.v, self.a)
+        size_part, (h, y, v, a) = (
+            self.sizes.sizes_and_constant_part(constraint, self.unit),
+            (self.h, self.y, self.v, self.a),
+        )
         node_values = displacement * y + velocity * v
         if acceleration == 0.0:
             self.constraints.append(node_values + size_part >= 0.0)
@@ -186,7 +193,10 @@ class RelaxedMotion(StrokeMotion):
             self.constraints += [cp.diff(v) >= 0.0, cp.diff(y) >= along_first, cp.diff(y) <= along_last]
 
     def impose_sum(self, other: "RelaxedMotion", total: float) -> None:
-        """At the nodes, if both strokes have the same; conditions on one stroke alone make them differ."""
+        """Make the sums equal at the nodes, if both strokes have the same nodes.
+
+        A condition on one stroke alone makes the nodes differ.
+        """
         if self.h.shape != other.h.shape or np.any(self.h != other.h):
             return
         sums = [self.y + other.y == total, self.v + other.v == 0.0, self.a + other.a == 0.0]
@@ -195,8 +205,8 @@ class RelaxedMotion(StrokeMotion):
     def lift_area(self) -> Any:
         return self.angle * self.whole
 
-    def _limit_area(self, ranges: DerivativeRanges) -> None:
-        """Bound the area below y by that below chords, or below cubics of the same ends and slopes."""
+    def _bound_lift_area(self, ranges: DerivativeRanges) -> None:
+        """Bound the area under y by the area under its chords, or under cubics with the same ends and slopes."""
         h, y, v = self.h, self.y, self.v
         chords = self.whole - h / 2.0 @ (y[:-1] + y[1:])
         cubics = chords + h**2 / 12.0 @ cp.diff(v)
@@ -208,7 +218,7 @@ class RelaxedMotion(StrokeMotion):
                     area_error = AREA_ERRORS[order] * float(np.sum(h ** (order + 1))) * largest * scaled.unit
                     self.constraints.append(cp.abs(cubics if order == 3 else chords) <= area_error)
 
-    def square_vectors(self, order: int) -> list[cp.Expression]:
+    def integral_of_squares_vectors(self, order: int) -> list[cp.Expression]:
         h, (value, slope) = self.h, {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         rise, slope_sum, change = cp.diff(value), slope[:-1] + slope[1:], cp.diff(slope)
         middle_part = cp.multiply(np.sqrt(12 / h**3), rise) - cp.multiply(np.sqrt(3 / h), slope_sum)

@@ -2,7 +2,7 @@
 
 The steady response of a linear train is linear in the motion, and so in the coefficients of free splines. At the
 start of a dwell its free vibration has the amplitude A = √(a² + b²), with a and b linear in the coefficients
-(``effects.vibration``). The largest A over the dwells is convex.
+(``effects.vibration_extremes``). The largest A over the dwells is convex.
 
 The rows of a and b come from the response itself, by raising one coefficient at a time. So there is no second model
 of the train, and the rows are exact at any speed. The lower bound for any motion is 0.
@@ -47,39 +47,43 @@ def residual_response(
     strokes: tuple[Stroke, ...], splines: tuple[Splines, ...], scale: float, ratio: float, damping: float
 ) -> ResidualResponse:
     """Vibration left by free strokes with their splines; ``scale`` is the displacement unit of moves."""
-    free = [number for number, stroke in enumerate(strokes) if stroke.is_free]
+    free = [number for number, stroke in enumerate(strokes) if stroke.is_law_replaceable]
     basis = dict(zip(free, splines, strict=True))
-    start = {number: _end_coefficients(strokes[number], basis[number].count, scale) for number in free}
+    start = {number: _coefficients_zero_except_ends(strokes[number], basis[number].count, scale) for number in free}
 
-    def states(coefficients: dict[int, FloatArray]) -> FloatArray:
+    def vibration_states_at_dwells(coefficients: dict[int, FloatArray]) -> FloatArray:
         turn = Programme(
             tuple(
-                basis[n].stroke_with_law(stroke, "", coefficients[n], scale) if stroke.is_free else stroke
+                basis[n].stroke_with_law(stroke, "", coefficients[n], scale)
+                if stroke.is_law_replaceable
+                else stroke
                 for n, stroke in enumerate(strokes)
             )
         )
-        wave, starts = steady_response(turn, ratio, damping), turn.starts
+        wave, starts = steady_response(turn, ratio, damping), turn.piece_starts
         pieces = [int(np.abs(starts - stroke.start).argmin()) for stroke in strokes if stroke.kind == DWELL]
         dwells = turn.table.first_panel[pieces]
         return np.stack([wave.cosine[0, dwells], wave.sine[0, dwells]], axis=1)
 
-    whole = constant = states(start)
+    whole = constant = vibration_states_at_dwells(start)
     rows = []
     for number in free:
         count, following = basis[number].count, (number + 1) % len(strokes)
         response = np.zeros((*whole.shape, count))
         for column in range(1, count - 1):
-            response[..., column] = states(start | {number: start[number] + np.eye(count)[column]}) - whole
+            response[..., column] = (
+                vibration_states_at_dwells(start | {number: start[number] + np.eye(count)[column]}) - whole
+            )
         if strokes[number].is_move and strokes[following].is_move and following in basis and following != 0:
             raised = {number: start[number] + np.eye(count)[-1]}
             raised[following] = start[following] + np.eye(basis[following].count)[0]
-            response[..., -1] = states(start | raised) - whole
+            response[..., -1] = vibration_states_at_dwells(start | raised) - whole
             constant = constant - response[..., -1] * start[number][-1]
         rows.append(response)
     return ResidualResponse(tuple(rows), constant)
 
 
-def _end_coefficients(stroke: Stroke, count: int, scale: float) -> FloatArray:
+def _coefficients_zero_except_ends(stroke: Stroke, count: int, scale: float) -> FloatArray:
     """Coefficients of a stroke that are zero except at its ends."""
     coefficients = np.zeros(count)
     coefficients[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)

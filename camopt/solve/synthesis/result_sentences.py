@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import Scene
-from camopt.solve.synthesis.conditions import displacement_origin
+from camopt.solve.synthesis.conditions import displacements_from_lowest_position
 from camopt.solve.synthesis.problem_from_scene import MOVE_PEAK_FACTOR, default_peaks, objective_weights
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.synthesis.through_train import constant_train_ratio
@@ -27,23 +27,23 @@ def bound_in_words(result: "Synthesis") -> str:
     if result.bound:
         what += f" Lower bound for any motion within the convex limits: {with_unit(result.bound, unit)},"
         what += f" a gap of {result.gap:.2%}."
-    elif result.bound is None and (why := _reason_for_no_bound(resolve(result.asked))):
+    elif result.bound is None and (why := _reason_for_no_size_bound(resolve(result.asked))):
         what += f" There is no bound: {why}."
     return what
 
 
 def size_limit_in_words(result: "Synthesis") -> str:
-    """That the scene's own size is the largest; empty if [search] has a size or the size is minimised."""
+    """Sentence that the cam may not be larger than in the scene; empty if the size is searched or minimised."""
     scene_problem = resolve(result.asked)
     if "size" in scene_problem.search_space.variables or "size" in objective_weights(result.asked.synthesis):
         return ""
-    size = scene_problem.setup.mechanism.body.size
+    size = scene_problem.setup.mechanism.body.size_key
     own = with_unit(float(scene_problem.design.size[0]), "mm")
     words = f"The {size.replace('_', ' ')} may be at most that of the scene, {own}"
     return f"{words}: search.{size} gives it a range."
 
 
-def local_optimum_in_words(result: "Synthesis") -> str:
+def reason_for_local_optimum(result: "Synthesis") -> str:
     """Why laws are only a local optimum."""
     scene_problem = resolve(result.asked)
     if constant_train_ratio(scene_problem) is None:
@@ -52,9 +52,9 @@ def local_optimum_in_words(result: "Synthesis") -> str:
     return "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
 
 
-def _reason_for_no_bound(scene_problem: Problem) -> str:
+def _reason_for_no_size_bound(scene_problem: Problem) -> str:
     """Why the size has no bound; empty if the follower merely oscillates."""
-    if displacement_origin(scene_problem).lowest_angle is not None:
+    if displacements_from_lowest_position(scene_problem).lowest_angle is not None:
         return "the follower is lowest in a move, where the scene gives no position"
     return (
         ""
@@ -78,17 +78,17 @@ def default_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iter
     yield f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}."
 
 
-def broken_limits_in_words(beyond: Mapping[str, str]) -> str:
+def broken_limits_in_words(broken_limits_by_law: Mapping[str, str]) -> str:
     """The limits that known laws break, with the names of the laws if they differ."""
     laws: dict[str, list[str]] = {}
-    for law, broken in beyond.items():
+    for law, broken in broken_limits_by_law.items():
         laws.setdefault(broken, []).append(law)
     if len(laws) == 1:
         return next(iter(laws))
     return "; ".join(f"{broken} ({', '.join(names)})" for broken, names in laws.items())
 
 
-def robust_in_words(design: Mapping[str, Any]) -> str:
+def robust_verdict_and_cost_in_words(design: Mapping[str, Any]) -> str:
     """Whether every cam within the tolerances meets the limits, and what that costs; empty if not robust."""
     if "every_cam" not in design:
         return ""
@@ -116,7 +116,7 @@ def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
     )
 
 
-def other_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
+def default_limit_differences_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
     """Sentences on default limits that ``synthesise`` and a frontier of the same scene do not share."""
     why = "Axes and minimised terms have no default limit. So synthesise, which minimises"
     minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peaks(scene)

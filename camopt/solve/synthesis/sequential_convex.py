@@ -22,8 +22,8 @@ from camopt.scene.problem.constraints import ConstantBound, Constraint
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.solve.synthesis.convex_model import ConvexModel
-from camopt.solve.synthesis.iterate import Iterate, free_motions, iterate_of, sampled_motions
-from camopt.solve.synthesis.nonconvex_constraints import SampledConstraints, stroke_samples
+from camopt.solve.synthesis.iterate import Iterate, free_stroke_motions, iterate_of, spline_and_fixed_motions
+from camopt.solve.synthesis.nonconvex_constraints import SampledConstraints, stroke_sample_positions
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, CompiledProgramme, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, TERM_ORDERS
@@ -59,9 +59,9 @@ class StrokePlanes:
         """Number of rows: one for each sample of each curve."""
         return self.are_minimised.size * self.state_matrices[0][1].size
 
-    def motion_state(self, unit: float, vector: FloatArray) -> FloatArray:
+    def motion_state(self, unit: float, solution_vector: FloatArray) -> FloatArray:
         """y to y''' at the samples of one curve [mm]."""
-        return unit * np.array([matrix @ vector + constant for matrix, constant in self.state_matrices])
+        return unit * np.array([matrix @ solution_vector + constant for matrix, constant in self.state_matrices])
 
 
 class SequentialConvex:
@@ -78,7 +78,11 @@ class SequentialConvex:
         self.model, self.count = model, len(held)
         self.excess, self.level = cp.Variable(), cp.Variable()
         self.penalty = cp.Parameter(nonneg=True, value=PENALTIES[0])
-        self.variables = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in free_motions(model))]
+        self.variables = [
+            model.sizes.lead,
+            model.sizes.height,
+            *(m.coefficients for m in free_stroke_motions(model)),
+        ]
         self.blocks = list(self._stroke_planes(model.problem.scene_problem, {}, [*held, *minimised]))
         for scene_problem, errors in model.problem.scene_problem.error_variants:
             self.blocks += self._stroke_planes(scene_problem, errors, held)
@@ -96,8 +100,8 @@ class SequentialConvex:
     ) -> Iterator[StrokePlanes]:
         """Planes for each stroke that a constraint limits."""
         width, first_column = sum(variable.size for variable in self.variables), 2
-        for stroke, motion in zip(self.model.problem.strokes, sampled_motions(self.model), strict=True):
-            state_matrices = motion.derivatives_at(stroke_samples(self.model.problem, stroke))
+        for stroke, motion in zip(self.model.problem.strokes, spline_and_fixed_motions(self.model), strict=True):
+            state_matrices = motion.derivative_matrices_at(stroke_sample_positions(self.model.problem, stroke))
             count = state_matrices[0][0].shape[1]
             sampled = SampledConstraints(self.model.problem, stroke, scene_problem, errors)
             sides = [
@@ -115,31 +119,43 @@ class SequentialConvex:
             first_column += count
 
     def find_local_optimum(
-        self, start: Iterate, held: Sequence[Constraint], minimised: Sequence[Constraint] = ()
+        self,
+        start: Iterate,
+        held_constraints: Sequence[Constraint],
+        minimised_constraints: Sequence[Constraint] = (),
     ) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._load_solution(start)
         iterate = iterate_of(self.model) if solve(self.nearest) in SOLVED_STATUSES else start
-        minimised = _scale_bounds(minimised, self._highest_levels(iterate, held, minimised)[1])
+        minimised_constraints = _scale_bounds(
+            minimised_constraints,
+            self._largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)[1],
+        )
         radius = FIRST_TRUST_RADIUS
         for self.penalty.value in PENALTIES:
-            iterate, radius, is_done = self._descend_at_penalty(iterate, radius, held, minimised)
+            iterate, radius, is_done = self._descend_at_penalty(
+                iterate, radius, held_constraints, minimised_constraints
+            )
             if is_done:
                 break
         self.penalty.value = PENALTIES[0]
         return iterate
 
     def _descend_at_penalty(
-        self, iterate: Iterate, radius: float, held: Sequence[Constraint], minimised: Sequence[Constraint]
+        self,
+        iterate: Iterate,
+        radius: float,
+        held_constraints: Sequence[Constraint],
+        minimised_constraints: Sequence[Constraint],
     ) -> tuple[Iterate, float, bool]:
         """Steps at one penalty: the last iterate, the trust radius, and whether the penalty is high enough.
 
         It is too low if the steps end above a bound, or would leave bounds that the last iterate holds.
         """
-        cost, top = self._penalised_objective(iterate, held, minimised)
+        cost, top = self._penalised_objective_and_top_ratio(iterate, held_constraints, minimised_constraints)
         if cost == inf:
             return iterate, radius, False
-        planes = self._tangent_rows(iterate, held, minimised)
+        planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
         self.step.compile_parameters()
         for _ in range(MOST_CONVEX_STEPS):
             if self._solve_step(iterate, radius, planes) not in SOLVED_STATUSES:
@@ -150,21 +166,25 @@ class SequentialConvex:
             if top <= 1.0 and self.excess.value > BOUND_MARGIN and self.penalty.value < PENALTIES[-1]:
                 return iterate, radius, False
             trial = iterate_of(self.model)
-            trial_cost, trial_top = self._penalised_objective(trial, held, minimised)
+            trial_cost, trial_top = self._penalised_objective_and_top_ratio(
+                trial, held_constraints, minimised_constraints
+            )
             ratio = (cost - trial_cost) / predicted_fall
             radius *= 2.0 if ratio > GOOD_RATIO else 1.0 if ratio > POOR_RATIO else 0.25
             if ratio > 0.0:
                 iterate, cost, top = trial, trial_cost, trial_top
-                planes = self._tangent_rows(iterate, held, minimised)
+                planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
         return iterate, max(radius, FIRST_TRUST_RADIUS), top <= 1.0
 
-    def curve_multipliers(self, iterate: Iterate, held: Sequence[Constraint]) -> list[FloatArray] | None:
+    def curve_multipliers(
+        self, iterate: Iterate, held_constraints: Sequence[Constraint]
+    ) -> list[FloatArray] | None:
         """Multipliers of all curves at a local optimum, block by block.
 
         The model keeps the multipliers of its own constraints. None if another step would use the whole trust
         region or exceed a bound.
         """
-        planes = self._tangent_rows(iterate, held, ())
+        planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, ())
         self.penalty.value = PENALTIES[-1]
         self.step.compile_parameters()
         status, self.penalty.value = self._solve_step(iterate, FIRST_TRUST_RADIUS, planes), PENALTIES[0]
@@ -176,43 +196,53 @@ class SequentialConvex:
         ends = np.cumsum([block.row_count for block in self.blocks])
         return np.split(curves, ends[:-1]) if radius_multipliers.max() < LEAST_MULTIPLIER else None
 
-    def curve_ratios(self, iterate: Iterate, held: Sequence[Constraint]) -> list[FloatArray]:
+    def curve_ratios_to_bounds(self, iterate: Iterate, held_constraints: Sequence[Constraint]) -> list[FloatArray]:
         """Ratios of all curves to their bounds at a solution, block by block."""
         self._load_solution(iterate)
         scale, vector = self.model.problem.motion_unit, _solution_vector(iterate)
         return [
             block.constraints.ratios_to_bounds(
-                held, block.motion_state(scale, vector), self._lead_and_height(iterate)
+                held_constraints, block.motion_state(scale, vector), self._lead_and_height(iterate)
             ).ravel()
             for block in self.blocks
         ]
 
     def rank_starts(
-        self, starts: Sequence[Iterate], held: Sequence[Constraint], minimised: Sequence[Constraint] = ()
+        self,
+        starts: Sequence[Iterate],
+        held_constraints: Sequence[Constraint],
+        minimised_constraints: Sequence[Constraint] = (),
     ) -> list[Iterate]:
         """Starts in the order of their penalised objective, with a penalty for convex limits that they break."""
-        minimised = _scale_bounds(minimised, self._highest_levels(starts[0], held, minimised)[1])
+        minimised_constraints = _scale_bounds(
+            minimised_constraints,
+            self._largest_ratios_to_bounds(starts[0], held_constraints, minimised_constraints)[1],
+        )
 
-        def price(start: Iterate) -> float:
-            cost, _ = self._penalised_objective(start, held, minimised)
+        def penalised_objective_of_start(start: Iterate) -> float:
+            cost, _ = self._penalised_objective_and_top_ratio(start, held_constraints, minimised_constraints)
             return cost + PENALTIES[0] * max(
                 float(np.max(constraint.violation())) for constraint in self.model.constraints
             )
 
-        return sorted(starts, key=price)
+        return sorted(starts, key=penalised_objective_of_start)
 
     def _load_solution(self, iterate: Iterate) -> None:
-        """Set the variables to a solution, and the parameter to which the nearest motion is near."""
+        """Set the variables, and the centre of the search for the nearest motion, to a solution."""
         self.model.sizes.lead.value, self.model.sizes.height.value = iterate.lead, iterate.height
-        for motion, values in zip(free_motions(self.model), iterate.coefficients, strict=True):
+        for motion, values in zip(free_stroke_motions(self.model), iterate.coefficients, strict=True):
             motion.coefficients.value = values
         self.centre.value = _solution_vector(iterate)
 
-    def _tangent_rows(
-        self, iterate: Iterate, held: Sequence[Constraint], minimised: Sequence[Constraint]
+    def _tangent_plane_rows_and_bounds(
+        self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[sparse.csr_array, FloatArray]:
         """Rows of the tangent planes at a solution, for the variables of a step, and their upper bounds."""
-        constraints, vector, scale = [*held, *minimised], _solution_vector(iterate), self.model.problem.motion_unit
+        constraints, vector, scale = (
+            [*held_constraints, *minimised_constraints],
+            _solution_vector(iterate),
+            self.model.problem.motion_unit,
+        )
         rows, upper_bounds = [], []
         for block in self.blocks:
             planes = block.constraints.tangent_planes(
@@ -246,15 +276,17 @@ class SequentialConvex:
         length = self.model.problem.size_unit
         return length * iterate.lead, length * iterate.height
 
-    def _highest_levels(
-        self, iterate: Iterate, held: Sequence[Constraint], minimised: Sequence[Constraint]
+    def _largest_ratios_to_bounds(
+        self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[float, float]:
         """Largest ratio of the held curves to their bounds, and of the minimised curves."""
         scale, vector, largest = self.model.problem.motion_unit, _solution_vector(iterate), ([0.0], [0.0])
         for block in self.blocks:
             state = block.motion_state(scale, vector)
             values = block.constraints.ratios_to_bounds(
-                [*held, *minimised][: block.constraint_count], state, self._lead_and_height(iterate)
+                [*held_constraints, *minimised_constraints][: block.constraint_count],
+                state,
+                self._lead_and_height(iterate),
             )
             for row, is_minimised in zip(values, block.are_minimised, strict=True):
                 largest[int(is_minimised)].append(float(row.max()))
@@ -272,23 +304,23 @@ class SequentialConvex:
             )
         return float(
             max(
-                np.abs(crossing.derivative_samples(TERM_ORDERS[term])).max()
-                for crossing in sampled_motions(self.model)
+                np.abs(crossing.solved_bernstein_coefficients(TERM_ORDERS[term])).max()
+                for crossing in spline_and_fixed_motions(self.model)
             )
         )
 
-    def _penalised_objective(
-        self, iterate: Iterate, held: Sequence[Constraint], minimised: Sequence[Constraint]
+    def _penalised_objective_and_top_ratio(
+        self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[float, float]:
         """The penalised objective at a solution, and the largest ratio of a held curve to its bound."""
         self._load_solution(iterate)
-        top, level = self._highest_levels(iterate, held, minimised)
+        top, level = self._largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)
         model, problem = self.model, self.model.problem
         trace_radius = np.hypot(iterate.lead, iterate.height) if problem.has_trace_point else iterate.height
         model.sizes.prime.value = max(trace_radius, problem.prime_range[0] / problem.size_unit)
         for name, variable in model.peak_variables.items():
             variable.value = self._largest_derivative(name)
-        cost = float(model.objective.value) + (level if minimised else 0.0)
+        cost = float(model.objective.value) + (level if minimised_constraints else 0.0)
         penalised = cost + self.penalty.value * max(0.0, top - 1.0 + BOUND_MARGIN)
         return penalised if np.isfinite(penalised) else inf, top
 
@@ -298,9 +330,9 @@ def _solution_vector(iterate: Iterate) -> FloatArray:
     return np.concatenate([iterate[:2], *iterate.coefficients])
 
 
-def _scale_bounds(constraints: Sequence[Constraint], level: float) -> tuple[Constraint, ...]:
-    """Constraints with bounds scaled so that curves at ``level`` are at 1."""
-    scale = level if 0.0 < level < inf else 1.0
+def _scale_bounds(constraints: Sequence[Constraint], curve_level: float) -> tuple[Constraint, ...]:
+    """Constraints with bounds scaled so that curves at ``curve_level`` are at 1."""
+    scale = curve_level if 0.0 < curve_level < inf else 1.0
     return tuple(
         constraint._replace(bound=ConstantBound(constraint.upper_bound() * scale)) for constraint in constraints
     )

@@ -61,22 +61,25 @@ class CompiledProgramme:
         first = self._data["param_prob"].var_id_to_col
         self._columns = np.concatenate([first[each.id] + np.arange(each.size) for each in self.variables])
 
-    def solve(self, rows: sparse.csr_array, most: FloatArray) -> str:
+    def solve(self, rows: sparse.csr_array, upper_bounds: FloatArray) -> str:
         """Solve with rows·variables ≤ most, set the variables, and return the status."""
         data, entries = self._data, rows.tocoo()
-        shape = (most.size, data["c"].size)
+        shape = (upper_bounds.size, data["c"].size)
         row_matrix = sparse.csc_array((entries.data, (entries.row, self._columns[entries.col])), shape=shape)
-        cones = [*dims_to_solver_cones(data["dims"]), clarabel.NonnegativeConeT(most.size)]
+        cones = [*dims_to_solver_cones(data["dims"]), clarabel.NonnegativeConeT(upper_bounds.size)]
         settings = clarabel.DefaultSettings()
         settings.verbose = False
-        matrix, bounds = sparse.vstack([data["A"], row_matrix], format="csc"), np.concatenate([data["b"], most])
+        matrix, bounds = (
+            sparse.vstack([data["A"], row_matrix], format="csc"),
+            np.concatenate([data["b"], upper_bounds]),
+        )
         quadratic = sparse.csc_array((shape[1], shape[1]))
         solution = clarabel.DefaultSolver(quadratic, data["c"], matrix, bounds, cones, settings).solve()
         status = str(CLARABEL.STATUS_MAP.get(str(solution.status), cp.SOLVER_ERROR))
         if status in SOLVED_STATUSES:
             self._solution = solution
             self.value = float(solution.obj_val) + float(self._inverse[-1]["offset"])
-            self.row_multipliers = np.array(solution.z[-most.size :])
+            self.row_multipliers = np.array(solution.z[-upper_bounds.size :])
             values, start = np.array(solution.x)[self._columns], 0
             for variable in self.variables:
                 variable.value = values[start : start + variable.size].reshape(variable.shape)

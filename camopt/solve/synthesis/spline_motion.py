@@ -36,18 +36,18 @@ class SplineMotion(StrokeMotion):
             for derivative_range in bounds:
                 self._impose_range(matrix, order, derivative_range)
         for condition in problem.conditions:
-            if (part := stroke.part_under(condition)) is not None:
-                matrix, order = self._part_matrix(condition.order, *part), condition.order
+            if (part := stroke.part_under_condition(condition)) is not None:
+                matrix, order = self._derivative_matrix_on_part(condition.order, *part), condition.order
                 low, high = condition.low / self.unit, condition.high / self.unit
                 if low == high:
                     self._impose_value(matrix, order, low)
                 else:
                     self._impose_range(matrix, order, DerivativeRange(low, high))
         for constraint in problem.linear_constraints:
-            if constraint.is_imposed_on(stroke):
-                self._impose_linear(constraint, sizes.linear_part(constraint, self.unit))
+            if constraint.must_hold_all_along(stroke):
+                self._impose_linear(constraint, sizes.sizes_and_constant_part(constraint, self.unit))
 
-    def _part_matrix(self, order: int, low: float, high: float) -> Any:
+    def _derivative_matrix_on_part(self, order: int, low: float, high: float) -> Any:
         """Matrix to Bernstein coefficients of a derivative over a part of the stroke; at a point, to its value."""
         if low == high:
             return self.splines.value_matrix(np.array([low]), order)
@@ -83,7 +83,7 @@ class SplineMotion(StrokeMotion):
             == (left_vectors.T @ values)[is_independent] / singular_values[is_independent]
         )
 
-    def _scaled_matrix(self, matrix: Any, order: int) -> tuple[Any, float]:
+    def _derivative_matrix_and_constant(self, matrix: Any, order: int) -> tuple[Any, float]:
         """A derivative by the cam angle, in units of the lift: a matrix of the coefficients and a constant.
 
         ``matrix`` gives the derivative by x of the unit stroke.
@@ -91,8 +91,8 @@ class SplineMotion(StrokeMotion):
         return self.change / self.stroke.angle**order * matrix, self.low if order == 0 else 0.0
 
     def _derivative_expression(self, matrix: Any, order: int) -> cp.Expression:
-        """The derivative of ``_scaled_matrix`` as an expression."""
-        by_coefficients, constant = self._scaled_matrix(matrix, order)
+        """The derivative of ``_derivative_matrix_and_constant`` as an expression."""
+        by_coefficients, constant = self._derivative_matrix_and_constant(matrix, order)
         return by_coefficients @ self.coefficients + constant
 
     def _derivative_at(self, x: float, order: int) -> cp.Expression:
@@ -115,10 +115,10 @@ class SplineMotion(StrokeMotion):
         up, (low, high, soon, late) = np.sign(self.change), crossing.ends
         positive, negative = DerivativeRange(0.0, inf), DerivativeRange(-inf, 0.0)
         before, after = (positive, negative) if up > 0.0 else (negative, positive)
-        self._impose_range(self._part_matrix(2, 0.0, low), 2, before)
-        self._impose_range(self._part_matrix(2, high, 1.0), 2, after)
+        self._impose_range(self._derivative_matrix_on_part(2, 0.0, low), 2, before)
+        self._impose_range(self._derivative_matrix_on_part(2, high, 1.0), 2, after)
         if high < soon:
-            self._impose_range(self._part_matrix(3, high, soon), 3, DerivativeRange(-1.0, 1.0, jerk))
+            self._impose_range(self._derivative_matrix_on_part(3, high, soon), 3, DerivativeRange(-1.0, 1.0, jerk))
         fall = (
             self._derivative_at(high, 0)
             + crossing.angle * self._derivative_at(high, 1)
@@ -129,7 +129,7 @@ class SplineMotion(StrokeMotion):
     def jerk_at_crossing(self, crossing: StrokeCrossing) -> float:
         """Upper bound of the jerk until the clearance is crossed, in units of the lift, after a solution."""
         _, high, soon, _ = crossing.ends
-        return float(np.abs(self._solved_derivative(self._part_matrix(3, high, soon), 3)).max())
+        return float(np.abs(self._solved_derivative(self._derivative_matrix_on_part(3, high, soon), 3)).max())
 
     def impose_sum(self, other: "SplineMotion", total: float) -> None:
         displacements = [motion.change * motion.coefficients + motion.low for motion in (self, other)]
@@ -143,21 +143,26 @@ class SplineMotion(StrokeMotion):
     def displacement_at(self, x: float) -> cp.Expression:
         return self._derivative_at(x, 0)
 
-    def derivatives_at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
+    def derivative_matrices_at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
         """y to y''' at x of the unit stroke, each as a matrix of the coefficients and a constant."""
-        scaled = (self._scaled_matrix(self.splines.value_matrix(x, order), order) for order in range(4))
+        scaled = (
+            self._derivative_matrix_and_constant(self.splines.value_matrix(x, order), order) for order in range(4)
+        )
         return [(matrix, np.full(x.size, constant)) for matrix, constant in scaled]
 
     def _solved_derivative(self, matrix: Any, order: int) -> FloatArray:
         """A derivative in units of the lift, after a solution."""
-        by_coefficients, constant = self._scaled_matrix(matrix, order)
+        by_coefficients, constant = self._derivative_matrix_and_constant(matrix, order)
         return np.asarray(by_coefficients @ self.coefficients.value + constant)
 
-    def derivative_samples(self, order: int) -> FloatArray:
-        """Bernstein coefficients of a derivative in units of the lift, after a solution."""
+    def solved_bernstein_coefficients(self, order: int) -> FloatArray:
+        """Bernstein coefficients of a derivative of the solved motion, in units of the lift.
+
+        They bound the derivative.
+        """
         return self._solved_derivative(self.splines.bernstein_matrix(order), order)
 
-    def square_vectors(self, order: int) -> list[cp.Expression]:
+    def integral_of_squares_vectors(self, order: int) -> list[cp.Expression]:
         """By Gauss's rule, exact on each piece."""
         nodes, weights = np.polynomial.legendre.leggauss(self.splines.degree + 1 - order)
         starts, lengths = self.splines.piece_ends[:-1, None], np.diff(self.splines.piece_ends)[:, None]

@@ -81,10 +81,10 @@ class Splines:
 
     def bernstein_matrix(self, order: int) -> "scipy.sparse.csr_array":
         """Matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
-        return _bernstein_on_parts(self, order, self._part_ends)
+        return _bernstein_on_parts(self, order, self._bernstein_part_ends)
 
     @cached_property
-    def _part_ends(self) -> tuple[float, ...]:
+    def _bernstein_part_ends(self) -> tuple[float, ...]:
         """Ends of the parts of the stroke."""
         shares = np.arange(SPAN_PARTS) / SPAN_PARTS
         starts = self.piece_ends[:-1, None] + shares * np.diff(self.piece_ends)[:, None]
@@ -92,7 +92,7 @@ class Splines:
 
     def bernstein_matrix_between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
         """As ``bernstein_matrix``, for a range of x."""
-        inside = [x for x in self._part_ends if low + LEAST_PART < x < high - LEAST_PART]
+        inside = [x for x in self._bernstein_part_ends if low + LEAST_PART < x < high - LEAST_PART]
         return _bernstein_on_parts(self, order, (low, *inside, high))
 
     def distinct_bernstein_matrix(self, order: int, degree: int) -> "scipy.sparse.csr_array":
@@ -116,13 +116,13 @@ class Splines:
         A move goes where its coefficients say: displacements in units of ``scale`` [mm or rad].
         """
         if not stroke.is_move:
-            return replace(stroke, law=self.law(name, coefficients))
+            return replace(stroke, law=self.unit_stroke_law(name, coefficients))
         low, high = (scale * float(c) for c in coefficients[[0, -1]])
         law = self._spline_law(name, (coefficients - coefficients[0]) * scale / stroke.size)
         given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
         return replace(stroke, law=law, low=low, high=high, given=given, named=True)
 
-    def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+    def unit_stroke_law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         """A spline as the law of a rise or return: exactly from 0 to 1."""
         inner = np.clip(coefficients[1:-1], 0.0, 1.0)
         return self._spline_law(name, np.array([0.0, *inner, 1.0]))

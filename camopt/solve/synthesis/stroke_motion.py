@@ -51,7 +51,7 @@ class Sizes:
     height: Any
     prime: Any
 
-    def linear_part(self, constraint: LinearConstraint, unit: float) -> Any:
+    def sizes_and_constant_part(self, constraint: LinearConstraint, unit: float) -> Any:
         """The sizes and the constant in a linear constraint, with lengths in a unit."""
         terms = ((constraint.lead, self.lead), (constraint.height, self.height))
         return constraint.constant / unit + sum(weight * size for weight, size in terms if weight)
@@ -84,7 +84,7 @@ class StrokeMotion:
         """Vectors whose magnitudes add up to the variation of the jerk over the stroke, or to more."""
         return []
 
-    def square_vectors(self, order: int) -> list[Expression]:
+    def integral_of_squares_vectors(self, order: int) -> list[Expression]:
         """Vectors whose squares add up to ∫ (y⁽ᵏ⁾)² dθ over the stroke, or to less."""
         return []
 
@@ -117,7 +117,7 @@ class FixedMotion(StrokeMotion):
             if constraint.kinds & kind:
                 along = constraint.displacement * ends + constraint.velocity * self.velocity
                 self.constraints.append(
-                    cp.Constant(along) + sizes.linear_part(constraint, problem.motion_unit) >= 0.0
+                    cp.Constant(along) + sizes.sizes_and_constant_part(constraint, problem.motion_unit) >= 0.0
                 )
 
     def end_derivative(self, order: int, last: bool) -> float:
@@ -126,12 +126,12 @@ class FixedMotion(StrokeMotion):
     def displacement_at(self, x: float) -> float:
         return self.low + self.change * x
 
-    def derivatives_at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
+    def derivative_matrices_at(self, x: FloatArray) -> list[tuple[Any, FloatArray]]:
         """y to y''' at x of the unit stroke, each as an empty matrix and a constant."""
         rows = [self.low + self.change * x, np.full_like(x, self.velocity), *np.zeros((2, x.size))]
         return [(sparse.csr_array((x.size, 0)), row) for row in rows]
 
-    def derivative_samples(self, order: int) -> FloatArray:
+    def solved_bernstein_coefficients(self, order: int) -> FloatArray:
         return np.array([self.end_derivative(order, last) for last in (False, True)])
 
     def lift_area(self) -> float:

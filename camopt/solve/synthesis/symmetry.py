@@ -37,7 +37,7 @@ def _is_upside_down(one: Stroke, other: Stroke) -> bool:
     """Whether one stroke can be the negative of another."""
     change, back = one.high - one.low, other.high - other.low
     lift = max(abs(one.high), abs(other.high), abs(one.low), abs(other.low))
-    alike = one.is_free == other.is_free and one.is_move == other.is_move
+    alike = one.is_law_replaceable == other.is_law_replaceable and one.is_move == other.is_move
     return (
         alike
         and abs(change + back) <= EQUAL_SHARE * lift
@@ -49,5 +49,5 @@ def _is_mirror_image(one: Stroke, other: Stroke) -> bool:
     """Whether one stroke can be another from its end to its start."""
     lift = max(abs(one.high - one.low), abs(other.high - other.low), abs(one.high), abs(other.high))
     are_ends_equal = abs(one.low - other.high) + abs(one.high - other.low) <= EQUAL_SHARE * lift
-    alike = one.is_free == other.is_free and one.is_move == other.is_move
+    alike = one.is_law_replaceable == other.is_law_replaceable and one.is_move == other.is_move
     return alike and are_ends_equal and abs(one.angle - other.angle) <= EQUAL_SHARE * 2.0 * pi

@@ -11,7 +11,7 @@ from functools import cached_property
 from math import degrees, hypot, inf, pi
 from typing import NamedTuple
 
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms import oscillating, translating
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE, Condition, Stroke
 from camopt.scene.problem.problem import Problem
@@ -50,7 +50,7 @@ class LinearConstraint:
     constant: float = 0.0
     kinds: int = ALL_STROKES
 
-    def holds_along(self, stroke: Stroke) -> bool:
+    def covers_kind_of_stroke(self, stroke: Stroke) -> bool:
         """Whether the constraint holds all along a stroke.
 
         Where a move rests, it holds as it did on the way there.
@@ -58,7 +58,7 @@ class LinearConstraint:
         kinds = stroke.kind & (RISE | RETURN) if stroke.is_move else stroke.kind
         return self.kinds & kinds == kinds
 
-    def is_imposed_on(self, stroke: Stroke) -> bool:
+    def must_hold_all_along(self, stroke: Stroke) -> bool:
         """Whether a free stroke must hold the constraint everywhere.
 
         A move must also hold a constraint on rises that bounds y' from above, and one on returns that bounds y'
@@ -66,7 +66,7 @@ class LinearConstraint:
         """
         ways = self.kinds & (RISE | RETURN)
         about = (ways == RISE and self.velocity < 0.0) or (ways == RETURN and self.velocity > 0.0)
-        return self.holds_along(stroke) or (stroke.is_move and about)
+        return self.covers_kind_of_stroke(stroke) or (stroke.is_move and about)
 
 
 @dataclass(frozen=True)
@@ -153,9 +153,9 @@ class SynthesisProblem:
     """Share of the objective that is given up for the least variation of the jerk."""
 
     @property
-    def roller(self) -> float:
+    def prime_less_cam_radius(self) -> float:
         """Prime radius less the cam radius [mm]."""
-        return traced_roller_radius(self.scene_problem, self.largest_roller)
+        return prime_less_cam_radius(self.scene_problem, self.largest_roller)
 
     @property
     def motion_unit(self) -> float:
@@ -243,25 +243,25 @@ class SynthesisProblem:
     def _splines(self) -> dict[Stroke, Splines]:
         continuity = max(self.rest, self.splines.continuity_at_cuts)
         return {
-            stroke: replace(self.splines, cuts=self._cut_places(stroke), continuity_at_cuts=continuity)
+            stroke: replace(self.splines, cuts=self._spline_cut_positions(stroke), continuity_at_cuts=continuity)
             for stroke in self.free_strokes
         }
 
-    def _cut_places(self, stroke: Stroke) -> tuple[float, ...]:
+    def _spline_cut_positions(self, stroke: Stroke) -> tuple[float, ...]:
         """The x at which a stroke's constraints begin or end, with those of its mirrored or opposed stroke."""
         number = self.strokes.index(stroke)
         strokes = [
             stroke,
             *(self.strokes[partner_number] for partner_number in (self.opposed_strokes or ())[number : number + 1]),
         ]
-        ends = {x for other in strokes for x in self._condition_places(other)}
+        ends = {x for other in strokes for x in self._condition_and_crossing_ends(other)}
         if (partner := self.mirror_partner(stroke)) is not None:
-            ends |= {1.0 - x for x in self._condition_places(partner)}
+            ends |= {1.0 - x for x in self._condition_and_crossing_ends(partner)}
         return tuple(sorted(x for x in ends if 0.0 < x < 1.0))
 
-    def _condition_places(self, stroke: Stroke) -> Iterator[float]:
+    def _condition_and_crossing_ends(self, stroke: Stroke) -> Iterator[float]:
         """The x at which the conditions and crossings of one stroke begin or end."""
-        for part in (stroke.part_under(item) for item in self.conditions):
+        for part in (stroke.part_under_condition(item) for item in self.conditions):
             yield from part or ()
         for item in self.crossings_in(stroke):
             yield from item.ends
@@ -328,13 +328,13 @@ class SynthesisProblem:
     @property
     def free_strokes(self) -> list[Stroke]:
         """The strokes whose laws are computed."""
-        return [stroke for stroke in self.strokes if stroke.is_free]
+        return [stroke for stroke in self.strokes if stroke.is_law_replaceable]
 
     @property
     def term_factors(self) -> dict[str, float]:
         """Factor of each objective term from mm or rad per radᵏ to the unit of [limits]."""
         setup = self.scene_problem.setup
-        factors = {name: motion_scale(setup, order) for name, order in TERM_ORDERS.items()}
+        factors = {name: motion_unit_factor(setup, order) for name, order in TERM_ORDERS.items()}
         factors |= {"acceleration_rms": factors["acceleration"], "jerk_rms": factors["jerk"]}
         displacement = degrees(1.0) if setup.tool_turns else 1.0
         factors[CROSSING_JERK] = factors["jerk"]
@@ -346,9 +346,13 @@ class SynthesisProblem:
         return 2.0 * pi * self.scene_problem.programme.tool.lift
 
 
-def traced_roller_radius(scene_problem: Problem, body: float) -> float:
-    """Prime radius less the cam radius [mm]: ``body`` for a trace point on a disc cam, else 0."""
-    return body if scene_problem.setup.mechanism.moves_as(translating.MECHANISM, oscillating.MECHANISM) else 0.0
+def prime_less_cam_radius(scene_problem: Problem, roller_radius: float) -> float:
+    """Prime radius less the cam radius [mm]: ``roller_radius`` for a trace point on a disc cam, else 0."""
+    return (
+        roller_radius
+        if scene_problem.setup.mechanism.moves_as(translating.MECHANISM, oscillating.MECHANISM)
+        else 0.0
+    )
 
 
 def tighten_limits(problem: SynthesisProblem, margin: float) -> SynthesisProblem:

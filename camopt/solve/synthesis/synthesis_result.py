@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.core.quantities.display import Drawable
 from camopt.model.motion import LAWS
-from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks, law_peaks_inside_stroke
 from camopt.model.motion.segments import MOVE, MotionSegment
 from camopt.model.motion.spline import SplineLaw
 from camopt.scene import tables
@@ -20,12 +20,12 @@ from camopt.solve.synthesis.result_sentences import (
     bound_in_words,
     broken_limits_in_words,
     default_limits_in_words,
-    local_optimum_in_words,
-    robust_in_words,
+    reason_for_local_optimum,
+    robust_verdict_and_cost_in_words,
     size_limit_in_words,
 )
 from camopt.solve.synthesis.term_units import objective_unit
-from camopt.solve.tables.designs import Design, designs_table, with_law
+from camopt.solve.tables.designs import Design, designs_table, with_law_column
 from camopt.solve.tables.result import Result, Table, to_json_values
 
 if TYPE_CHECKING:
@@ -82,13 +82,13 @@ class Synthesis(Result, Drawable):
     def table(self, known: Mapping[str, Mapping[str, Any]] | None = None) -> Table:
         """A table of the cams of known laws, if any, and of free laws; * marks a cam that breaks a limit."""
         known = self.known.rows if known is None and self.known else known
-        every = [_row_with_law_names(row, law) for law, row in (known or {}).items()] + [
-            _row_with_law_names(self.design, "free moves")
+        every = [_fill_missing_law_names(row, law) for law, row in (known or {}).items()] + [
+            _fill_missing_law_names(self.design, "free moves")
         ]
         rows: list[dict[str, Any]] = []
-        for row in with_law(every):
+        for row in with_law_column(every):
             star = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
-            rows.append({**row, **row_peaks(row, self), **star})
+            rows.append({**row, **largest_peak_factors_of_row(row, self), **star})
         peaks = [name for name in rows[0] if name.startswith("peak_")]
         title = f"{self.scene.name}: free laws" + (", and the smallest cam of each known law" if known else "")
         return designs_table(title, resolve(self.scene), rows, [*peaks, "binding"])
@@ -99,10 +99,10 @@ class Synthesis(Result, Drawable):
         if self.known and self.known.broken_limits:
             yield f"* breaks limits of the free laws: {broken_limits_in_words(self.known.broken_limits)}"
         yield from default_limits_in_words(self.asked, default_peaks(self.asked))
-        yield from filter(None, (size_limit_in_words(self), robust_in_words(self.design)))
+        yield from filter(None, (size_limit_in_words(self), robust_verdict_and_cost_in_words(self.design)))
         if self.known:
             yield best_known_in_words(self, self.known)
-        local = "" if self.convex else f" {local_optimum_in_words(self)}, so the laws are a local optimum."
+        local = "" if self.convex else f" {reason_for_local_optimum(self)}, so the laws are a local optimum."
         yield bound_in_words(self) + local
         if self.prices:
             yield ""
@@ -148,17 +148,17 @@ class Synthesis(Result, Drawable):
         """
         moves = {segment.law for segment in self.scene.motion if segment.segment == MOVE}
         unit = {name: law for name, law in self.laws.items() if name not in moves}
-        return {name: {**law_peaks(law), **peaks_inside(law)} for name, law in unit.items()}
+        return {name: {**law_peaks(law), **law_peaks_inside_stroke(law)} for name, law in unit.items()}
 
 
-def row_peaks(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
+def largest_peak_factors_of_row(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
     """Largest peak factors of the laws of a row, known or free."""
     peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
     each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
     return {name: max(float(peaks[name]) for peaks in each) for name in LAW_PEAKS if each}
 
 
-def _row_with_law_names(row: Mapping[str, Any], name: str) -> dict[str, Any]:
+def _fill_missing_law_names(row: Mapping[str, Any], name: str) -> dict[str, Any]:
     """The row, with ``name`` for its laws if it has no rise and no return."""
     named = row["law_rise"] or row["law_return"]
     return dict(row) if named else {**row, "law_rise": name, "law_return": name}

@@ -19,7 +19,7 @@ from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.stroke import Stroke
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.scene import Scene
 from camopt.solve.smallest.price import Prices
 from camopt.solve.smallest.prices import prices
@@ -29,16 +29,16 @@ from camopt.solve.synthesis.cams import (
     programme_with_laws,
     scene_with_laws,
     smallest_cam_for_laws,
-    smallest_cams,
-    smallest_design,
+    smallest_cams_or_own_size,
+    smallest_or_nearest_design,
 )
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
-from camopt.solve.synthesis.crossings import with_crossings
+from camopt.solve.synthesis.crossings import with_best_crossings
 from camopt.solve.synthesis.iterate import Iterate, iterate_of, without_solver_error
 from camopt.solve.synthesis.law_infeasibility import contradiction_error, no_cam_error
 from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
-from camopt.solve.synthesis.prices import prices_of_laws
+from camopt.solve.synthesis.prices import shadow_prices_of_free_laws
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -56,7 +56,7 @@ ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the size
 NONCONVEX_GAP = 1e-3  # relative: a nonconvex limit is active if a cam exceeds its convex optimum by more
 
 
-@options_by_keyword
+@allow_positional_options
 @with_progress_bar("starts")
 def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synthesis:
     """Compute new motion laws for a scene and its ``[synthesis]``, and the smallest cam for them.
@@ -103,7 +103,7 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     problems = split_by_offset(build_synthesis_problem(scene))
     bounds: list[float | None]
     if CROSSING_JERK in problems[0].objective:
-        problems, bounds = map(list, zip(*map(with_crossings, problems), strict=True))
+        problems, bounds = map(list, zip(*map(with_best_crossings, problems), strict=True))
     else:
         bounds = [relaxation_bound(problem) for problem in problems]
     feasible = [problem for problem, bound in zip(problems, bounds, strict=True) if bound != inf]
@@ -158,7 +158,9 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
     if not candidates:
         iterates = [start, *(iterate for _, iterate in steps)][:MISSES_SHOWN]
         raise no_cam_error(
-            scene, problem, [smallest_cams(scene_with_laws(scene, problem, iterate)) for iterate in iterates]
+            scene,
+            problem,
+            [smallest_cams_or_own_size(scene_with_laws(scene, problem, iterate)) for iterate in iterates],
         )
     cam, laws = _best_candidate(candidates)
     return replace(cam, convex=is_convex), laws
@@ -189,7 +191,7 @@ def relaxation_bound(problem: SynthesisProblem) -> float | None:
             value = relaxed.solve()
         except Unsolved:
             continue
-        if relaxed.is_exact:
+        if relaxed.is_solved_accurately:
             has_no_bound = "size" in problem.objective and not problem.has_convex_size and value < inf
             return None if has_no_bound else subtract_solver_error(relaxed, value)
     return None
@@ -222,14 +224,14 @@ def solve_free_laws(
         least_jerk = least_jerk_laws(model, least)
         for laws in (least_jerk, optimum):
             if laws is not None and motion_holds_limits(problem, programme_with_laws(problem, laws)):
-                return model, laws, model.accepted_objective(least)
+                return model, laws, model.largest_accepted_objective(least)
     raise Unsolved("the convex solver does not hold the limits closely enough")
 
 
 def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
     """The laws of least mean square jerk at nearly the least objective; None if the solver fails."""
     programme, largest_objective = model.least_jerk_problem
-    largest_objective.value = model.accepted_objective(least) / model.unit + GENTLE_SLACK
+    largest_objective.value = model.largest_accepted_objective(least) / model.unit + GENTLE_SLACK
     return iterate_of(model) if solve(programme) in SOLVED_STATUSES else None
 
 
@@ -294,10 +296,12 @@ def _fit_spline(problem: SynthesisProblem, stroke: Stroke, law: Law | None) -> F
 
 def _laws_on_smallest_cam(problem: SynthesisProblem, laws: Iterate, objective: Collection[str]) -> Iterate:
     """Laws with the sizes of their smallest cam, or of one that misses its limits by little."""
-    cam = smallest_design(problem.scene_problem.with_given_motion(programme_with_laws(problem, laws)), objective)
+    cam = smallest_or_nearest_design(
+        problem.scene_problem.with_given_motion(programme_with_laws(problem, laws)), objective
+    )
     if cam is None:
         return laws
-    lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + problem.roller
+    lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + problem.prime_less_cam_radius
     return laws._replace(
         lead=lead / problem.size_unit, height=float(difference_of_squares_root(prime, lead)) / problem.size_unit
     )
@@ -307,4 +311,4 @@ def _laws_on_smallest_cam(problem: SynthesisProblem, laws: Iterate, objective: C
 def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> Prices:
     """Shadow prices of the free laws, by the laws of the cam."""
     laws = joined_laws(result.design["law_rise"], result.design["law_return"])
-    return Prices({laws: prices_of_laws(result)}, objective_unit(result.asked))
+    return Prices({laws: shadow_prices_of_free_laws(result)}, objective_unit(result.asked))

@@ -28,7 +28,7 @@ def reverses_motion(scene_problem: Problem) -> bool:
     """Whether the follower moves inward while the tool moves outward."""
     train = scene_problem.setup.train
     return train is not None and bool(
-        np.diff(train.follower_at(np.array(tool_travel(scene_problem.programme))))[0] < 0.0
+        np.diff(train.follower_displacement_at(np.array(tool_travel(scene_problem.programme))))[0] < 0.0
     )
 
 
@@ -72,7 +72,7 @@ def follower_states(scene_problem: Problem, zero: float, state: FloatArray) -> F
         return state
     z, z1, z2, z3 = state
     with np.errstate(all="ignore"):
-        follower = train.follower(Taylor([zero * programme.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
+        follower = train.follower_displacement(Taylor([zero * programme.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
     states = np.array([np.broadcast_to(follower.derivative(order), z.shape) for order in range(len(state))])
-    states[0] -= train.follower_at(np.array(tool_travel(programme))).min()
+    states[0] -= train.follower_displacement_at(np.array(tool_travel(programme))).min()
     return states

@@ -21,7 +21,7 @@ from camopt.scene.design_rows import (
     DERIVED_SIZES,
     LAW_NAME_COLUMNS,
     ROW_WORD,
-    has_scene,
+    has_embedded_scene,
     unknown_columns,
     warn_of_unknown_columns,
 )
@@ -39,7 +39,7 @@ WHOLE_TURN, STROKE_ANGLES = (
 LAW_COLUMNS = ("law_rise", "law_return")
 
 
-def bounds_shown(problem: Problem) -> dict[str, str]:
+def limit_texts_by_quantity(problem: Problem) -> dict[str, str]:
     """Text of the limit on each quantity, such as "≤ 30"; the first of several limits on one quantity."""
     bounds: dict[str, str] = {}
     for limit in problem.limits:
@@ -52,43 +52,51 @@ def bounds_shown(problem: Problem) -> dict[str, str]:
     return bounds
 
 
-def own_units(problem: Problem) -> dict[str, str]:
+def own_quantity_units(problem: Problem) -> dict[str, str]:
     """Units of the scene's own quantities, by name."""
     return {name: quantity.unit for name, quantity in problem.setup.own_quantities.items()}
 
 
-def columns_of(problem: Problem, rows: Iterable[TableRow], asked: Iterable[str] = ()) -> list[str]:
+def design_table_columns(
+    problem: Problem, rows: Iterable[TableRow], requested_columns: Iterable[str] = ()
+) -> list[str]:
     """Columns of a table: sizes, then objectives, limited quantities and outputs; without columns of zeros.
 
     Equal laws of rises and returns share the column ``law``; so do equal limits on their pressure angles.
     """
-    rows, bounds = list(rows), bounds_shown(problem)
+    rows, bounds = list(rows), limit_texts_by_quantity(problem)
     outputs = (
         problem.evaluated_quantities - problem.required_quantities
         if problem.outputs
         else problem.setup.own_quantities.keys()
     )
-    asked = [*asked, *in_column_order(outputs)]
-    redundant = {WHOLE_TURN} - {*asked} or {*STROKE_ANGLES} - {*asked}
-    named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in redundant)])
+    requested_columns = [*requested_columns, *in_column_order(outputs)]
+    redundant = {WHOLE_TURN} - {*requested_columns} or {*STROKE_ANGLES} - {*requested_columns}
+    named = dict.fromkeys(
+        [*requested_columns, *(name for name in bounds if WHOLE_TURN not in bounds or name not in redundant)]
+    )
     searched = [size.name for size in problem.search_space.sizes]
-    shown = [name for name in named if name in rows[0] and not is_zero_column(searched, name, rows)]
-    sizes = sizes_shown(searched, rows)
+    shown = [name for name in named if name in rows[0] and not is_unsearched_zero_column(searched, name, rows)]
+    sizes = shown_size_columns(searched, rows)
     return [*sizes, *(name for name in shown if name not in sizes)]
 
 
-def sizes_shown(searched: Container[str], rows: Iterable[TableRow]) -> list[str]:
+def shown_size_columns(searched_keys: Container[str], rows: Iterable[TableRow]) -> list[str]:
     """Sizes that have a column: equal laws once, no sums of other sizes, and no zeros that were not searched.
 
-    ``searched`` has the keys of the sizes in ``[search]``.
+    ``searched_keys`` has the keys of the sizes in ``[search]``.
     """
     rows = list(rows)
     sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
-    shown = [name for name in sizes if name not in DERIVED_SIZES and not is_zero_column(searched, name, rows)]
-    return [*laws_shown(rows), *(name for name in shown if name not in LAW_COLUMNS)]
+    shown = [
+        name
+        for name in sizes
+        if name not in DERIVED_SIZES and not is_unsearched_zero_column(searched_keys, name, rows)
+    ]
+    return [*shown_law_columns(rows), *(name for name in shown if name not in LAW_COLUMNS)]
 
 
-def laws_shown(rows: Iterable[TableRow]) -> list[str]:
+def shown_law_columns(rows: Iterable[TableRow]) -> list[str]:
     """Columns of laws: one if rises and returns have equal laws, none if the motion has only moves."""
     rows = list(rows)
     if any(row["law_rise"] != row["law_return"] for row in rows):
@@ -101,50 +109,57 @@ def joined_laws(rise: str, fall: str) -> str:
     return " / ".join(filter(None, dict.fromkeys((rise, fall))))
 
 
-def with_law(rows: Iterable[TableRow]) -> list[dict[str, Any]]:
+def with_law_column(rows: Iterable[TableRow]) -> list[dict[str, Any]]:
     """Add the column ``law`` to rows."""
     return [{"law": row["law_rise"], **row} for row in rows]
 
 
-def axes_of(names: Sequence[str]) -> list[str]:
+def frontier_axes(names: Sequence[str]) -> list[str]:
     """Columns of a frontier that are its axes; none for another table."""
     if not {"free", "bound"} <= {*names}:
         return []
     return list(names[names.index("free") + 1 : names.index("bound")])
 
 
-def is_zero_column(searched: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
+def is_unsearched_zero_column(searched_keys: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
     """Whether a column is 0 or empty in all designs, as the roller radius of a knife edge, and was not searched.
 
-    ``searched`` has the keys of the sizes in ``[search]``.
+    ``searched_keys`` has the keys of the sizes in ``[search]``.
     """
     if any(row[name] not in (0.0, "") for row in rows):
         return False
     effect = QUANTITIES[name].effect if name in QUANTITIES else ""
-    return effect == "pressure" or (effect == "sizes" and name.removesuffix("_mm") not in searched)
+    return effect == "pressure" or (effect == "sizes" and name.removesuffix("_mm") not in searched_keys)
 
 
 def designs_table(
-    title: str, problem: Problem, rows: Iterable[TableRow], last: Iterable[str] = (), asked: Iterable[str] = ()
+    title: str,
+    problem: Problem,
+    rows: Iterable[TableRow],
+    last_columns: Iterable[str] = (),
+    requested_columns: Iterable[str] = (),
 ) -> Table:
-    """A table with a row for each design: sizes, wanted quantities and the columns ``last``; lists become texts."""
-    shown = [{name: _list_text(value) for name, value in row.items()} for row in rows]
-    names = [*columns_of(problem, shown, asked), *last]
-    return table_of(title, shown, names, bounds_shown(problem), own_units(problem))
+    """A table with a row for each design: sizes, wanted quantities and the columns ``last_columns``.
+
+    Lists become texts.
+    """
+    shown = [{name: _join_list_of_texts(value) for name, value in row.items()} for row in rows]
+    names = [*design_table_columns(problem, shown, requested_columns), *last_columns]
+    return table_of(title, shown, names, limit_texts_by_quantity(problem), own_quantity_units(problem))
 
 
-def _list_text(value: Any) -> Any:
+def _join_list_of_texts(value: Any) -> Any:
     return ", ".join(value) if isinstance(value, list) and all(isinstance(each, str) for each in value) else value
 
 
-def design_table(title: str, problem: Problem, design: TableRow, about: Mapping[str, str | Cell]) -> Table:
+def design_table(title: str, problem: Problem, design: TableRow, meanings: Mapping[str, str | Cell]) -> Table:
     """A table of one design down the page: name, value, unit, limit and meaning of each quantity.
 
     A narrow terminal omits meanings that are sentences, but not those that are cells.
     """
-    bounds, units = bounds_shown(problem), own_units(problem)
+    bounds, units = limit_texts_by_quantity(problem), own_quantity_units(problem)
     rows: list[list[str | Cell]] = []
-    for name, text in about.items():
+    for name, text in meanings.items():
         unit = unit_of_column(name, units.get(name))
         limit = [bounds.get(name, "")] if bounds else []
         value = quantity_text(name, design[name], unit).replace(",", ", ")
@@ -204,8 +219,8 @@ class Design(Result, Drawable, dict[str, Any]):
 
     def table(self) -> Table:
         """A table of the design's sizes and the quantities of its scene, with the limits."""
-        (row,), problem = with_law([self]), resolve(self.searched)
-        shown, own = columns_of(problem, [row]), problem.setup.own_quantities
+        (row,), problem = with_law_column([self]), resolve(self.searched)
+        shown, own = design_table_columns(problem, [row]), problem.setup.own_quantities
         known = {name: find_quantity(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
         about = {name: known[name].sentence if name in known else "" for name in shown}
         return design_table(self.searched.name, problem, row, about)
@@ -220,13 +235,15 @@ class Design(Result, Drawable, dict[str, Any]):
         return scene_of_row(self.searched, self)
 
 
-def miss_sections(miss: Design, title: str = "No feasible design. The nearest miss:") -> Iterator[Table | str]:
+def nearest_miss_sections(
+    miss: Design, title: str = "No feasible design. The nearest miss:"
+) -> Iterator[Table | str]:
     """Sections on the design that misses the limits by the least: its sizes, and limited values with limits."""
     problem = resolve(miss.searched)
-    (row,) = with_law([miss])
+    (row,) = with_law_column([miss])
     violated = miss["violated"].split(",")
     broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown_quantities}
-    about = {name: Cell("broken" if name in broken else "") for name in columns_of(problem, [row])}
+    about = {name: Cell("broken" if name in broken else "") for name in design_table_columns(problem, [row])}
     yield ""
     yield design_table(title, problem, row, about)
     yield ""
@@ -286,30 +303,30 @@ def scene_of(table: Any, row: Any = None, *, scene: SceneSource | None = None) -
     >>> camopt.scene_of(dict(designs.loc[smallest]), scene=scene).cam.base_radius
     55.0
     """
-    from camopt.solve.tables.table import load, row_of
+    from camopt.solve.tables.table import load, values_of_table_row
 
     if isinstance(row, Scene):
         raise BadInput([Mistake("camopt", ROW_WORD, None, "a label of a row; give the scene as scene=")])
     name, frame = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
-    values = row_of(frame, row, name)
+    values = values_of_table_row(frame, row, name)
     text = getattr(frame, "attrs", {}).get("scene")
     searched = None if scene is None else scene_from(scene)
     if searched is None and text:
         searched = Scene.embedded(text, name)
-    if searched is None and not has_scene(values):
+    if searched is None and not has_embedded_scene(values):
         why = "missing: the table has lost it, as after a merge, or camopt did not write it; give it as scene="
         if isinstance(table, Result) and hasattr(table, "scene"):
             why = f"missing: the scene of this {type(table).__name__} is its .scene"
         raise BadInput([Mistake("camopt", "scene", None, why, bare=True)])
     design_scene = scene_of_row(searched, values)
-    if searched and not has_scene(values) and (unknown := unknown_columns(searched, values)):
+    if searched and not has_embedded_scene(values) and (unknown := unknown_columns(searched, values)):
         warn_of_unknown_columns(unknown, (*searched.row_columns.values(), *LAW_NAME_COLUMNS), values, name)
     return design_scene
 
 
 def scene_of_row(searched: Scene | None, row: Mapping[str, Any]) -> Scene:
     """The scene of a row: its own (TOML) in a frontier, else the searched scene with the row's values."""
-    if searched is None or has_scene(row):
+    if searched is None or has_embedded_scene(row):
         return Scene.embedded(row["scene"], searched.file if searched else "table")
     return searched.with_row(row)
 

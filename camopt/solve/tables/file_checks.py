@@ -8,8 +8,15 @@ from pathlib import Path
 from typing import Any, Literal
 
 from camopt.core.mistakes import BAD_INPUT, FILE_TROUBLE, BadInput, Mistake, printable
-from camopt.core.storage.files import regular_file
-from camopt.core.storage.manifest import MANIFEST, PARQUET_SUFFIX, DamagedManifest, Manifest, entry_of, manifest_of
+from camopt.core.storage.files import open_regular_file
+from camopt.core.storage.manifest import (
+    MANIFEST,
+    PARQUET_SUFFIX,
+    DamagedManifest,
+    Manifest,
+    file_entry,
+    read_manifest,
+)
 from camopt.solve.tables.result import FileLine, Result
 
 FileState = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
@@ -145,7 +152,7 @@ def _check_manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
     """State of a folder's manifest, and the manifest; None for each that does not exist."""
     path = folder / MANIFEST
     try:
-        manifest = manifest_of(folder)
+        manifest = read_manifest(folder)
     except DamagedManifest:
         told = "damaged, or of another version; its files cannot be checked"
         return FileCheck(path, "damaged", told), None
@@ -160,11 +167,11 @@ def _check_file(path: Path, manifest: Manifest | None) -> FileCheck:
     """State of a file by its manifest."""
     entry = manifest.files.get(path.name) if manifest else None
     try:
-        with regular_file(path) as file:
+        with open_regular_file(path) as file:
             if entry is None:
                 told = f"{MANIFEST} does not name it" if manifest else f"there is no {MANIFEST} with its digest"
                 return FileCheck(path, "unknown", told)
-            actual = entry_of(file)
+            actual = file_entry(file)
             if actual == entry:
                 return _whole_check(path, file)
     except FileNotFoundError:

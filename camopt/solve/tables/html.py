@@ -7,13 +7,13 @@ from camopt.solve.tables.result import Branch, Cell, Table
 HTML_ROWS = 40
 
 
-def html_table(table: Table, most: int = HTML_ROWS) -> str:
-    """A table as HTML with a caption, at most ``most`` rows, and the kinds of cells as CSS classes."""
+def html_table(table: Table, most_rows: int = HTML_ROWS) -> str:
+    """A table as HTML with a caption, at most ``most_rows`` rows, and the kinds of cells as CSS classes."""
     heads = ((_kind_attribute(cell), "<br>".join(map(escape, cell.text.splitlines()))) for cell in table.heads)
     head = "".join(f'<th scope="col"{kind}>{text}</th>' for kind, text in heads) if table.is_headed else ""
-    body = "".join(f"<tr>{''.join(map(_html_cell, row))}</tr>" for row in table.rows[:most])
-    if len(table.rows) > most:
-        more = f"… and {len(table.rows) - most:,} more rows"
+    body = "".join(f"<tr>{''.join(map(_html_cell, row))}</tr>" for row in table.rows[:most_rows])
+    if len(table.rows) > most_rows:
+        more = f"… and {len(table.rows) - most_rows:,} more rows"
         body += f'<tr><td colspan="{len(table.heads)}">{more}</td></tr>'
     note = f"<small>{escape(table.note)}</small>" if table.note else ""
     caption = f"<caption>{escape(table.title)}</caption>"

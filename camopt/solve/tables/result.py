@@ -85,7 +85,7 @@ class Table:
         )
         return "\n".join(filter(None, (self.title, *texts, self.note)))
 
-    def without_meanings(self) -> "Table":
+    def without_meaning_sentences(self) -> "Table":
         """The table without the sentences about the other columns."""
         return replace(self, rows=[[Cell("") if cell.kind == ABOUT else cell for cell in row] for row in self.rows])
 
@@ -213,7 +213,7 @@ class Result(HasHtml):
         if isinstance(document, list):
             records = document
         elif name:
-            index, records = records_of(document, name, self.kept_tables)
+            index, records = records_under_key(document, name, self.kept_tables)
         else:
             records = [{key: value for key, value in document.items() if isinstance(value, (int, float, str))}]
         frame = pd.json_normalize([record_values(record) for record in records])
@@ -275,7 +275,7 @@ class Columns(Result, dict[str, Any]):
         import pandas as pd
 
         if name is not None:
-            records_of({}, name)
+            records_under_key({}, name)
         frame = pd.DataFrame(dict(self))
         frame.attrs = {"units": self.units}
         return frame
@@ -297,7 +297,7 @@ class Listing(Result):
         return self.records
 
 
-def records_of(
+def records_under_key(
     document: Mapping[str, Any], name: str, tables: Iterable[str] = ()
 ) -> tuple[list[str] | None, list[Any]]:
     """Rows under a key of a document, and their names if they have any.

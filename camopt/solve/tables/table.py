@@ -20,9 +20,9 @@ from camopt.core.storage.tables import (
     PARQUET_OPTIONS,
     ROWS_IN_GROUP,
     SCENE_KEY,
-    no_table_error,
+    not_a_table_error,
     read_table,
-    table_facts,
+    table_metadata,
     with_pandas_attributes,
     write_table,
 )
@@ -50,24 +50,24 @@ def write_columns(
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=about) for name, about in facts.items()]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     values = {name: numbers for name, (*_, numbers) in columns.items()}
-    write_table(to_table(DesignRows({**values}, len(next(iter(values.values())))), layout), path)
+    write_table(to_arrow_table(DesignRows({**values}, len(next(iter(values.values())))), layout), path)
 
 
-def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
+def read_scene_metadata(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
     """Read the scene in the metadata of a table; raise BadInput if it is missing or has mistakes."""
     text = (layout.metadata or {}).get(SCENE_KEY)
     if not text:
-        raise no_table_error(path, "this one has no scene in it")
+        raise not_a_table_error(path, "this one has no scene in it")
     try:
         return Scene.embedded(text.decode(), os.fsdecode(path))
     except BadInput as bad:
         first = bad.mistakes[0]
-        raise no_table_error(
+        raise not_a_table_error(
             path, f"the scene in this one has mistakes, such as {first.key}: {first.allowed}"
         ) from None
 
 
-def to_table(rows: DesignRows, layout: pa.Schema) -> pa.Table:
+def to_arrow_table(rows: DesignRows, layout: pa.Schema) -> pa.Table:
     """Convert rows to an Arrow table."""
     return pa.table([_arrow_array(rows.columns[c.name], rows.count, c.type) for c in layout], schema=layout)
 
@@ -110,7 +110,9 @@ def parquet_options(layout: pa.Schema) -> dict[str, Any]:
 
 
 @contextmanager
-def row_groups(path: Path, quantities: Iterable[Quantity], about: Mapping[str, str]) -> Iterator["RowGroupWriter"]:
+def open_row_group_writer(
+    path: Path, quantities: Iterable[Quantity], about: Mapping[str, str]
+) -> Iterator["RowGroupWriter"]:
     """Open a Parquet file of some quantities, and yield its writer."""
     layout = with_pandas_attributes(schema_of(quantities, **about))
     with (
@@ -131,25 +133,25 @@ class RowGroupWriter:
     def append(self, rows: DesignRows) -> None:
         """Add rows."""
         for first in range(0, rows.count, ROWS_IN_GROUP):
-            self._append(rows.slice_rows(slice(first, first + ROWS_IN_GROUP)))
+            self._append_group(rows.slice_rows(slice(first, first + ROWS_IN_GROUP)))
 
-    def _append(self, rows: DesignRows) -> None:
+    def _append_group(self, rows: DesignRows) -> None:
         """Add at most one group of rows."""
-        self._pending.append(to_table(rows, self._layout))
+        self._pending.append(to_arrow_table(rows, self._layout))
         self._pending_rows += rows.count
         if self._pending_rows >= ROWS_IN_GROUP:
             merged = pa.concat_tables(self._pending)
             whole = merged.num_rows - merged.num_rows % ROWS_IN_GROUP
-            self._write(merged.slice(0, whole))
+            self._write_group(merged.slice(0, whole))
             self._pending = [merged.slice(whole)]
             self._pending_rows = merged.num_rows - whole
 
-    def finish(self) -> None:
+    def write_last_group(self) -> None:
         """Write the remaining rows, which do not fill a group."""
         if self._pending or not self._groups:
-            self._write(pa.concat_tables(self._pending or [self._layout.empty_table()]))
+            self._write_group(pa.concat_tables(self._pending or [self._layout.empty_table()]))
 
-    def _write(self, table: pa.Table) -> None:
+    def _write_group(self, table: pa.Table) -> None:
         self._groups += 1
         self._add(table)
 
@@ -188,10 +190,10 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     (9, 'mm')
     """
     check_path(path, "path")
-    return frame_of(path)
+    return read_data_frame(path)
 
 
-def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
+def read_checked_arrow_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
     """Read a table that camopt wrote as an Arrow table, and check the types of its columns.
 
     It raises the errors of ``load``. ``manifest`` is that of the folder, if several tables must be from one run.
@@ -199,32 +201,32 @@ def read_quantities(path: str | os.PathLike[str], manifest: Manifest | None = No
     table = read_table(path, manifest)
     for column in table.schema:
         if column.name in QUANTITIES and column.type != ARROW_TYPES[QUANTITIES[column.name].kind]:
-            raise no_table_error(path, f"its column {column.name} has the type {column.type}")
+            raise not_a_table_error(path, f"its column {column.name} has the type {column.type}")
     return table
 
 
-def frame_of(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
-    """Read a table that camopt wrote as a DataFrame; for ``manifest`` see ``read_quantities``."""
-    return _frame_of_table(read_quantities(path, manifest))
+def read_data_frame(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
+    """Read a table that camopt wrote as a DataFrame; for ``manifest`` see ``read_checked_arrow_table``."""
+    return _frame_of_table(read_checked_arrow_table(path, manifest))
 
 
-def frame_of_rows(
+def data_frame_from_rows(
     parts: Iterable[DesignRows], quantities: Iterable[Quantity], about: Mapping[str, str]
 ) -> "pd.DataFrame":
     """Rows of some quantities as a DataFrame like that of ``load``, with ``about`` in its ``attrs``."""
     layout = schema_of(quantities, **about)
-    tables = [to_table(rows, layout) for rows in parts]
+    tables = [to_arrow_table(rows, layout) for rows in parts]
     return _frame_of_table(pa.concat_tables(tables or [layout.empty_table()]))
 
 
 def _frame_of_table(table: pa.Table) -> "pd.DataFrame":
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
-    frame.attrs = table_facts(table.schema)
+    frame.attrs = table_metadata(table.schema)
     return frame
 
 
-def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
-    """Values of one row of a table by column, or of ``table`` if it is a row, with quantities in a pandas index."""
+def values_of_table_row(table: Any, row: Any, table_name: str) -> dict[str, Any]:
+    """Values of one row of a table, by column; a pandas index counts as a column."""
     import narwhals.stable.v2 as nw  # imported only here: most commands take no table
 
     frame = nw.from_native(table, eager_only=True, pass_through=True)
@@ -238,7 +240,7 @@ def row_of(table: Any, row: Any, name: str) -> dict[str, Any]:
         matches = [label == row for label in row_labels] if isinstance(row, tuple) else row_labels == row
         places = np.flatnonzero(matches)
     if places.size != 1:
-        allowed = f"a row of {name}, which has {len(frame):,}, counted from 0"
+        allowed = f"a row of {table_name}, which has {len(frame):,}, counted from 0"
         if row is not None and places.size:
             allowed += f"; {places.size} rows have this label: number them again with .reset_index(drop=True)"
         raise BadInput([Mistake("camopt", "row", row, allowed)])

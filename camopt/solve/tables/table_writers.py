@@ -33,7 +33,7 @@ def table_file(path: Path, quantities: Iterable[Quantity], scene: str) -> Iterat
         writer = TableWriter(path, partial, open_file, quantities, {"camopt_scene": scene})
         with writer.thread:
             yield writer
-            writer.finish()
+            writer.wait_until_written()
 
 
 class TableWriter:
@@ -54,7 +54,7 @@ class TableWriter:
         self._groups: RowGroupWriter | None = None
         self._ended = False
 
-    def describe(self, key: str, text: str) -> None:
+    def add_metadata_text(self, key: str, text: str) -> None:
         """Add a text to the metadata, before the first rows."""
         self._about[key] = text
 
@@ -63,34 +63,34 @@ class TableWriter:
         if rows.count:
             self._submit(lambda: self._open_groups().append(rows))
 
-    def end(self) -> None:
+    def take_no_more_rows(self) -> None:
         """Take no more rows; the thread writes the remaining ones while other work goes on."""
         if not self._ended:
             self._ended = True
             self._submit(self._finish_file)
 
-    def finish(self) -> None:
+    def wait_until_written(self) -> None:
         """Wait until all rows are written."""
-        self.end()
-        self._wait_for(0)
+        self.take_no_more_rows()
+        self._wait_for_writes(0)
 
     def _submit(self, work: Callable[[], None]) -> None:
-        self._wait_for(WAITING_BATCHES)
+        self._wait_for_writes(WAITING_BATCHES)
         self._writing.append(self.thread.submit(work))
 
-    def _wait_for(self, most: int) -> None:
+    def _wait_for_writes(self, most_pending: int) -> None:
         with attribute_errors_to(self._path, self._partial):
-            while len(self._writing) > most:
+            while len(self._writing) > most_pending:
                 self._writing.popleft().result()
 
     def _open_groups(self) -> "RowGroupWriter":
         if self._groups is None:
-            rows = import_table_module().row_groups(self._partial, self._quantities, self._about)
+            rows = import_table_module().open_row_group_writer(self._partial, self._quantities, self._about)
             self._groups = self._open_file.enter_context(rows)
         return self._groups
 
     def _finish_file(self) -> None:
-        self._open_groups().finish()
+        self._open_groups().write_last_group()
         self._open_file.close()
 
 
@@ -100,7 +100,7 @@ class TableInMemory:
     def __init__(self, quantities: Iterable[Quantity], scene: str) -> None:
         self._quantities, self._about, self._rows = tuple(quantities), {"camopt_scene": scene}, list[DesignRows]()
 
-    def describe(self, key: str, text: str) -> None:
+    def add_metadata_text(self, key: str, text: str) -> None:
         """Add a text to the metadata."""
         self._about[key] = text
 
@@ -109,10 +109,10 @@ class TableInMemory:
         if rows.count:
             self._rows.append(rows.select_columns(quantity.name for quantity in self._quantities))
 
-    def end(self) -> None:
+    def take_no_more_rows(self) -> None:
         """Take no more rows."""
 
     def to_pandas(self) -> "pd.DataFrame":
         """The rows as a DataFrame like that of ``load``."""
-        frame: pd.DataFrame = import_table_module().frame_of_rows(self._rows, self._quantities, self._about)
+        frame: pd.DataFrame = import_table_module().data_frame_from_rows(self._rows, self._quantities, self._about)
         return frame

@@ -36,8 +36,8 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.clock import clock_seconds
-from camopt.model.effects.motion import motion_scale, motion_table_unit
-from camopt.scene.arguments import SceneSource, options_by_keyword, scene_from
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
+from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.csv_columns import csv_column_names, read_csv_columns
 from camopt.scene.iso286 import GRADE_WIDTHS, limit_deviations
 from camopt.scene.problem.problem import Problem, resolve_design
@@ -48,8 +48,8 @@ from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 from camopt.solve.tolerances.errors import error_keys, error_ranges
 from camopt.solve.tolerances.response import separation_by_key
-from camopt.solve.tolerances.turn_errors import Contribution, TurnErrors, contributions, worst_case_range
-from camopt.solve.tolerances.worst_case import DISPLACEMENT_GAP, WorstCase, WorstSearch, worst_search
+from camopt.solve.tolerances.turn_errors import Contribution, TurnErrors, tolerance_contributions, worst_case_range
+from camopt.solve.tolerances.worst_case import DISPLACEMENT_GAP, WorstCase, WorstSearch, make_worst_cam_search
 
 EXAMPLE_COSTS = dict(zip(range(5, 13), (16 / 7, 1.6, 1.0, 0.64, 0.4, 0.25, 0.16, 0.1), strict=True))
 """Relative cost by grade: 16/7, 16/10, 16/16, 16/25, … of the standard's multiples of i."""
@@ -182,7 +182,7 @@ class Allocation(Result):
         return [each._asdict() for each in self.tolerances]
 
 
-@options_by_keyword
+@allow_positional_options
 def allocate(
     scene: SceneSource,
     within: float,
@@ -235,7 +235,7 @@ def allocate(
     scene = scene_from(scene)
     if not (isinstance(within, int | float) and within > 0.0):
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
-    scene = scene.toleranced
+    scene = scene.with_profile_tolerance_moved
     problem = resolve_design(scene)
     keys = graded_keys(scene, problem)
     only = (only,) if isinstance(only, str) else only
@@ -249,7 +249,9 @@ def allocate(
     if problem.programme.corners:
         why = "has a motion whose velocity jumps: no bound of its errors is proved"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
-    return _GradeSearch(scene, problem, float(within), grade_costs(costs, keys), clock_seconds() + seconds).run()
+    return _GradeSearch(
+        scene, problem, float(within), grade_costs(costs, keys), clock_seconds() + seconds
+    ).find_cheapest_grades()
 
 
 @dataclass(frozen=True)
@@ -262,18 +264,20 @@ class _GradeSearch:
     costs: CostsByKey
     deadline: float
 
-    def run(self) -> Allocation:
+    def find_cheapest_grades(self) -> Allocation:
         """The cheapest grades with a proven bound within the limit."""
-        finest = {key: min(each) for key, each in self.zones.items()}
-        if self.has_nested_zones and (self.is_refuted(finest) or self.largest_clearance(finest) > 0.0):
+        finest = {key: min(each) for key, each in self.zones_by_key_and_grade.items()}
+        if self.has_nested_zones and (
+            self.has_cam_beyond_limit(finest) or self.largest_first_order_clearance(finest) > 0.0
+        ):
             raise self.no_grades_error(finest)
         least, tried = inf, 0
         for cost, grades in self.grades_by_cost():
             tried += 1
-            if self.is_refuted(grades) or self.largest_clearance(grades) > 0.0:
+            if self.has_cam_beyond_limit(grades) or self.largest_first_order_clearance(grades) > 0.0:
                 continue
-            within = self.within / self.unit_factor
-            bound = self.worst_cam_search(grades).prove_bound(
+            within = self.within / self.displacement_unit_factor
+            bound = self.worst_cam_search(grades).prove_error_bound(
                 within / (1.0 + DISPLACEMENT_GAP), DISPLACEMENT_GAP, clock_seconds() + GRADES_PROOF_SECONDS, within
             )
             if bound.high <= within:
@@ -285,10 +289,10 @@ class _GradeSearch:
         raise self.no_grades_error(finest)
 
     def no_grades_error(self, finest: GradeByKey) -> BadInput:
-        unit, worst = motion_table_unit(self.problem.setup, 0), self.worst_cam_search(finest).run()
+        unit, worst = motion_table_unit(self.problem.setup, 0), self.worst_cam_search(finest).find_worst_cam()
         limit, error = with_unit(self.within, unit), with_unit(abs(worst.error), unit)
         why = f"no permitted grades keep ±{limit}: even with the finest ones a cam has an error of {error}"
-        if (clearance := self.largest_clearance(finest)) > 0.0:
+        if (clearance := self.largest_first_order_clearance(finest)) > 0.0:
             why = "no permitted grades keep the preload: even with the finest ones a cam has a clearance of"
             why = f"{why} {with_unit(clearance, 'deg' if self.problem.setup.angular else 'mm')}"
             why += f"; {', '.join(finest)} get grades instead of their own tolerances"
@@ -300,55 +304,61 @@ class _GradeSearch:
 
     def grades_by_cost(self) -> Iterator[tuple[float, GradeByKey]]:
         """All sets of grades with their costs, the cheapest first."""
-        permitted = {key: sorted(each, reverse=True) for key, each in self.zones.items()}
+        permitted = {key: sorted(each, reverse=True) for key, each in self.zones_by_key_and_grade.items()}
         keys = [*permitted]
 
-        def cost_of_places(places: tuple[int, ...]) -> tuple[float, tuple[int, ...]]:
+        def cost_and_places(places: tuple[int, ...]) -> tuple[float, tuple[int, ...]]:
             pairs = zip(keys, places, strict=True)
             return fsum(self.costs[key][permitted[key][place]] for key, place in pairs), places
 
-        heap, last = [cost_of_places((0,) * len(keys))], len(keys)
+        heap, last = [cost_and_places((0,) * len(keys))], len(keys)
         while heap:
             cost, places = heappop(heap)
             yield cost, {key: permitted[key][place] for key, place in zip(keys, places, strict=True)}
             first = max((k for k in range(last) if places[k]), default=0)  # so that each set is reached once
             for k in range(first, last):
                 if places[k] + 1 < len(permitted[keys[k]]):
-                    heappush(heap, cost_of_places((*places[:k], places[k] + 1, *places[k + 1 :])))
+                    heappush(heap, cost_and_places((*places[:k], places[k] + 1, *places[k + 1 :])))
 
-    def is_refuted(self, grades: GradeByKey) -> bool:
+    def has_cam_beyond_limit(self, grades: GradeByKey) -> bool:
         """Whether a cam exceeds the limit at the cam angle that is worst to first order."""
-        graded = [each for key, grade in grades.items() for each in self.graded_contributions[key][grade]]
-        ends = worst_case_range([*self.fixed_contributions, *graded], 0)
-        if not self.unit_factor * float(ends.magnitude.max()) > self.within:
+        graded = [each for key, grade in grades.items() for each in self.contributions_by_key_and_grade[key][grade]]
+        ends = worst_case_range([*self.ungraded_contributions, *graded], 0)
+        if not self.displacement_unit_factor * float(ends.magnitude.max()) > self.within:
             return False
         angle = self.turn_errors.nodes[[int(ends.magnitude.argmax())]]
         search = self.worst_cam_search(grades)
         errors = (search.motion_errors(search.extreme_errors(angle, side), angle)[0] for side in (1.0, -1.0))
-        return bool(self.unit_factor * max(map(abs, errors)) > self.within)
+        return bool(self.displacement_unit_factor * max(map(abs, errors)) > self.within)
 
-    def largest_clearance(self, grades: GradeByKey) -> float:
+    def largest_first_order_clearance(self, grades: GradeByKey) -> float:
         """Largest clearance between two contacts that should have an interference, to first order [mm or deg].
 
         0 if every cam has a preload, or none should have one.
         """
-        if not self.least_interference:
+        if not self.least_mounting_interference:
             return 0.0
-        low = self.fixed_separation + sum(self.graded_separations[key][grade] for key, grade in grades.items())
+        low = self.least_ungraded_separation + sum(
+            self.least_separations_by_grade[key][grade] for key, grade in grades.items()
+        )
         unit = degrees(1.0) if self.problem.setup.angular else 1.0
-        return max(-(self.least_interference + unit * float(low.min())), 0.0)
+        return max(-(self.least_mounting_interference + unit * float(low.min())), 0.0)
 
     def worst_cam_search(self, grades: GradeByKey) -> WorstSearch:
-        zones = {each: self.zones[key][g] for key, g in grades.items() for each in error_keys(self.problem, key)}
-        return worst_search(self.turn_errors, changed=zones)
+        zones = {
+            each: self.zones_by_key_and_grade[key][g]
+            for key, g in grades.items()
+            for each in error_keys(self.problem, key)
+        }
+        return make_worst_cam_search(self.turn_errors, changed_error_ranges=zones)
 
     def make_allocation(self, grades: GradeByKey, least: float, tried: int) -> Allocation:
-        graded = {key: self.graded_contributions[key][grade] for key, grade in grades.items()}
-        ends = worst_case_range([*self.fixed_contributions, *chain(*graded.values())], 0)
+        graded = {key: self.contributions_by_key_and_grade[key][grade] for key, grade in grades.items()}
+        ends = worst_case_range([*self.ungraded_contributions, *chain(*graded.values())], 0)
         place, upwards = int(ends.magnitude.argmax()), ends.upper.max() >= -ends.lower.min()
 
-        def share(parts: list[Contribution]) -> float:
-            return self.unit_factor * fsum(
+        def error_share(parts: list[Contribution]) -> float:
+            return self.displacement_unit_factor * fsum(
                 float((each.upper if upwards else -each.lower)[0, place]) for each in parts
             )
 
@@ -357,27 +367,27 @@ class _GradeSearch:
                 key,
                 grade,
                 grade_name(self.scene, key, grade),
-                *self.zones[key][grade],
+                *self.zones_by_key_and_grade[key][grade],
                 self.costs[key][grade],
-                share(graded[key]),
+                error_share(graded[key]),
             )
             for key, grade in grades.items()
         ]
         unit, scene = motion_table_unit(self.problem.setup, 0), with_grades(self.scene, self.problem, grades)
-        cost, worst = fsum(each.cost for each in allotted), self.worst_cam_search(grades).run()
-        others = share(self.fixed_contributions)
+        cost, worst = fsum(each.cost for each in allotted), self.worst_cam_search(grades).find_worst_cam()
+        others = error_share(self.ungraded_contributions)
         return Allocation(scene, self.within, unit, tuple(allotted), others, cost, least, worst, tried)
 
     @cached_property
-    def unit_factor(self) -> float:
-        return float(motion_scale(self.problem.setup, 0))
+    def displacement_unit_factor(self) -> float:
+        return float(motion_unit_factor(self.problem.setup, 0))
 
     @cached_property
     def turn_errors(self) -> TurnErrors:
         return TurnErrors(self.scene, self.problem)
 
     @cached_property
-    def graded_scenes(self) -> dict[str, dict[int, Scene]]:
+    def scenes_by_key_and_grade(self) -> dict[str, dict[int, Scene]]:
         """The scene with each grade of each tolerance, by key and grade; grades that ISO 286 lacks are left out."""
         scenes = dict[str, dict[int, Scene]]()
         for key, costs in self.costs.items():
@@ -391,29 +401,29 @@ class _GradeSearch:
         return scenes
 
     @cached_property
-    def zones(self) -> dict[str, dict[int, tuple[float, float]]]:
+    def zones_by_key_and_grade(self) -> dict[str, dict[int, tuple[float, float]]]:
         """Zone of each tolerance by key and grade [mm]."""
         return {
             key: {grade: error_ranges(scene, self.problem)[key] for grade, scene in scenes.items()}
-            for key, scenes in self.graded_scenes.items()
+            for key, scenes in self.scenes_by_key_and_grade.items()
         }
 
     @cached_property
     def has_nested_zones(self) -> bool:
         """Whether the zones of coarser grades contain those of finer ones."""
-        ordered = [[each[grade] for grade in sorted(each)] for each in self.zones.values()]
+        ordered = [[each[grade] for grade in sorted(each)] for each in self.zones_by_key_and_grade.values()]
         return all(wide[0] <= low and high <= wide[1] for each in ordered for (low, high), wide in pairwise(each))
 
     @cached_property
-    def graded_contributions(self) -> dict[str, dict[int, list[Contribution]]]:
+    def contributions_by_key_and_grade(self) -> dict[str, dict[int, list[Contribution]]]:
         """Contributions of each graded tolerance, by key and grade."""
         return {
             key: {grade: self._contributions_of_key(scene, key) for grade, scene in scenes.items()}
-            for key, scenes in self.graded_scenes.items()
+            for key, scenes in self.scenes_by_key_and_grade.items()
         }
 
     @cached_property
-    def least_interference(self) -> float:
+    def least_mounting_interference(self) -> float:
         """Least interference of two contacts from the mounting alone [mm or deg]; 0 without an interference."""
         key = "drive.interference"
         if not (self.problem.setup.mechanism.further_contacts and self.problem.nominal_numbers.get(key)):
@@ -422,35 +432,39 @@ class _GradeSearch:
         return self.problem.nominal_numbers[key] + (zone.lower if zone else 0.0)
 
     @cached_property
-    def graded_separations(self) -> dict[str, dict[int, FloatArray]]:
+    def least_separations_by_grade(self) -> dict[str, dict[int, FloatArray]]:
         """Least separation that each graded tolerance makes, by key and grade."""
         return {
-            key: {grade: self._least_separations(scene)[key] for grade, scene in scenes.items()}
-            for key, scenes in self.graded_scenes.items()
+            key: {grade: self._least_separations_by_key(scene)[key] for grade, scene in scenes.items()}
+            for key, scenes in self.scenes_by_key_and_grade.items()
         }
 
     @cached_property
-    def fixed_separation(self) -> FloatArray:
+    def least_ungraded_separation(self) -> FloatArray:
         """Least separation that all other tolerances make."""
-        others = [low for key, low in self._least_separations(self.scene).items() if key not in self.costs]
+        others = [low for key, low in self._least_separations_by_key(self.scene).items() if key not in self.costs]
         return sum(others, np.zeros(self.turn_errors.nodes.size))
 
-    def _least_separations(self, scene: Scene) -> dict[str, FloatArray]:
+    def _least_separations_by_key(self, scene: Scene) -> dict[str, FloatArray]:
         return {key: ends.low for key, ends in separation_by_key(scene, self.problem, self.turn_errors.nodes)}
 
     @cached_property
-    def fixed_contributions(self) -> list[Contribution]:
+    def ungraded_contributions(self) -> list[Contribution]:
         """Contributions of tolerances that get no grade."""
         graded = [each for key in self.costs for each in error_keys(self.problem, key)]
         return [
             each
-            for each in contributions(self.scene, self.problem, self.turn_errors.nodes)
+            for each in tolerance_contributions(self.scene, self.problem, self.turn_errors.nodes)
             if each.key not in graded
         ]
 
     def _contributions_of_key(self, scene: Scene, key: str) -> list[Contribution]:
         keys = error_keys(self.problem, key)
-        return [each for each in contributions(scene, self.problem, self.turn_errors.nodes) if each.key in keys]
+        return [
+            each
+            for each in tolerance_contributions(scene, self.problem, self.turn_errors.nodes)
+            if each.key in keys
+        ]
 
 
 def graded_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:

@@ -30,9 +30,9 @@ from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import find_quantity
 from camopt.model.effects.error_response import RESPONSE_ORDERS, SECOND_CONTACT_SUFFIX
-from camopt.model.effects.motion import error_names, motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_error_names, motion_table_unit, motion_unit_factor
 from camopt.model.mechanisms import Designs
-from camopt.scene.arguments import SceneSource, check_count, options_by_keyword, scene_from
+from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.problem.tolerance_zones import number_and_angle_zones
@@ -289,10 +289,12 @@ class Batch(Result, Drawable):
             f"{few} outside of a tolerance (tails of normal distributions): the proven bounds do not cover these."
         )
 
-    def _error_row(self, head: str, value: Callable[[ErrorSpread], float | str | None]) -> dict[str, Any]:
+    def _error_row(
+        self, row_heading: str, value_of_spread: Callable[[ErrorSpread], float | str | None]
+    ) -> dict[str, Any]:
         """One row of the table; "" where a value is None."""
-        values = {each.name: value(each) for each in self.errors}
-        return {"": head, **{name: "" if each is None else each for name, each in values.items()}}
+        values = {each.name: value_of_spread(each) for each in self.errors}
+        return {"": row_heading, **{name: "" if each is None else each for name, each in values.items()}}
 
     @property
     def _variance_keys(self) -> list[str]:
@@ -358,7 +360,7 @@ class Batch(Result, Drawable):
         write_columns(self.samples, self.scene, path)
 
 
-@options_by_keyword
+@allow_positional_options
 def sample_cams(
     scene: SceneSource, cams: int = DEFAULT_CAMS, *, seed: int = 0, within: float | None = None
 ) -> Batch:
@@ -407,7 +409,7 @@ def sample_cams(
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     if not isinstance(cams, int) or not 1 <= cams <= MOST_SAMPLED_CAMS:
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_SAMPLED_CAMS:,}")])
-    scene = scene.toleranced
+    scene = scene.with_profile_tolerance_moved
     problem = resolve_design(scene)
     sampled = _SampledCams.from_tolerances(scene, problem, cams, seed)
     moving, error_bounds = sampled.tool_moving_errors, sampled.error_bounds
@@ -425,7 +427,7 @@ def sample_cams(
         for limit, values in zip(results.limits, results.values, strict=True):
             quantity = find_quantity(limit.shown_quantities[0], limit.setup)
             samples[quantity.name] = SampleColumn(quantity.unit, quantity.sentence, values)
-    error_bounds |= {} if within is None else {error_names(problem.setup)[0]: within}
+    error_bounds |= {} if within is None else {motion_error_names(problem.setup)[0]: within}
     for each in largest:
         held &= each.values <= error_bounds.get(each.column, inf)
     errors = tuple(
@@ -449,7 +451,7 @@ def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
         return None
     if sampled.limit_results:
         held = np.all(sampled.limit_results.excess <= 0.0, axis=0)
-    search, columns = sampled.largest_error_search, error_names(problem.setup)
+    search, columns = sampled.largest_error_search, motion_error_names(problem.setup)
     for column, bound in sampled.error_bounds.items() if sampled.tool_moving_errors else ():
         order = columns.index(column)
         errors = (
@@ -457,7 +459,7 @@ def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
             if order < RESPONSE_ORDERS
             else search.largest_dwell_changes(sampled.tool_moving_errors)
         )
-        held &= errors <= bound / motion_scale(problem.setup, order % RESPONSE_ORDERS)
+        held &= errors <= bound / motion_unit_factor(problem.setup, order % RESPONSE_ORDERS)
     return share_with_confidence(int(np.count_nonzero(held)), cams)
 
 
@@ -584,10 +586,10 @@ class LargestErrorColumn(NamedTuple):
 def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[LargestErrorColumn]:
     """Largest errors of displacement, velocity and acceleration, and the change in a dwell."""
     setup = turn.problem.setup
-    columns = error_names(setup)
+    columns = motion_error_names(setup)
     search = LargestErrorSearch(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(cams))
     for order, name in enumerate(MOTION_NAMES):
-        unit, largest = motion_scale(setup, order), search.largest_motion_errors(cams, order)
+        unit, largest = motion_unit_factor(setup, order), search.largest_motion_errors(cams, order)
         variances = {}
         if not turn.unbounded_tolerances(order):
             angle = turn.angle_of_largest_total(root_sum_square_magnitude, order)
@@ -598,13 +600,13 @@ def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[Larges
             columns[order],
             motion_table_unit(setup, order),
             unit * np.where(np.isnan(largest.error), inf, largest.error),
-            search.largest_error_angle(cams, largest, _worst_cam_index(largest.error)),
+            search.angle_of_largest_error_deg(cams, largest, _worst_cam_index(largest.error)),
             variances,
-            unit * search.missed_error(cams, order),
+            unit * search.error_missed_by_search(cams, order),
         )
     if search.has_dwells:
         change = search.largest_dwell_changes(cams)
-        values = motion_scale(setup, 0) * np.where(np.isnan(change), inf, change)
+        values = motion_unit_factor(setup, 0) * np.where(np.isnan(change), inf, change)
         yield LargestErrorColumn(DWELL_CHANGE, columns[-1], motion_table_unit(setup, 0), values, None, {}, None)
 
 
@@ -649,15 +651,17 @@ def evaluate_limits_at_ends(
     return _evaluate_in_blocks(
         len(designs),
         lambda block: [
-            *limits.evaluate_numbers(designs.take(block), (interference.low[block], interference.high[block]))
+            *limits.evaluate_limits_by_number(
+                designs.take(block), (interference.low[block], interference.high[block])
+            )
         ],
     )
 
 
-def _evaluate_in_blocks(count: int, work: Callable[[slice], list[LimitValues]]) -> list[LimitValues]:
+def _evaluate_in_blocks(count: int, evaluate_block: Callable[[slice], list[LimitValues]]) -> list[LimitValues]:
     blocks = [slice(first, first + LIMIT_DESIGNS_AT_ONCE) for first in range(0, count, LIMIT_DESIGNS_AT_ONCE)]
     with ThreadPoolExecutor(THREADS) as pool:
-        results = [*pool.map(work, blocks)]
+        results = [*pool.map(evaluate_block, blocks)]
     return [
         LimitValues(*(np.concatenate(each, axis=1) for each in zip(*values, strict=True)))
         for values in zip(*results, strict=True)
@@ -693,13 +697,13 @@ def _limit_spreads(
         yield Spread(limit.name, limit.shown_quantities[0], held, *ends, worst_sizes, parts)
 
 
-def variance_explained_by_part(values: FloatArray, size: FloatArray) -> float:
+def variance_explained_by_part(values: FloatArray, error_part: FloatArray) -> float:
     """Share of the variance of values that a size explains, from the means over classes of the size."""
     count = min(VARIANCE_CLASSES, max(values.size // VARIANCE_CLASSES, 1))
     spread = float(np.var(values)) if np.all(np.isfinite(values)) else 0.0
     if spread <= (1e-12 * float(np.max(np.abs(values)))) ** 2:
         return 0.0
-    classes = np.array_split(values[np.argsort(size, kind="stable")], count)
+    classes = np.array_split(values[np.argsort(error_part, kind="stable")], count)
     means, weights = (np.array([f(each) for each in classes]) for f in (np.mean, np.size))
     middle = np.average(means, weights=weights)
     return float(np.average(np.square(means - middle), weights=weights) / spread)

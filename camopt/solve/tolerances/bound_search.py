@@ -28,7 +28,7 @@ import numpy as np
 from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
 from camopt.core.numerics.clock import clock_seconds
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.motion_ranges import slopes_by_angle
+from camopt.core.numerics.motion_ranges import slopes_by_angle_only
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_sloped_interval, box_variables
 from camopt.core.numerics.stretches import part_ranges
 from camopt.model.motion.programme import Jump
@@ -62,10 +62,12 @@ class ProvedBound(NamedTuple):
     """Errors of that cam in polar form, with the other variables of the quantity."""
 
 
-def missing_bound_reason(high: float, seconds: float, until: float) -> str:
+def missing_bound_reason(upper_bound: float, seconds: float, deadline: float) -> str:
     """Why there is no bound after a proof with a time limit; "" if there is one."""
     over = f"the time of {seconds:g} s was over"
-    return "" if high < inf else over if clock_seconds() > until else "the tolerances are too large for it"
+    return (
+        "" if upper_bound < inf else over if clock_seconds() > deadline else "the tolerances are too large for it"
+    )
 
 
 def coordinate_box(ends: NumberRanges) -> dict[str, tuple[float, float]]:
@@ -109,14 +111,21 @@ class BoundSearch:
     """Largest angle by which any cam is late or early [rad]."""
     jump_case: JumpCase = (None, None)
 
-    def run(self, parts: BoxParts, least: float, gap: float, until: float, enough: float = inf) -> ProvedBound:
-        """Bound of the quantity over parts, where some cam reaches ``least``.
+    def prove_upper_bound(
+        self, parts: BoxParts, reached_value: float, gap: float, deadline: float, sufficient_bound: float = inf
+    ) -> ProvedBound:
+        """Bound of the quantity over parts, where some cam reaches ``reached_value``.
 
-        Ends at the relative gap, at the time ``until`` (``clock.clock_seconds``), or when a cam exceeds ``enough``.
+        Ends at the relative gap, at the time ``deadline`` (``clock.clock_seconds``), or when a cam exceeds
+        ``sufficient_bound``.
         """
-        if clock_seconds() > until:
-            return ProvedBound(inf, least)
-        pool, settled, best = self.enclose(parts, (parts.low + parts.high) / 2.0), -inf, ProvedBound(inf, least)
+        if clock_seconds() > deadline:
+            return ProvedBound(inf, reached_value)
+        pool, settled, best = (
+            self.bound_parts(parts, (parts.low + parts.high) / 2.0),
+            -inf,
+            ProvedBound(inf, reached_value),
+        )
         enclosed = pool
         for _ in range(MOST_ROUNDS):
             best = max(best, enclosed.best_witness, key=lambda each: each.witness_value)
@@ -125,18 +134,18 @@ class BoundSearch:
             )
             settled = max(settled, pool.high[~is_open].max(initial=-inf))
             pool = pool.take_parts(np.flatnonzero(is_open))
-            if not pool.high.size or clock_seconds() > until or best.witness_value > enough:
+            if not pool.high.size or clock_seconds() > deadline or best.witness_value > sufficient_bound:
                 break
             order = np.argsort(-pool.high, kind="stable")
             first, rest = pool.take_parts(order[:PARTS_AT_ONCE]), pool.take_parts(order[PARTS_AT_ONCE:])
-            enclosed = self.enclose(*first.cut_parts)
+            enclosed = self.bound_parts(*first.divided_parts_and_corners)
             pool = rest.join_parts(enclosed)
         return best._replace(high=float(max(settled, pool.high.max(initial=-inf))))
 
-    def enclose(self, parts: BoxParts, near: FloatArray) -> "EnclosedParts":
+    def bound_parts(self, parts: BoxParts, target_errors: FloatArray) -> "EnclosedParts":
         """Bounds of parts, from errors p near the given ones; errors with a known sign of slope keep one end."""
-        rows, size = self._cut_rows, parts.size
-        at = self._nearest_errors(parts, near)
+        rows, size = self._rows_of_place_and_variables, parts.size
+        at = self._nearest_errors(parts, target_errors)
         low, high = at.copy(), at.copy()
         low[rows], high[rows] = parts.low[rows], parts.high[rows]
         with np.errstate(all="ignore"):
@@ -148,16 +157,18 @@ class BoundSearch:
             gain = self._largest_gain(parts, whole.slopes, at)
             top = np.fmin(np.fmin(whole.value.high, middle), at_errors.value.high + gain * (1.0 + INPUT_ROUNDOFF))
             steep = whole.slopes.largest_magnitude
-            for pair, _ in self._vector_rows:
+            for pair, _ in self._vector_rows_and_lengths:
                 steep[pair] = whole.slopes[pair].high - whole.slopes[pair].low
             thin = ~_can_be_cut(parts, steep)
-            parts = self._narrow_errors(parts, whole.slopes)
+            parts = self._narrow_errors_by_slopes(parts, whole.slopes)
             corner = self._slope_corners(parts, whole.slopes)
         top = np.where(gain > -inf, np.where(np.isnan(top), inf, top), -inf)
         lower = np.where(top > -inf, np.nan_to_num(at_errors.at.low, nan=-inf), -inf)
         at[rows] = (parts.low[rows] + parts.high[rows]) / 2.0
         most = int(lower.argmax()) if size else 0
-        best = ProvedBound(inf, float(lower[most]), self.cam_errors(at[1:, most])) if size else ProvedBound(inf)
+        best = (
+            ProvedBound(inf, float(lower[most]), self.polar_cam_errors(at[1:, most])) if size else ProvedBound(inf)
+        )
         return EnclosedParts(parts, top, thin, corner, steep, best)
 
     def enclose_quantity(self, parts: BoxParts) -> SlopedInterval:
@@ -173,17 +184,17 @@ class BoundSearch:
         value = value.divide() if isinstance(value, Quotient) else value
         return as_sloped_interval(value * parts.side, angle)
 
-    def _narrow_errors(self, parts: BoxParts, slopes: Interval) -> BoxParts:
+    def _narrow_errors_by_slopes(self, parts: BoxParts, slopes: Interval) -> BoxParts:
         """Parts with one end of each error in which the quantity is monotone; vectors near the worst direction."""
         low, high = slopes.low.copy(), slopes.high.copy()
-        for both, _ in self._vector_rows:
+        for both, _ in self._vector_rows_and_lengths:
             low[both], high[both] = -1.0, 1.0  # keeps both ends
         reduced = parts.reduce_monotone(Interval(low, high))
         low, high = reduced.low.copy(), reduced.high.copy()
         for (
             both,
             longest,
-        ) in self._vector_rows:  # the worst vector has the largest length, and points along its slopes
+        ) in self._vector_rows_and_lengths:  # the worst vector has the largest length, and points along its slopes
             (along, across), ahead = _slopes_along_direction(slopes, both)
             spread, way = np.arctan2(across.largest_magnitude, along.low), np.arctan2(*ahead[::-1])
             for row, turn in zip(both, (0.0, 0.5 * pi), strict=True):
@@ -200,15 +211,15 @@ class BoundSearch:
         return replace(reduced, low=low, high=high)
 
     @cached_property
-    def _cut_rows(self) -> list[int]:
+    def _rows_of_place_and_variables(self) -> list[int]:
         """Rows of the turn and of variables that are no errors."""
         return [0, *(1 + k for k, name in enumerate(self.box) if name in self.cut_variables)]
 
-    def _nearest_errors(self, parts: BoxParts, near: FloatArray) -> FloatArray:
+    def _nearest_errors(self, parts: BoxParts, target_errors: FloatArray) -> FloatArray:
         """Errors within parts that are nearest to the given ones."""
-        errors = np.clip(near, parts.low, parts.high)
-        for both, longest in self._vector_rows:
-            way = near[both] / longest
+        errors = np.clip(target_errors, parts.low, parts.high)
+        for both, longest in self._vector_rows_and_lengths:
+            way = target_errors[both] / longest
             errors[both] = _furthest_vector(
                 parts.low[both], parts.high[both], way, longest * (1.0 - LENGTH_ROUNDING)
             )
@@ -217,25 +228,28 @@ class BoundSearch:
     def _slope_corners(self, parts: BoxParts, slopes: Interval) -> FloatArray:
         """Errors to which the slopes point."""
         corner = np.where(slopes.low + slopes.high > 0.0, parts.high, parts.low)
-        for both, longest in self._vector_rows:
+        for both, longest in self._vector_rows_and_lengths:
             _, way = _slopes_along_direction(slopes, both)
             corner[both] = _furthest_vector(
                 parts.low[both], parts.high[both], way, longest * (1.0 - LENGTH_ROUNDING)
             )
         return corner
 
-    def _largest_gain(self, parts: BoxParts, slopes: Interval, at: FloatArray) -> FloatArray:
+    def _largest_gain(self, parts: BoxParts, slopes: Interval, point_errors: FloatArray) -> FloatArray:
         """Largest increase of the quantity from errors at a point to any errors of a part: max g·(x − p)."""
-        gains = (slopes * Interval(parts.low - at, parts.high - at)).high
-        gains[self._cut_rows] = 0.0
-        for both, longest in self._vector_rows:
+        gains = (slopes * Interval(parts.low - point_errors, parts.high - point_errors)).high
+        gains[self._rows_of_place_and_variables] = 0.0
+        for both, longest in self._vector_rows_and_lengths:
             low, high, x, y = parts.low[both], parts.high[both], slopes[both[0]], slopes[both[1]]
             ends = [np.array(g) for g in product((x.low, x.high), (y.low, y.high))]
-            anywhere = [longest * (1.0 + LENGTH_ROUNDING) * np.hypot(*g) - (g * at[both]).sum(axis=0) for g in ends]
+            anywhere = [
+                longest * (1.0 + LENGTH_ROUNDING) * np.hypot(*g) - (g * point_errors[both]).sum(axis=0)
+                for g in ends
+            ]
             (along, across), way = _slopes_along_direction(slopes, both)
-            change = Interval(low - at[both], high - at[both])
+            change = Interval(low - point_errors[both], high - point_errors[both])
             x, y = (change[0] * way[0] + change[1] * way[1]), change[1] * way[0] - change[0] * way[1]
-            margin = longest * (1.0 + LENGTH_ROUNDING) - (way * at[both]).sum(axis=0)
+            margin = longest * (1.0 + LENGTH_ROUNDING) - (way * point_errors[both]).sum(axis=0)
             by_direction = along * Interval(x.low, np.clip(margin, x.low, x.high)) + across * y
             outside = np.hypot(*np.clip(0.0, low, high)) > longest * (1.0 + LENGTH_ROUNDING)
             most = reduce(np.fmin, [np.max(anywhere, axis=0), gains[both].sum(axis=0), by_direction.high])
@@ -244,7 +258,7 @@ class BoundSearch:
         return np.asarray(gains.sum(axis=0))
 
     @cached_property
-    def _vector_rows(self) -> list[tuple[list[int], float]]:
+    def _vector_rows_and_lengths(self) -> list[tuple[list[int], float]]:
         """Rows of both coordinates of each vector, and its largest length."""
         rows = {name: 1 + number for number, name in enumerate(self.box)}
         return [
@@ -256,9 +270,9 @@ class BoundSearch:
     def _has_direction(self, key: str) -> bool:
         return not is_direction(key) and direction_key(key) in self.error_ranges
 
-    def cam_errors(self, numbers: FloatArray) -> ErrorValues:
+    def polar_cam_errors(self, error_coordinates: FloatArray) -> ErrorValues:
         """Errors of a cam in polar form, from the coordinates of its errors."""
-        flat = dict(zip(self.box, map(float, numbers), strict=True))
+        flat = dict(zip(self.box, map(float, error_coordinates), strict=True))
         polar = {key: float(each) for key, each in polar_errors(flat, self.error_ranges).items()}
         longest = {key: high for key, (_, high) in self.error_ranges.items() if self._has_direction(key)}
         lengths = {key: min(polar[key] * (1.0 + 2.0 * LENGTH_ROUNDING), high) for key, high in longest.items()}
@@ -268,7 +282,7 @@ class BoundSearch:
         table = self.problem.programme.table
         half, ranges = table.half_width[parts.panel], part_ranges(table, parts.panel, u, angle.span.high[0])
         motion = [
-            replace(angle, value=whole, at=middle, slopes=slopes_by_angle(angle, slope))
+            replace(angle, value=whole, at=middle, slopes=slopes_by_angle_only(angle, slope))
             for middle, whole, slope in zip(
                 ranges.middle[: LAST_DERIVATIVE + 1], ranges.whole, ranges.whole[1:], strict=False
             )
@@ -279,7 +293,7 @@ class BoundSearch:
         return PartMotion(motion, parts.panel, low, high, middle, *jumps)
 
     def _jump_ranges(self, panel: IntArray, angles: FloatArray, passed: bool | None) -> JumpRanges:
-        """Ranges of the jumps of y'' and y''' that a cam which touches with places on panels may have as errors.
+        """Ranges of the jumps of y'' and y''' that can be errors of a cam, for each part near a jump.
 
         A place at a jump is on the same side of it as its panel.
         """
@@ -309,10 +323,10 @@ class BoundSearch:
     def _jump_angles(self) -> list[float]:
         return sorted({jump.at for jump in self.jumps})
 
-    def _angle_to_jump(self, at: float, angles: FloatArray) -> FloatArray:
+    def _angle_to_jump(self, jump_angle: float, angles: FloatArray) -> FloatArray:
         """Angle from cam angles to a jump, within half a turn [rad]."""
         turn = self.problem.programme.strokes[-1].end
-        return np.asarray(np.mod(at - angles + 0.5 * turn, turn) - 0.5 * turn)
+        return np.asarray(np.mod(jump_angle - angles + 0.5 * turn, turn) - 0.5 * turn)
 
     def split_at_jumps(self, parts: BoxParts) -> BoxParts:
         """Parts split so that each is either within reach of a jump or not."""
@@ -324,19 +338,25 @@ class BoundSearch:
         return parts
 
 
-def _slopes_along_direction(slopes: Interval, both: list[int]) -> tuple[tuple[Interval, Interval], FloatArray]:
+def _slopes_along_direction(
+    slopes: Interval, vector_rows: list[int]
+) -> tuple[tuple[Interval, Interval], FloatArray]:
     """Slopes of a vector along and across their middle direction, and this direction."""
-    x, y = slopes[both[0]], slopes[both[1]]
+    x, y = slopes[vector_rows[0]], slopes[vector_rows[1]]
     angle = np.arctan2(y.low + y.high, x.low + x.high)
     way = np.array([np.cos(angle), np.sin(angle)])
     return (x * way[0] + y * way[1], y * way[0] - x * way[1]), way
 
 
-def _furthest_vector(low: FloatArray, high: FloatArray, way: FloatArray, longest: float) -> FloatArray:
-    """The vector of a box, no longer than ``longest``, that reaches furthest in a direction, or nearly so."""
-    nearest, far = np.clip(0.0, low, high), np.clip(way * longest, low, high)
+def _furthest_vector(low: FloatArray, high: FloatArray, direction: FloatArray, largest_length: float) -> FloatArray:
+    """The vector of a box, up to ``largest_length``, that reaches furthest in a direction, or nearly so."""
+    nearest, far = np.clip(0.0, low, high), np.clip(direction * largest_length, low, high)
     step = far - nearest
-    a, b, c = (step * step).sum(axis=0), (nearest * step).sum(axis=0), (nearest * nearest).sum(axis=0) - longest**2
+    a, b, c = (
+        (step * step).sum(axis=0),
+        (nearest * step).sum(axis=0),
+        (nearest * nearest).sum(axis=0) - largest_length**2,
+    )
     share = (np.sqrt(np.maximum(b * b - a * c, 0.0)) - b) / np.where(a > 0.0, a, 1.0)
     return np.asarray(nearest + np.clip(share, 0.0, 1.0) * step)
 
@@ -367,7 +387,7 @@ class EnclosedParts(NamedTuple):
     """The best cam of the parts."""
 
     @property
-    def cut_parts(self) -> tuple[BoxParts, FloatArray]:
+    def divided_parts_and_corners(self) -> tuple[BoxParts, FloatArray]:
         """The parts divided along their steepest variable, or whole if that is impossible; and their corners."""
         wide = _can_be_cut(self.parts, self.steepness)
         divisible, whole = self.take_parts(np.flatnonzero(wide)), self.take_parts(np.flatnonzero(~wide))

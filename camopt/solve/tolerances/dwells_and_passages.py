@@ -51,9 +51,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.core.numerics.clock import clock_seconds, next_task_deadline
 from camopt.core.numerics.sloped_interval import as_sloped_interval
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import Stroke
 from camopt.solve.tolerances.bound_search import (
     BoundedQuantity,
@@ -71,10 +71,17 @@ from camopt.solve.tolerances.enclosures import (
     difference_through_train,
     error_through_train,
 )
-from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, Errors, flat_errors, polar_errors, turn_error
+from camopt.solve.tolerances.errors import (
+    BORE,
+    BORE_DIRECTION,
+    Errors,
+    flat_errors,
+    polar_errors,
+    turn_vector_error,
+)
 from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactShiftSeries, RealCam
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_range
-from camopt.solve.tolerances.worst_case import CORNERS_REASON, WorstSearch, worst_search
+from camopt.solve.tolerances.worst_case import CORNERS_REASON, WorstSearch, make_worst_cam_search
 from camopt.solve.verdicts.constraint_boxes import BoxParts
 
 WOBBLE_GAP = 1e-4
@@ -154,17 +161,20 @@ class WobbleSearch:
         most = min(self.stroke.angle, pi)
         lag = (
             {LAG_KEY: (-most, most)}
-            if BORE_DIRECTION in self.cam_search.error_ranges or (self.profile_zones and self.slow_waves)
+            if BORE_DIRECTION in self.cam_search.error_ranges
+            or (self.profile_zones and self.waves_too_few_to_cross_zone)
             else {}
         )
         lowest = {
-            key + LOWEST_SUFFIX: (-1.0, 1.0) if self.slow_waves else self.cam_search.error_ranges[key]
+            key + LOWEST_SUFFIX: (-1.0, 1.0)
+            if self.waves_too_few_to_cross_zone
+            else self.cam_search.error_ranges[key]
             for key in self.profile_zones
         }
         return {**self.cam_search.error_ranges, **lag, **lowest}
 
     @property
-    def slow_waves(self) -> int:
+    def waves_too_few_to_cross_zone(self) -> int:
         """Number of waves if the profile cannot cross its whole zone within the dwell; else 0."""
         waves = self.cam_search.turn.scene.tolerances.waves or 0
         return waves if waves * self.stroke.angle < pi else 0
@@ -174,56 +184,64 @@ class WobbleSearch:
         """Whether any error changes along the arc."""
         return bool(self.profile_zones) or BORE_DIRECTION in self.cam_search.error_ranges
 
-    def errors_at_both_places(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def errors_at_highest_and_lowest(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Errors at the highest and at the lowest place, in flat form."""
         first = {key: values[key] for key in self.cam_search.error_ranges}
         lag = values[LAG_KEY] * self.cam_search.problem.design.sense if BORE_DIRECTION in first else 0.0
-        second = turn_error(first, BORE, lag)
+        second = turn_vector_error(first, BORE, lag)
         for key in self.profile_zones:
             lowest = values[key + LOWEST_SUFFIX]
-            second[key] = first[key] - self._profile_swing(key, values) * 2.0 if self.slow_waves else lowest
+            second[key] = (
+                first[key] - self._profile_deviation_from_mean(key, values) * 2.0
+                if self.waves_too_few_to_cross_zone
+                else lowest
+            )
         return first, second
 
-    def _profile_swing(self, key: str, values: Mapping[str, Any]) -> Any:
+    def _profile_deviation_from_mean(self, key: str, values: Mapping[str, Any]) -> Any:
         """Deviation of a profile with few waves from its mean at both places [mm]."""
-        return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.slow_waves)) * (
+        return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.waves_too_few_to_cross_zone)) * (
             values[key + LOWEST_SUFFIX] * self.profile_zones[key]
         )
 
-    def cam_values(self, values: ErrorValues) -> ErrorValues:
+    def values_of_real_cam(self, values: ErrorValues) -> ErrorValues:
         """The values of a real cam: a sine of few waves has equal errors to both sides."""
         return values | {
-            key: float(self._profile_swing(key, values)) for key in self.profile_zones if self.slow_waves
+            key: float(self._profile_deviation_from_mean(key, values))
+            for key in self.profile_zones
+            if self.waves_too_few_to_cross_zone
         }
 
-    def run(self, until: float) -> WorstWobble:
+    def find_worst_wobble(self, deadline: float) -> WorstWobble:
         """The worst cam found, and the proven bound."""
         if not self.can_wobble:
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
-        values = self.largest_wobble()
-        bound = self.bound_search.run(self._dwell_parts, self._height_change(values), WOBBLE_GAP, until)
+        values = self.cam_with_largest_wobble()
+        bound = self.bound_search.prove_upper_bound(
+            self._dwell_parts, self._wobble_of_cam(values), WOBBLE_GAP, deadline
+        )
         if bound.witness is not None:
-            values = max(values, self.cam_values(bound.witness), key=self._height_change)
+            values = max(values, self.values_of_real_cam(bound.witness), key=self._wobble_of_cam)
         return self._make_worst_wobble(
-            values, bound.high, missing_bound_reason(bound.high, MOTION_PROOF_SECONDS, until)
+            values, bound.high, missing_bound_reason(bound.high, MOTION_PROOF_SECONDS, deadline)
         )
 
     def _make_worst_wobble(self, cam: ErrorValues, bound: float, unproved: str) -> WorstWobble:
         middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * cam.get(LAG_KEY, self.stroke.angle)
         cams = [
             polar_errors(each, self.cam_search.error_ranges)
-            for each in self.errors_at_both_places(flat_errors(cam))
+            for each in self.errors_at_highest_and_lowest(flat_errors(cam))
         ]
         (start, highest), (end, lowest) = (
             self._contact_angle_and_errors(errors, place)
             for errors, place in zip(cams, (middle - half, middle + half), strict=True)
         )
         unit, at_lowest = (
-            motion_scale(self.cam_search.problem.setup, 0),
+            motion_unit_factor(self.cam_search.problem.setup, 0),
             {key: lowest[key] for key in self.profile_zones},
         )
-        return WorstWobble(unit * bound, unit * self._height_change(cam), start, end, highest, at_lowest, unproved)
+        return WorstWobble(unit * bound, unit * self._wobble_of_cam(cam), start, end, highest, at_lowest, unproved)
 
     def _contact_angle_and_errors(self, errors: ErrorValues, place: float) -> tuple[float, ErrorValues]:
         """Cam angle at which a cam touches with a place [deg], and its errors in mm and deg."""
@@ -253,9 +271,9 @@ class WobbleSearch:
             if len(cam.contacts) == 1:
                 return first
             second = RestingContact(cam, 1, errors, place_errors, at)
-            return (first + second.follower_shift(second.angle_ahead(turn))) * 0.5
+            return (first + second.follower_shift(second.enclose_angle_ahead(turn))) * 0.5
 
-        first, second = map(follower_shift, self.errors_at_both_places(errors))
+        first, second = map(follower_shift, self.errors_at_highest_and_lowest(errors))
         return difference_through_train(cam.problem, errors, first, second, at.y)
 
     @cached_property
@@ -267,13 +285,13 @@ class WobbleSearch:
         )
         return whole_panel_parts(self.cam_search.problem, self.bound_search.box, panel, (1.0,))
 
-    def _height_change(self, values: ErrorValues) -> float:
-        return float(self._height_changes([values])[0])
+    def _wobble_of_cam(self, values: ErrorValues) -> float:
+        return float(self._wobbles_of_cams([values])[0])
 
-    def _height_changes(self, cams: Sequence[ErrorValues]) -> FloatArray:
+    def _wobbles_of_cams(self, cams: Sequence[ErrorValues]) -> FloatArray:
         """Wobble of cams: heights of their tools at the first place less those at the second."""
         flat = [flat_errors(each) for each in cams]
-        first, second = self.errors_at_both_places(
+        first, second = self.errors_at_highest_and_lowest(
             {key: np.array([each[key] for each in flat]) for key in self.bound_search.box}
         )
         return self._tool_heights(first) - self._tool_heights(second)
@@ -283,37 +301,43 @@ class WobbleSearch:
         cam, size = self.cam_search.cam, len(errors[next(iter(errors))])
         angle = cam.angles_in_turn(np.full(size, self.stroke.start + 0.5 * self.stroke.angle))
 
-        def rest(number: int, ahead: Any = 0.0) -> ContactShiftSeries:
+        def contact_shift_at_rest(number: int, ahead: Any = 0.0) -> ContactShiftSeries:
             contact = cam.contacts[number]
             motion = [*contact.programme.motion_at(angle, 1)]
             return cam.contact_shift(
                 number, contact.design, cam.errors_of_contact(number, errors, ahead), motion, 0
             )
 
-        first = rest(0)
+        first = contact_shift_at_rest(0)
         shift = first.follower_shift
         if len(cam.contacts) == 2:
-            second = rest(1)
+            second = contact_shift_at_rest(1)
             for _ in range(CONTACT_ROUNDS):
-                second = rest(1, first.cam_turn.terms[0] - second.cam_turn.terms[0])
+                second = contact_shift_at_rest(1, first.cam_turn.terms[0] - second.cam_turn.terms[0])
             shift = (shift - second.follower_shift * cam.second_motion_sign) * 0.5
         return cam.error_at_tool(errors, angle, [shift.terms[0] + np.zeros(size)]).error
 
-    def largest_wobble(self) -> ErrorValues:
+    def cam_with_largest_wobble(self) -> ErrorValues:
         """Values of the cam with the largest wobble, or nearly so."""
         best = {key: high for key, (_, high) in self.variable_ranges.items()}
-        best |= {key + LOWEST_SUFFIX: -zone for key, zone in self.profile_zones.items() if not self.slow_waves}
+        best |= {
+            key + LOWEST_SUFFIX: -zone
+            for key, zone in self.profile_zones.items()
+            if not self.waves_too_few_to_cross_zone
+        }
         ranges = {
             key: self.variable_ranges[key] for key in (BORE_DIRECTION, LAG_KEY) if key in self.variable_ranges
         }
         for count in (COARSE_GRID, *[FINE_GRID] * GRID_ZOOMS):
             grid = product(*(np.linspace(*each, count) for each in ranges.values()))
-            best = self._best_cam([best | dict(zip(ranges, map(float, each), strict=True)) for each in grid])
+            best = self._cam_with_largest_of_wobbles(
+                [best | dict(zip(ranges, map(float, each), strict=True)) for each in grid]
+            )
             ranges = {key: self._narrower_range(key, best[key], each, count) for key, each in ranges.items()}
-            best = self._with_better_ends(best)
-        return self.cam_values(best)
+            best = self._with_better_error_ends(best)
+        return self.values_of_real_cam(best)
 
-    def _with_better_ends(self, best: ErrorValues) -> ErrorValues:
+    def _with_better_error_ends(self, best: ErrorValues) -> ErrorValues:
         """The cam with the better end of each error, and the better sign of each profile."""
         pairs = [(key, key + LOWEST_SUFFIX) for key in self.profile_zones]
         paired = {key for pair in pairs for key in pair}
@@ -323,29 +347,32 @@ class WobbleSearch:
             if key not in (BORE_DIRECTION, BORE, *paired)
         ]
         changes += [{key: -best[key] for key in pair} for pair in pairs]
-        before, *after = self._height_changes([self.cam_values(best | each) for each in ({}, *changes)])
+        before, *after = self._wobbles_of_cams([self.values_of_real_cam(best | each) for each in ({}, *changes)])
         for change, wobble in zip(changes, after, strict=True):
             best |= change if wobble > before else {}
         return best
 
-    def _best_cam(self, cams: Sequence[ErrorValues]) -> ErrorValues:
-        return cams[int(self._height_changes([self.cam_values(each) for each in cams]).argmax())]
+    def _cam_with_largest_of_wobbles(self, cams: Sequence[ErrorValues]) -> ErrorValues:
+        return cams[int(self._wobbles_of_cams([self.values_of_real_cam(each) for each in cams]).argmax())]
 
     def _narrower_range(
-        self, key: str, place: float, before: tuple[float, float], count: int
+        self, key: str, best_value: float, previous_range: tuple[float, float], grid_size: int
     ) -> tuple[float, float]:
         """The next range of a variable, about the best value of the range before."""
-        half = ZOOM_WIDTH * (before[1] - before[0]) / (count - 1)
+        half = ZOOM_WIDTH * (previous_range[1] - previous_range[0]) / (grid_size - 1)
         low, high = (-inf, inf) if key == BORE_DIRECTION else self.variable_ranges[key]
-        return max(place - half, low), min(place + half, high)
+        return max(best_value - half, low), min(best_value + half, high)
 
 
 def worst_wobbles(turn: TurnErrors) -> Iterator[tuple[Stroke, WorstWobble]]:
     """The dwells of the motion with their worst wobbles, in the order of the turn."""
-    search, until = worst_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
+    search, until = make_worst_cam_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
     dwells = turn.problem.programme.tool.dwells
     for number, stroke in enumerate(dwells):
-        yield stroke, WobbleSearch(search, stroke).run(time_share(until, len(dwells) - number))
+        yield (
+            stroke,
+            WobbleSearch(search, stroke).find_worst_wobble(next_task_deadline(until, len(dwells) - number)),
+        )
 
 
 class WorstPassage(NamedTuple):
@@ -387,13 +414,13 @@ ErrorsByPlace = Callable[[FloatArray], dict[str, FloatArray]]
 def error_at_cam_angle(cam: RealCam) -> BoundedQuantity:
     """Exact error of the tool at a cam angle, mm (rad), over boxes of errors."""
 
-    def error(errors: Errors, at: PartMotion) -> Any:
+    def enclose_tool_error(errors: Errors, at: PartMotion) -> Any:
         contacts = [ContactAhead(cam, number, errors, errors, at) for number in range(len(cam.contacts))]
-        shifts = (each.follower_shift(each.angle_ahead(as_sloped_interval(0.0, at.y))) for each in contacts)
+        shifts = (each.follower_shift(each.enclose_angle_ahead(as_sloped_interval(0.0, at.y))) for each in contacts)
         delta = reduce(add, shifts) * (1.0 / len(contacts))
         return error_through_train(cam.problem, errors, [delta], at.motion.__getitem__)
 
-    return error
+    return enclose_tool_error
 
 
 @dataclass(frozen=True)
@@ -410,45 +437,45 @@ class PassageSearch:
     side: float
     """1 if the cams with the highest tools decide, −1 if those with the lowest do."""
 
-    def run(self, until: float) -> tuple[float, float, ErrorValues, str]:
+    def find_extreme_passage(self, deadline: float) -> tuple[float, float, ErrorValues, str]:
         """Proven bound of the distance from the nominal passage, that of the worst cam found, its errors [rad].
 
         The last value is the reason why no bound is proved, or "".
         """
-        place = self._passage_place(self.angle, self._extreme_errors)
+        place = self._furthest_passage_place(self.angle, self._extreme_errors)
         if isinf(place):
             return inf, inf, {}, NEVER_PASSES
-        worst, errors = self._passage_distance(place, self._extreme_errors)
+        worst, errors = self._passage_distance_and_errors(place, self._extreme_errors)
         if self.cam_search.problem.programme.corners:
             return inf, worst, errors, CORNERS_REASON
         for gap in PASSAGE_GAPS:
             for _ in range(WORSE_PASSAGES):
                 distance = worst * (1.0 + gap)
-                bound = self.bound_at_distance(distance, until)
+                bound = self.bound_beyond_level_at_distance(distance, deadline)
                 if bound.high <= 0.0:
                     return distance, worst, errors, ""
                 if bound.witness is None or not bound.witness_value > 0.0:
                     break
-                further, further_errors = self._passage_of_witness(bound.witness, distance)
+                further, further_errors = self._distance_of_witness_passage(bound.witness, distance)
                 if further <= worst:
                     break
                 worst, errors = further, further_errors
-        return inf, worst, errors, missing_bound_reason(inf, MOTION_PROOF_SECONDS, until)
+        return inf, worst, errors, missing_bound_reason(inf, MOTION_PROOF_SECONDS, deadline)
 
     def _extreme_errors(self, places: FloatArray) -> dict[str, FloatArray]:
         """Errors of the extreme cams that touch with places."""
         return self.cam_search.extreme_errors(self.cam_search.cam.angles_in_turn(places), self.side)
 
-    def _passage_place(self, start: float, errors: ErrorsByPlace) -> float:
+    def _furthest_passage_place(self, start: float, errors: ErrorsByPlace) -> float:
         """Place of the passage that is furthest from a start, for cams with the errors."""
 
         def distance_beyond_level(places: FloatArray) -> FloatArray:
             contact = self.cam_search.contact_error(errors(places), places)
-            return self.side * (self._tool_positions(contact.angle) + contact.error - self.level)
+            return self.side * (self._nominal_tool_positions(contact.angle) + contact.error - self.level)
 
         return sign_change_place(start, self.direction, distance_beyond_level)
 
-    def _passage_distance(self, place: float, errors: ErrorsByPlace) -> tuple[float, ErrorValues]:
+    def _passage_distance_and_errors(self, place: float, errors: ErrorsByPlace) -> tuple[float, ErrorValues]:
         """Distance of a cam's contact with a place from the nominal passage [rad], and its errors at that angle."""
         cam = {key: float(each[0]) for key, each in errors(np.array([place])).items()}
         angle = float(self.cam_search.contact_error(cam, np.array([place])).angle[0])
@@ -456,8 +483,8 @@ class PassageSearch:
             cam[BORE_DIRECTION] += self.cam_search.problem.design.sense * (angle - place)
         return max(self.direction * (angle - self.angle), 0.0), cam
 
-    def _passage_of_witness(self, values: ErrorValues, distance: float) -> tuple[float, ErrorValues]:
-        """Passage of a cam that is at the level, or beyond it, at a distance from the nominal passage."""
+    def _distance_of_witness_passage(self, values: ErrorValues, distance: float) -> tuple[float, ErrorValues]:
+        """Distance of the witness's furthest passage from the nominal one, and its errors there."""
         angle, sense = self.angle + self.direction * (distance + PROOF_OFFSET), self.cam_search.problem.design.sense
 
         def errors(places: FloatArray) -> dict[str, FloatArray]:
@@ -469,25 +496,25 @@ class PassageSearch:
         place = np.array([angle])
         for _ in range(CONTACT_ROUNDS):
             place = place - (self.cam_search.contact_error(errors(place), place).angle - angle)
-        return self._passage_distance(self._passage_place(float(place[0]), errors), errors)
+        return self._passage_distance_and_errors(self._furthest_passage_place(float(place[0]), errors), errors)
 
-    def _tool_positions(self, angles: FloatArray) -> FloatArray:
+    def _nominal_tool_positions(self, angles: FloatArray) -> FloatArray:
         return np.asarray(
             self.cam_search.problem.programme.tool.motion_at(self.cam_search.cam.angles_in_turn(angles))[0]
         )
 
-    def bound_at_distance(self, distance: float, until: float) -> ProvedBound:
+    def bound_beyond_level_at_distance(self, distance: float, deadline: float) -> ProvedBound:
         """Bound of the distance by which any cam is beyond the level, at a distance from the nominal passage."""
         table, error = self.cam_search.problem.programme.table, error_at_cam_angle(self.cam_search.cam)
         angle = self.cam_search.cam.angles_in_turn(
             np.array([self.angle + self.direction * (distance + PROOF_OFFSET)])
         )
-        level = self.level - float(self._tool_positions(angle)[0])
+        level = self.level - float(self._nominal_tool_positions(angle)[0])
         search = self.cam_search.bound_search(lambda errors, at: error(errors, at) - level)
         panel = np.minimum(np.searchsorted(table.centre + table.half_width, angle), table.centre.size - 1)
         parts = whole_panel_parts(self.cam_search.problem, self.cam_search.box, panel, (self.side,))
         parts.low[0] = parts.high[0] = (angle - table.centre[panel]) / table.half_width[panel]
-        return search.run(parts, 0.0, 0.0, until, 0.0)
+        return search.prove_upper_bound(parts, 0.0, 0.0, deadline, 0.0)
 
     def errors_in_mm_and_deg(self, values: ErrorValues, distance: float) -> ErrorValues:
         """Errors in mm and deg, with the direction of the bore in the cam's frame."""
@@ -521,22 +548,26 @@ def worst_passages(turn: TurnErrors, passages: list[NominalPassage]) -> Iterator
 
     Raises BadInput if the tolerances are so large that a follower may not touch its cam.
     """
-    search, until = worst_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
+    search, until = make_worst_cam_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
     pairs = [(passage, end) for passage in passages for end in PASSAGE_DIRECTIONS]
     try:
         for number, (passage, end) in enumerate(pairs):
-            yield _worst_passage(search, passage, end, time_share(until, len(pairs) - number))
+            yield _worst_passage(search, passage, end, next_task_deadline(until, len(pairs) - number))
     except FloatingPointError:
         raise search.tolerance_too_large_error() from None
 
 
-def _worst_passage(cam_search: WorstSearch, nominal: NominalPassage, end: str, until: float) -> WorstPassage:
-    direction = PASSAGE_DIRECTIONS[end]
-    search = PassageSearch(cam_search, nominal.level, nominal.angle, direction, PASSAGE_SIDES[nominal.passage, end])
-    proved, worst, cam, unproved = search.run(until)
+def _worst_passage(
+    cam_search: WorstSearch, nominal: NominalPassage, passage_end: str, deadline: float
+) -> WorstPassage:
+    direction = PASSAGE_DIRECTIONS[passage_end]
+    search = PassageSearch(
+        cam_search, nominal.level, nominal.angle, direction, PASSAGE_SIDES[nominal.passage, passage_end]
+    )
+    proved, worst, cam, unproved = search.find_extreme_passage(deadline)
     bound, found = (degrees(nominal.angle + direction * each) for each in (proved + PROOF_OFFSET, worst))
     errors = search.errors_in_mm_and_deg(cam, worst) if cam else {}
-    return WorstPassage(nominal.lift, nominal.passage, end, bound, found, errors, unproved)
+    return WorstPassage(nominal.lift, nominal.passage, passage_end, bound, found, errors, unproved)
 
 
 class PassageRange(NamedTuple):
@@ -571,7 +602,7 @@ class LevelPassages:
         return np.asarray(y + (ends.upper if side > 0.0 else ends.lower) - self.level)
 
 
-def sign_change_place(angle: float, way: float, above: Callable[[FloatArray], FloatArray]) -> float:
+def sign_change_place(angle: float, direction: float, value_at_angles: Callable[[FloatArray], FloatArray]) -> float:
     """Place, backward (−1) or forward (1) from an angle, up to which a value stays 0 or more.
 
     Infinite if it does so all over the turn.
@@ -579,10 +610,10 @@ def sign_change_place(angle: float, way: float, above: Callable[[FloatArray], Fl
     near, far = 0.0, 2 * pi
     for count in (TURN_STEPS, *[FINER_STEPS] * PASSAGE_ZOOMS):
         steps = np.linspace(near, far, count)
-        reached = above(angle + way * steps) >= 0.0
+        reached = value_at_angles(angle + direction * steps) >= 0.0
         reached[0] = True
         if reached.all():
-            return way * inf if far == 2 * pi else angle + way * far
+            return direction * inf if far == 2 * pi else angle + direction * far
         first = int(np.argmin(reached))
         near, far = float(steps[first - 1]), float(steps[first])
-    return angle + way * (near + far) / 2
+    return angle + direction * (near + far) / 2

@@ -53,7 +53,7 @@ from camopt.model.motion.programme import Programme, find_jumps
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.variables import is_train_key
 from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, Errors
-from camopt.solve.tolerances.real_cam import ContactShiftSeries, RealCam, follower_errors, follower_start
+from camopt.solve.tolerances.real_cam import ContactShiftSeries, RealCam, follower_errors, follower_offset_in_train
 
 CONTRACTIONS = 2
 """Number of iterations that narrow the range of a place."""
@@ -105,76 +105,76 @@ class MotionAhead:
     jumps: JumpRanges
     _derivative_changes: dict[int, SlopedInterval] = field(default_factory=dict)
 
-    def derivative_change(self, order: int) -> Any:
+    def derivative_change_to_ahead(self, order: int) -> Any:
         """Change of a derivative from φ to the angle ahead; of y'' without its jumps."""
         if order not in self._derivative_changes:
             self._derivative_changes[order] = self._enclose_derivative_change(order)
         return self._derivative_changes[order]
 
     def _enclose_derivative_change(self, order: int) -> SlopedInterval:
-        a, at_p, last = self.angle_ahead, value_at_point(self.angle_ahead), self._change_slope(order)
-        value = range_of(a) * self._stretch_on_way.ranges[order + 1]
-        point = self._stretch_ahead_of_middle.ranges[order] - value_at_point(self.place.motion[order])
+        a, at_p, last = self.angle_ahead, value_at_point(self.angle_ahead), self._slope_of_change_by_place(order)
+        value = range_of(a) * self._ranges_on_way_ahead.ranges[order + 1]
+        point = self._ranges_at_angle_ahead_of_middle.ranges[order] - value_at_point(self.place.motion[order])
         if order == 2:
-            value = _widen_range(value, self.programme.unseen_jump)
-            cut = self._stretch_on_way_from_middle.pieces & bool(find_jumps(self.programme, (2,)))
-            rough = _widen_range(at_p * self._stretch_on_way_from_middle.ranges[3], self.programme.unseen_jump)
+            value = _widen_range(value, self.programme.acceleration_jump_rounding)
+            cut = self._ranges_on_way_from_middle.pieces & bool(find_jumps(self.programme, (2,)))
+            rough = _widen_range(
+                at_p * self._ranges_on_way_from_middle.ranges[3], self.programme.acceleration_jump_rounding
+            )
             point = _select_ranges(cut, rough, point)
         still = _select_ranges((a.value.low == 0.0) & (a.value.high == 0.0), value * 0.0, value)
         point = _select_ranges((at_p.low == 0.0) & (at_p.high == 0.0), point * 0.0, point)
-        place = replace(self.place.y, slopes=_slopes_by_turn(self.place.y))
-        return apply_chain_rule(still, point, [(a, self._stretch_ahead.ranges[order + 1]), (place, last)])
+        place = replace(self.place.y, slopes=_unit_slopes_by_cam_angle(self.place.y))
+        return apply_chain_rule(still, point, [(a, self._ranges_at_angle_ahead.ranges[order + 1]), (place, last)])
 
     def derivative_ahead(self, order: int) -> Any:
         """A derivative of the motion at the angle ahead."""
         if order < LAST_DERIVATIVE:
-            derivative = self.place.motion[order] + self.derivative_change(order)
+            derivative = self.place.motion[order] + self.derivative_change_to_ahead(order)
             return derivative + self.jumps.y2_jump if order == 2 else derivative
         a, y3, slope = (
             self.angle_ahead,
             self.place.motion[LAST_DERIVATIVE],
-            self._stretch_ahead.ranges[LAST_DERIVATIVE + 1],
+            self._ranges_at_angle_ahead.ranges[LAST_DERIVATIVE + 1],
         )
-        value = range_of(y3) + range_of(a) * self._stretch_on_way.ranges[LAST_DERIVATIVE + 1]
-        point = (
-            value_at_point(y3) + value_at_point(a) * self._stretch_on_way_from_middle.ranges[LAST_DERIVATIVE + 1]
-        )
-        place = replace(self.place.y, slopes=_slopes_by_turn(self.place.y))
+        value = range_of(y3) + range_of(a) * self._ranges_on_way_ahead.ranges[LAST_DERIVATIVE + 1]
+        point = value_at_point(y3) + value_at_point(a) * self._ranges_on_way_from_middle.ranges[LAST_DERIVATIVE + 1]
+        place = replace(self.place.y, slopes=_unit_slopes_by_cam_angle(self.place.y))
         return apply_chain_rule(value, point, [(a, slope), (place, slope)]) + self.jumps.y3_jump
 
-    def _change_slope(self, order: int) -> Interval:
-        """Change of the next derivative: the slope of a change by φ."""
-        near: Interval = range_of(self.angle_ahead) * self._stretch_on_way.ranges[order + 2]
+    def _slope_of_change_by_place(self, order: int) -> Interval:
+        """Slope, by φ, of the change of a derivative from φ to the angle ahead."""
+        near: Interval = range_of(self.angle_ahead) * self._ranges_on_way_ahead.ranges[order + 2]
         if order == 0:
             return near
-        far = self._stretch_ahead.ranges[order + 1] - range_of(self.place.motion[order + 1])
+        far = self._ranges_at_angle_ahead.ranges[order + 1] - range_of(self.place.motion[order + 1])
         if order == 1:
-            near = _widen_range(near, self.programme.unseen_jump)
-        return _select_ranges(self._stretch_on_way.pieces, far, near)
+            near = _widen_range(near, self.programme.acceleration_jump_rounding)
+        return _select_ranges(self._ranges_on_way_ahead.pieces, far, near)
 
     @property
-    def _stretch_ahead(self) -> StretchRanges:
-        return self._motion_stretches[0]
+    def _ranges_at_angle_ahead(self) -> StretchRanges:
+        return self._motion_ranges_ahead_and_on_way[0]
 
     @property
-    def _stretch_on_way(self) -> StretchRanges:
-        return self._motion_stretches[1]
+    def _ranges_on_way_ahead(self) -> StretchRanges:
+        return self._motion_ranges_ahead_and_on_way[1]
 
     @property
-    def _stretch_ahead_of_middle(self) -> StretchRanges:
-        return self._motion_stretches[2]
+    def _ranges_at_angle_ahead_of_middle(self) -> StretchRanges:
+        return self._motion_ranges_ahead_and_on_way[2]
 
     @property
-    def _stretch_on_way_from_middle(self) -> StretchRanges:
-        return self._motion_stretches[3]
+    def _ranges_on_way_from_middle(self) -> StretchRanges:
+        return self._motion_ranges_ahead_and_on_way[3]
 
     @cached_property
-    def _motion_stretches(self) -> list[StretchRanges]:
+    def _motion_ranges_ahead_and_on_way(self) -> list[StretchRanges]:
         """Stretches at the angle ahead, and on the way to it; over whole parts, and from their middles."""
         place, table = self.place, self.programme.table
         whole = place.low, place.high, range_of(self.angle_ahead)
         middle = place.middle, place.middle, value_at_point(self.angle_ahead)
-        ways = [(low, high, way) for low, high, a in (whole, middle) for way in (a, range_from_zero(a))]
+        ways = [(low, high, way) for low, high, a in (whole, middle) for way in (a, hull_with_zero(a))]
         columns = zip(*((low, high, way.low, way.high) for low, high, way in ways), strict=True)
         start, end, back, forward = (np.concatenate(each) for each in columns)
         panel = np.tile(place.panel, len(ways))
@@ -186,7 +186,7 @@ class MotionAhead:
 class DwellAhead(MotionAhead):
     """The motion on the arc of a dwell, which is the same at every angle ahead."""
 
-    def derivative_change(self, order: int) -> Any:
+    def derivative_change_to_ahead(self, order: int) -> Any:
         return self.place.y * 0.0
 
     def derivative_ahead(self, order: int) -> Any:
@@ -201,13 +201,13 @@ def _select_ranges(chosen: Any, a: Interval, b: Interval) -> Interval:
     return Interval(np.where(chosen, a.low, b.low), np.where(chosen, a.high, b.high))
 
 
-def _blank_unknown(known: Any, value: Interval) -> Interval:
+def _nan_where_unknown(known: Any, value: Interval) -> Interval:
     return Interval(np.where(known, value.low, np.nan), np.where(known, value.high, np.nan))
 
 
-def _slopes_by_turn(like: SlopedInterval) -> Interval:
+def _unit_slopes_by_cam_angle(sloped_interval: SlopedInterval) -> Interval:
     """Slopes of the cam angle itself, which is the first variable."""
-    one = np.zeros(like.slopes.low.shape)
+    one = np.zeros(sloped_interval.slopes.low.shape)
     one[0] = 1.0
     return Interval(one, one)
 
@@ -237,18 +237,18 @@ class ContactAhead:
         """Displacement that the contact gives the follower at the place ahead, less that of the motion at φ."""
         motion = self.motion_ahead(ahead)
         return (
-            motion.derivative_change(0)
+            motion.derivative_change_to_ahead(0)
             + self._contact_shift(motion, self._contact_motion(motion, 2), 0).follower_shift.terms[0]
             * self.motion_sign
         )
 
     def errors_at_first_contact(self, first: MotionAhead, order: int) -> list[Any]:
         """Errors of the contact's own motion at the cam angle at which the first contact touches."""
-        ahead = self.motion_ahead(self.angle_ahead(first.angle_ahead))
+        ahead = self.motion_ahead(self.enclose_angle_ahead(first.angle_ahead))
         motion = self._contact_motion(ahead, order + 2)
 
         def change(k: int) -> Any:
-            return (first.derivative_change(k) - ahead.derivative_change(k)) * self.motion_sign
+            return (first.derivative_change_to_ahead(k) - ahead.derivative_change_to_ahead(k)) * self.motion_sign
 
         jump = (self.place.jumps_at_contact.y2_jump - self.place.jumps_at_second_contact.y2_jump) * self.motion_sign
         return follower_errors(self._contact_shift(ahead, motion, order), motion, change, jump, order)
@@ -256,21 +256,23 @@ class ContactAhead:
     def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
         return MotionAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
 
-    def angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
+    def enclose_angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
         """Angle a from φ to the place that touches when the cam is turned ``cam_angle`` (b) beyond φ [rad]."""
         place = as_sloped_interval(0.0, cam_angle)
-        guess = cam_angle - self._cam_turn(place)
+        guess = cam_angle - self._cam_turn_at_contact(place)
         most = FIRST_RANGE_FACTOR * (cam_angle.value.largest_magnitude + guess.value.largest_magnitude)
         place, inside = as_sloped_interval(Interval(-most, most), cam_angle), np.ones(most.shape, dtype=bool)
         for _ in range(CONTRACTIONS):  # each contracts the range by the ratio of the errors to the cam's size
-            turn = self._cam_turn(place)
+            turn = self._cam_turn_at_contact(place)
             nearer = cam_angle - turn  # errors that both have in common nearly cancel
             inside &= (nearer.value.low >= place.value.low) & (nearer.value.high <= place.value.high)
-            place = replace(place, value=_blank_unknown(inside, nearer.value), at=_blank_unknown(inside, nearer.at))
+            place = replace(
+                place, value=_nan_where_unknown(inside, nearer.value), at=_nan_where_unknown(inside, nearer.at)
+            )
         slope = 1.0 / (self._turn_slope_by_place(turn) + 1.0)
         return apply_chain_rule(place.value, place.at, [(cam_angle, slope), (turn, slope * -1.0)])
 
-    def _cam_turn(self, ahead: SlopedInterval) -> Any:
+    def _cam_turn_at_contact(self, ahead: SlopedInterval) -> Any:
         motion = self.motion_ahead(ahead)
         return self._contact_shift(motion, self._contact_motion(motion, 2), 0).cam_turn.terms[0]
 
@@ -309,59 +311,64 @@ LinkRanges = Mapping[str, Interval]
 
 
 def error_through_train(
-    problem: Problem, errors: Mapping[str, Any], follower_deltas: Sequence[Any], nominal: Callable[[int], Any]
+    problem: Problem,
+    errors: Mapping[str, Any],
+    follower_deltas: Sequence[Any],
+    nominal_derivative: Callable[[int], Any],
 ) -> Any:
     """Error ε of the tool of the last order, from the follower's errors δ of all orders.
 
-    ``nominal`` gives the derivatives of the follower's programmed motion.
+    ``nominal_derivative`` gives the derivatives of the follower's programmed motion.
     """
     deltas = [each.divide() if hasattr(each, "divide") else each for each in follower_deltas]
     order = len(deltas) - 1
     if problem.setup.train is None:
         return deltas[order]
-    motion = [nominal(k) for k in range(order + 1)]
-    links = _link_errors(problem, errors, motion[0])
-    if (ratio := _constant_ratio(problem, links)) is not None:
+    motion = [nominal_derivative(k) for k in range(order + 1)]
+    links = _train_link_errors(problem, errors, motion[0])
+    if (ratio := _ratio_of_exact_constant_train(problem, links)) is not None:
         return deltas[order] * ratio
     train = RealTrain(problem, links, deltas[0], motion[0], order)
     if order == 0:
-        return train.derivative_change(0)
+        return train.derivative_change_by_errors(0)
     velocity = motion[1] + deltas[1]
     if order == 1:
-        return train.derivative_change(1) * velocity + train.nominal_derivative(1) * deltas[1]
+        return train.derivative_change_by_errors(1) * velocity + train.nominal_derivative(1) * deltas[1]
     by_nominal_train = (
         train.nominal_derivative(2) * (motion[1] * 2.0 + deltas[1]) * deltas[1]
         + train.nominal_derivative(1) * deltas[2]
     )
-    by_links = train.derivative_change(1) * (motion[2] + deltas[2])
-    return train.derivative_change(2) * np.square(velocity) + by_links + by_nominal_train
+    by_links = train.derivative_change_by_errors(1) * (motion[2] + deltas[2])
+    return train.derivative_change_by_errors(2) * np.square(velocity) + by_links + by_nominal_train
 
 
 def difference_through_train(
-    problem: Problem, errors: Mapping[str, Any], first: Any, second: Any, position: SlopedInterval
+    problem: Problem, errors: Mapping[str, Any], first_error: Any, second_error: Any, position: SlopedInterval
 ) -> Any:
     """f*(s + δ₁) − f*(s + δ₂) for a follower with the nominal position s, by the mean value theorem."""
-    difference, start = first - second, position + second
+    difference, start = first_error - second_error, position + second_error
     if problem.setup.train is None:
         return difference
-    links = _link_errors(problem, errors, position)
-    if (ratio := _constant_ratio(problem, links)) is not None:
+    links = _train_link_errors(problem, errors, position)
+    if (ratio := _ratio_of_exact_constant_train(problem, links)) is not None:
         return difference * ratio
-    step, link_ranges, link_points = range_of(difference), _link_ranges(links), _link_points(links)
+    step, link_ranges, link_points = range_of(difference), _link_ranges(links), _link_midpoints(links)
     ends = [(value_at_point(each), link_points) for each in (start + difference, start)]
     (slopes, first_at, second_at), by_link = _train_derivatives(
-        problem, [(range_of(start) + range_from_zero(step), link_ranges), *ends], 3
+        problem, [(range_of(start) + hull_with_zero(step), link_ranges), *ends], 3
     )
     by_links = [(each, by_link[key][1] * step) for key, each in links.items()]
     parts = [(difference, slopes[1]), (start, slopes[2] * step), *by_links]
     return apply_chain_rule(slopes[1] * step, first_at[0] - second_at[0], parts)
 
 
-def _link_errors(problem: Problem, errors: Mapping[str, Any], like: SlopedInterval) -> dict[str, SlopedInterval]:
-    return {key: without_kept_quotient(each, like) for key, each in errors.items() if is_train_key(key)}
+def _train_link_errors(
+    problem: Problem, errors: Mapping[str, Any], sloped_interval: SlopedInterval
+) -> dict[str, SlopedInterval]:
+    return {key: carry_out_quotient(each, sloped_interval) for key, each in errors.items() if is_train_key(key)}
 
 
-def _constant_ratio(problem: Problem, links: Mapping[str, SlopedInterval]) -> float | None:
+def _ratio_of_exact_constant_train(problem: Problem, links: Mapping[str, SlopedInterval]) -> float | None:
     """Constant ratio of a train without errors; None if the links have errors or the ratio changes."""
     train = problem.setup.train
     assert train is not None
@@ -378,19 +385,22 @@ class RealTrain:
     nominal_position: SlopedInterval
     order: int
 
-    def derivative_change(self, order: int) -> SlopedInterval:
+    def derivative_change_by_errors(self, order: int) -> SlopedInterval:
         """Change Δ_k of the derivative of an order."""
         (between, _, nominal_at, real_at), by_link = self._derivative_blocks
-        parts = [(self.error, between[order + 1]), (self.nominal_position, self._change_range(order + 1))]
+        parts = [
+            (self.error, between[order + 1]),
+            (self.nominal_position, self._derivative_change_range(order + 1)),
+        ]
         parts += [(each, by_link[key][order]) for key, each in self.links.items()]
-        return apply_chain_rule(self._change_range(order), real_at[order] - nominal_at[order], parts)
+        return apply_chain_rule(self._derivative_change_range(order), real_at[order] - nominal_at[order], parts)
 
     def nominal_derivative(self, order: int) -> SlopedInterval:
         """Derivative of f at the nominal position."""
         (_, nominal, nominal_at, _), _ = self._derivative_blocks
         return apply_chain_rule(nominal[order], nominal_at[order], [(self.nominal_position, nominal[order + 1])])
 
-    def _change_range(self, order: int) -> Interval:
+    def _derivative_change_range(self, order: int) -> Interval:
         """Range of Δ_k, by the mean value theorem."""
         (between, *_), by_link = self._derivative_blocks
         change = between[order + 1] * range_of(self.error)
@@ -409,9 +419,9 @@ class RealTrain:
             value_at_point(self.nominal_position),
             _link_ranges(self.links, 0.0),
         )
-        from_nominal = {key: range_from_zero(each) for key, each in _link_ranges(self.links).items()}
-        real = at + value_at_point(self.error), _link_points(self.links)
-        between = position + range_from_zero(range_of(self.error)), from_nominal
+        from_nominal = {key: hull_with_zero(each) for key, each in _link_ranges(self.links).items()}
+        real = at + value_at_point(self.error), _link_midpoints(self.links)
+        between = position + hull_with_zero(range_of(self.error)), from_nominal
         blocks = [between, (position, no_errors), (at, no_errors), real]
         return _train_derivatives(self.problem, blocks, self.order + 3)
 
@@ -424,7 +434,7 @@ def _link_ranges(links: Mapping[str, SlopedInterval], share: float = 1.0) -> dic
     return {key: as_interval(range_of(each) * share) for key, each in links.items()}
 
 
-def _link_points(links: Mapping[str, SlopedInterval]) -> dict[str, Interval]:
+def _link_midpoints(links: Mapping[str, SlopedInterval]) -> dict[str, Interval]:
     return {key: value_at_point(each) for key, each in links.items()}
 
 
@@ -434,20 +444,24 @@ def _train_derivatives(
     """Derivatives of trains by the follower's position, over ranges of the position and of the links' errors."""
     keys, size = [*blocks[0][1]], blocks[0][0].size
     repeated = [blocks[0]] * (len(keys) - 1) + [*blocks]  # the first block once for each link
-    place = _join_ranges([each for each, _ in repeated])
+    place = _concatenate_ranges([each for each, _ in repeated])
     numbers: dict[str, Any] = {
-        key: without_slopes(problem.nominal_numbers[key] + _join_ranges([errors[key] for _, errors in repeated]))
+        key: without_slopes(
+            problem.nominal_numbers[key] + _concatenate_ranges([errors[key] for _, errors in repeated])
+        )
         for key in keys
     }
     zero = without_slopes(as_interval(place * 0.0))
-    position: Any = Taylor([without_slopes(follower_start(problem) + place), zero + 1.0, *[zero] * count][:count])
+    position: Any = Taylor(
+        [without_slopes(follower_offset_in_train(problem) + place), zero + 1.0, *[zero] * count][:count]
+    )
     if keys:
         seeds = np.repeat(np.eye(len(keys), len(repeated)), size, axis=1)
         numbers = {key: Taylor([numbers[key], seed]) for key, seed in zip(keys, seeds, strict=True)}
         position = Taylor([position, position * 0.0])
     train = problem.trains_with_numbers(numbers) if numbers else problem.setup.train
     assert train is not None
-    tool, first = train.tool(position), max(len(keys) - 1, 0)
+    tool, first = train.tool_displacement(position), max(len(keys) - 1, 0)
 
     def block(series: Taylor, number: int) -> list[Interval]:
         part = slice(number * size, (number + 1) * size)
@@ -458,13 +472,13 @@ def _train_derivatives(
     return [block(value, first + number) for number in range(len(blocks))], by_link
 
 
-def _join_ranges(parts: Sequence[Interval]) -> Interval:
+def _concatenate_ranges(parts: Sequence[Interval]) -> Interval:
     return Interval(
         *(np.concatenate(each) for each in zip(*((part.low, part.high) for part in parts), strict=True))
     )
 
 
-def range_from_zero(x: Interval) -> Interval:
+def hull_with_zero(x: Interval) -> Interval:
     """The smallest range that contains 0 and x."""
     return Interval(np.minimum(x.low, 0.0), np.maximum(x.high, 0.0))
 
@@ -475,6 +489,6 @@ def without_slopes(x: Interval) -> LinkageInterval:
     return LinkageInterval.from_interval(SlopedInterval(x, x, zero, zero), [])
 
 
-def without_kept_quotient(x: Any, like: SlopedInterval) -> Any:
+def carry_out_quotient(x: Any, sloped_interval: SlopedInterval) -> Any:
     """A number over boxes, with its quotient carried out."""
-    return x.divide() if hasattr(x, "divide") else x + like * 0.0
+    return x.divide() if hasattr(x, "divide") else x + sloped_interval * 0.0

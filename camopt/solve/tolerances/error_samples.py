@@ -3,8 +3,8 @@
 **Largest error.** The first order locates it: responses of the motion at many cam angles times the errors of the
 cams, one matrix product for all cams. The exact error is computed there, and at the top of the parabola through
 three neighbours. If the place is beside a joint of the motion, the joint is tried too. The result is the true error
-of the cam at some angle, so it never exceeds the largest one. ``missed_error`` tells by a dense scan of some cams
-how much it falls short.
+of the cam at some angle, so it never exceeds the largest one. ``error_missed_by_search`` tells by a dense scan of
+some cams how much it falls short.
 
 **Random errors** come from scrambled Sobol points. A number has the distribution of its tolerance over its zone.
 The errors of the profile and of the bore's axis have two normal parts, each with a third of the tolerance as
@@ -89,11 +89,11 @@ class FirstOrderScreen:
         return float(np.diff(self.places).max())
 
     @property
-    def is_constant(self) -> bool:
+    def is_response_constant(self) -> bool:
         """Whether errors are the same at all places."""
         return bool(np.ptp(self.responses, axis=1).max() <= SAME_RESPONSE * np.abs(self.responses).max())
 
-    def first_order_peaks(self, cams: CamErrors, outward: OutwardMeasure) -> list[LargestError]:
+    def first_order_peak_and_neighbours(self, cams: CamErrors, outward: OutwardMeasure) -> list[LargestError]:
         """Largest first-order error of each cam with its neighbours: the place before it, it, and the one after."""
         errors, beside, blocks = real_error_columns(cams), np.array([[-1], [0], [1]]), []
         for first in range(0, len(errors), SCREENED_CAMS_AT_ONCE):
@@ -131,11 +131,14 @@ class LargestErrorSearch:
         """Whether the tool dwells."""
         return bool(self._dwell_screens)
 
-    def missed_error(self, cams: CamErrors, order: int) -> float:
+    def error_missed_by_search(self, cams: CamErrors, order: int) -> float:
         """Largest difference between a dense scan and the largest error found, over a sample of the cams."""
         sample = take_cams(cams, np.unique(np.linspace(0, count_cams(cams) - 1, SCANNED_CAMS).astype(int)))
-        largest, places = self._motion_errors_of_block(sample, order).error, self.nodes(DENSE_FACTOR * SCREEN_NODES)
-        exact = self._exact_error_magnitude(order)
+        largest, places = (
+            self._motion_errors_of_block(sample, order).error,
+            self.cam_angles_with_joint_sides(DENSE_FACTOR * SCREEN_NODES),
+        )
+        exact = self._exact_error_function(order)
 
         def scan_cams(block: CamErrors) -> FloatArray:
             repeated = {key: np.repeat(each, places.size) for key, each in block.items()}
@@ -145,7 +148,7 @@ class LargestErrorSearch:
         highest = np.concatenate([*map_cam_blocks(sample, scan_cams, ceil(EXACT_CAMS_AT_ONCE / places.size))])
         return float(np.max(np.maximum(highest - largest, 0.0)))
 
-    def nodes(self, count: int) -> FloatArray:
+    def cam_angles_with_joint_sides(self, count: int) -> FloatArray:
         """At least ``count`` cam angles in the order of the turn, with both sides of each joint [rad]."""
         end = self.real_cam.problem.programme.strokes[-1].end
         waves = NODES_OF_A_WAVE * self.real_cam.waves * count // SCREEN_NODES
@@ -153,13 +156,13 @@ class LargestErrorSearch:
         sides = np.mod(np.add.outer([-2.0 * JUMP_SIDE, 2.0 * JUMP_SIDE], self._joints).ravel(), end)
         return np.unique(np.concatenate([even, sides]))
 
-    def _exact_error_magnitude(self, order: int) -> ExactErrors:
+    def _exact_error_function(self, order: int) -> ExactErrors:
         return lambda cams, places: np.abs(self.real_cam.motion_errors(cams, places, order))
 
     def _motion_errors_of_block(self, cams: CamErrors, order: int) -> LargestError:
-        screen, exact = self._turn_screens[order], self._exact_error_magnitude(order)
-        largest = _climb_to_peak(exact, cams, screen, np.abs)
-        for place in self._jump_sides(order):
+        screen, exact = self._turn_screens[order], self._exact_error_function(order)
+        largest = _largest_error_about_peak(exact, cams, screen, np.abs)
+        for place in self._angles_beside_jumps(order):
             at_jump = _largest_at_places(exact, cams, np.full(largest.place.size, place))
             largest = _larger_errors(largest, at_jump)
         distance = np.abs(largest.place[:, None] - self._joints)
@@ -167,18 +170,18 @@ class LargestErrorSearch:
         near, joint = take_cams(cams, index), self._joints[distance[index].argmin(axis=1)]
         for side in (-JUMP_SIDE, JUMP_SIDE):
             places = self.real_cam.contact_places(near, joint + side)
-            largest = _raise_some_errors(largest, index, _largest_at_places(exact, near, places))
+            largest = _larger_errors_at_index(largest, index, _largest_at_places(exact, near, places))
         return largest
 
     @cached_property
     def _joints(self) -> FloatArray:
         """Cam angles at which pieces of the motion meet [rad]: a derivative may jump there."""
         programme = self.real_cam.problem.programme
-        return np.unique([*programme.starts, *(jump.at for jump in programme.jumps)])
+        return np.unique([*programme.piece_starts, *(jump.at for jump in programme.jumps)])
 
-    def largest_error_angle(self, cams: CamErrors, largest: LargestError, cam: int) -> float:
-        """Cam angle at which the cam of index ``cam`` has its largest error [deg]."""
-        one = slice(cam, cam + 1)
+    def angle_of_largest_error_deg(self, cams: CamErrors, largest: LargestError, cam_index: int) -> float:
+        """Cam angle at which the cam of index ``cam_index`` has its largest error [deg]."""
+        one = slice(cam_index, cam_index + 1)
         angles = self.real_cam.contact_angles(take_cams(cams, one), largest.place[one])
         return float(np.degrees(self.real_cam.angles_in_turn(angles)[0]))
 
@@ -194,14 +197,14 @@ class LargestErrorSearch:
     def _dwell_changes_of_block(self, cams: CamErrors) -> FloatArray:
         position, changes = self.real_cam.tool_positions, np.zeros(count_cams(cams))
         for screen in self._dwell_screens:
-            if screen.is_constant:  # errors that do not turn with the cam
+            if screen.is_response_constant:  # errors that do not turn with the cam
                 continue
-            high = _climb_to_peak(position, cams, screen, np.positive)
-            low = _climb_to_peak(lambda *at: -position(*at), cams, screen, np.negative)
+            high = _largest_error_about_peak(position, cams, screen, np.positive)
+            low = _largest_error_about_peak(lambda *at: -position(*at), cams, screen, np.negative)
             changes = np.maximum(changes, high.error + low.error)
         return changes
 
-    def _jump_sides(self, order: int) -> Iterator[float]:
+    def _angles_beside_jumps(self, order: int) -> Iterator[float]:
         """Both sides of each jump of the derivative of an order or a lower one [rad]: there it has an impulse."""
         turn = self.real_cam.problem.programme.strokes[-1].end
         for jump in self.real_cam.problem.programme.jumps:
@@ -211,7 +214,7 @@ class LargestErrorSearch:
     @cached_property
     def _turn_screens(self) -> list[FirstOrderScreen]:
         """One screen for each order."""
-        places = self.nodes(SCREEN_NODES)
+        places = self.cam_angles_with_joint_sides(SCREEN_NODES)
         responses = self._motion_responses(places)
         return [
             FirstOrderScreen(places, np.ascontiguousarray(responses[:, order])) for order in range(RESPONSE_ORDERS)
@@ -242,12 +245,12 @@ def take_cams(cams: CamErrors, index: IntArray | slice) -> CamErrors:
     return {key: each[index] for key, each in cams.items()}
 
 
-def _climb_to_peak(
+def _largest_error_about_peak(
     exact: ExactErrors, cams: CamErrors, screen: FirstOrderScreen, outward: OutwardMeasure
 ) -> LargestError:
     """Largest error of each cam, at the first-order peak or at the top of the parabola about it."""
-    below, best, above = screen.first_order_peaks(cams, outward)
-    between = np.clip(_parabola_top(below, best, above), below.place, above.place)
+    below, best, above = screen.first_order_peak_and_neighbours(cams, outward)
+    between = np.clip(_place_of_parabola_top(below, best, above), below.place, above.place)
     return _larger_errors(_largest_at_places(exact, cams, best.place), _largest_at_places(exact, cams, between))
 
 
@@ -255,7 +258,7 @@ def _largest_at_places(exact: ExactErrors, cams: CamErrors, places: FloatArray) 
     return LargestError(exact(cams, places), places)
 
 
-def _parabola_top(below: LargestError, at: LargestError, above: LargestError) -> FloatArray:
+def _place_of_parabola_top(below: LargestError, at: LargestError, above: LargestError) -> FloatArray:
     """Place of the largest value of the parabola through three points; the middle one if there is no parabola."""
     a, b, c = below.place, at.place, above.place
     with np.errstate(all="ignore"):
@@ -270,7 +273,7 @@ def _larger_errors(one: LargestError, other: LargestError) -> LargestError:
     return LargestError(*(np.where(second, b, a) for a, b in zip(one, other, strict=True)))
 
 
-def _raise_some_errors(largest: LargestError, index: IntArray, other: LargestError) -> LargestError:
+def _larger_errors_at_index(largest: LargestError, index: IntArray, other: LargestError) -> LargestError:
     """Largest errors, in which the cams of ``index`` have the larger one of theirs and ``other``."""
     error, place = (each.copy() for each in largest)
     error[index], place[index] = _larger_errors(LargestError(error[index], place[index]), other)
@@ -278,12 +281,12 @@ def _raise_some_errors(largest: LargestError, index: IntArray, other: LargestErr
 
 
 def map_cam_blocks(
-    cams: CamErrors, work: Callable[[CamErrors], Work], at_once: int = EXACT_CAMS_AT_ONCE
+    cams: CamErrors, evaluate_block: Callable[[CamErrors], Work], block_size: int = EXACT_CAMS_AT_ONCE
 ) -> Iterator[Work]:
     """Results of a function for blocks of cams, in their order."""
-    blocks = [take_cams(cams, slice(first, first + at_once)) for first in range(0, count_cams(cams), at_once)]
+    blocks = [take_cams(cams, slice(first, first + block_size)) for first in range(0, count_cams(cams), block_size)]
     with ThreadPoolExecutor(THREADS) as pool:
-        yield from pool.map(work, blocks)
+        yield from pool.map(evaluate_block, blocks)
 
 
 def _join_largest_errors(parts: Iterator[LargestError]) -> LargestError:
@@ -299,19 +302,24 @@ OPEN_SHARE_RANGE = 2.0**-60, 1.0 - 2.0**-53
 SampledErrors = dict[str, FloatArray]
 
 
-def single_key(key: str) -> Iterable[str]:
+def key_alone(key: str) -> Iterable[str]:
     return (key,)
 
 
 def sample_errors(
-    scene: Scene, nominal: NumberErrors, cams: int, seed: int, keys_of: Callable[[str], Iterable[str]] = single_key
+    scene: Scene,
+    nominal: NumberErrors,
+    cams: int,
+    seed: int,
+    error_keys_of_tolerance: Callable[[str], Iterable[str]] = key_alone,
 ) -> SampledErrors:
     """Random errors of cams by key of ``[tolerances]``: mm or rad, numbers in their own units.
 
-    Errors with two parts are complex. ``keys_of`` gives the keys of the errors that one tolerance permits.
+    Errors with two parts are complex. ``error_keys_of_tolerance`` gives the keys of the errors that one tolerance
+    permits.
     """
-    makers, tolerances = dict(_error_makers(scene, nominal)), scene.tolerances.number_and_angle_tolerances
-    tolerance_keys = {key: tolerance for tolerance in makers for key in keys_of(tolerance)}
+    makers, tolerances = dict(_error_samplers(scene, nominal)), scene.tolerances.number_and_angle_tolerances
+    tolerance_keys = {key: tolerance for tolerance in makers for key in error_keys_of_tolerance(tolerance)}
     batches = sorted({each.batch for each in tolerances.values() if each.batch is not None})
     count = sum(makers[tolerance][0] for tolerance in tolerance_keys.values())
     points = sobol_points(count + len(batches), cams, seed).T
@@ -330,7 +338,7 @@ ErrorMaker = tuple[int, Callable[..., FloatArray]]
 """Number of parts of an error, and a function that gives the error from the share of each part for all cams."""
 
 
-def _error_makers(scene: Scene, nominal: NumberErrors) -> Iterator[tuple[str, ErrorMaker]]:
+def _error_samplers(scene: Scene, nominal: NumberErrors) -> Iterator[tuple[str, ErrorMaker]]:
     tolerances = scene.tolerances
     for key, zone in number_and_angle_zones(scene, nominal).items():
         unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
@@ -339,21 +347,23 @@ def _error_makers(scene: Scene, nominal: NumberErrors) -> Iterator[tuple[str, Er
     if tolerances.profile:
         yield (
             "profile",
-            _complex_error_maker(tolerances.profile)
+            _vector_error_sampler(tolerances.profile)
             if tolerances.waves
             else (1, partial(_normal_quantile, _symmetric_zone(tolerances.profile))),
         )
     if tolerances.bore_eccentricity:
-        yield "bore_eccentricity", _complex_error_maker(tolerances.bore_eccentricity)
+        yield "bore_eccentricity", _vector_error_sampler(tolerances.bore_eccentricity)
 
 
-def _correlate_with_batch(shares: FloatArray, batch_shares: FloatArray, shared: float) -> FloatArray:
-    """Shares of normal numbers, with the part ``shared`` of their variance from the batch."""
+def _correlate_with_batch(shares: FloatArray, batch_shares: FloatArray, shared_variance: float) -> FloatArray:
+    """Shares of normal numbers, with the part ``shared_variance`` of their variance from the batch."""
     first, second = (scipy.special.ndtri(np.clip(each, *OPEN_SHARE_RANGE)) for each in (batch_shares, shares))
-    return np.asarray(scipy.special.ndtr(np.sqrt(shared) * first + np.sqrt(1.0 - shared) * second))
+    return np.asarray(
+        scipy.special.ndtr(np.sqrt(shared_variance) * first + np.sqrt(1.0 - shared_variance) * second)
+    )
 
 
-def batch_mean_errors(tolerance: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
+def mean_errors_of_part_batches(tolerance: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
     """Mean error of the parts of a batch less the mean of all batches, at evenly spaced quantiles of batches."""
     z = scipy.special.ndtri((np.arange(BATCH_GRID) + 0.5) / BATCH_GRID)
     z = z / np.std(z)
@@ -366,7 +376,7 @@ def _symmetric_zone(size: float) -> ToleranceZone:
     return ToleranceZone(-size, size, size / DEVIATIONS_AT_CPK_1)
 
 
-def _complex_error_maker(size: float) -> ErrorMaker:
+def _vector_error_sampler(size: float) -> ErrorMaker:
     quantile = partial(_normal_quantile, _symmetric_zone(size))
     return 2, lambda real, imaginary: np.asarray(quantile(real) + 1j * quantile(imaginary))
 
@@ -389,11 +399,11 @@ def _normal_quantile(zone: ToleranceZone, share: FloatArray) -> FloatArray:
     return np.asarray(zone.mean + zone.deviation * scipy.special.ndtri(np.clip(share, *OPEN_SHARE_RANGE)))
 
 
-def exceed_tolerances(errors: CamErrors, ends: Mapping[str, tuple[float, float]]) -> BoolArray:
-    """Whether each cam has an error outside of the ranges ``ends`` (``errors.error_ranges``)."""
+def exceed_tolerances(errors: CamErrors, error_ranges: Mapping[str, tuple[float, float]]) -> BoolArray:
+    """Whether each cam has an error outside of the ranges ``error_ranges`` (``errors.error_ranges``)."""
     outside = np.zeros(next(iter(errors.values())).size, dtype=bool)
     for key, value in errors.items():
-        low, high = ends[key]
+        low, high = error_ranges[key]
         outside |= np.abs(value) > high if np.iscomplexobj(value) else (value < low) | (value > high)
     return outside
 

@@ -21,7 +21,7 @@ from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_by
 from camopt.model.mechanisms import FIELDS
 from camopt.model.mechanisms.contact_errors import ContactErrors
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import tool_zones
+from camopt.scene.problem.tolerance_zones import zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key, variables_of
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, moves_tool
@@ -45,7 +45,9 @@ They are complex for a profile with waves (a + ib is the error a·cos nφ + b·s
 def error_ranges(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
     """Least and largest value of each error of cams within the tolerances, mm or rad."""
     tolerances, developed = scene.tolerances, problem.setup.mechanism.body.developed
-    ranges = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal_numbers).items()}
+    ranges = {
+        key: (zone.lower, zone.upper) for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items()
+    }
     if tolerances.profile:
         ranges["profile"] = -tolerances.profile, tolerances.profile
     if tolerances.bore_eccentricity:  # an error across the surface of a cylinder moves nothing
@@ -79,16 +81,16 @@ def flat_errors(errors: Errors) -> dict[str, Any]:
     return flat
 
 
-def polar_errors(errors: Errors, ends: Errors) -> dict[str, Any]:
-    """Flat errors in polar form: length and direction for the keys of ``ends``."""
-    polar = {key: errors[key] for key in ends}
-    for key in ends:
-        if (way := direction_key(key)) in ends and not is_direction(key):
+def polar_errors(errors: Errors, error_ranges_by_key: Errors) -> dict[str, Any]:
+    """Flat errors in polar form: length and direction for the keys of ``error_ranges_by_key``."""
+    polar = {key: errors[key] for key in error_ranges_by_key}
+    for key in error_ranges_by_key:
+        if (way := direction_key(key)) in error_ranges_by_key and not is_direction(key):
             polar |= {key: np.hypot(errors[key], errors[way]), way: np.arctan2(errors[way], errors[key])}
     return polar
 
 
-def turn_error(errors: Errors, key: str, angle: Any) -> dict[str, Any]:
+def turn_vector_error(errors: Errors, key: str, angle: Any) -> dict[str, Any]:
     """Flat errors, with that of one key turned anticlockwise by an angle (rad) if it has a direction."""
     if (way := direction_key(key)) not in errors:
         return dict(errors)
@@ -104,7 +106,7 @@ def contact_errors(errors: Errors) -> ContactErrors:
     return ContactErrors(sizes, out, bore, errors.get("face_tilt", 0.0))
 
 
-def errors_at_places(errors: Mapping[str, float], count: int) -> CamErrors:
+def repeat_cam_errors(errors: Mapping[str, float], count: int) -> CamErrors:
     """Errors of one cam (mm and deg, as ``WorstCase`` has them), repeated for a number of places on it."""
     repeated: dict[str, FloatArray] = {}
     for key, value in errors.items():
@@ -127,14 +129,14 @@ def is_second_mirrored(problem: Problem) -> bool:
     return bool(further.local_designs(problem.design).sense != problem.design.sense)
 
 
-def errors_at_contact(problem: Problem, place: int, errors: Mapping[str, Any]) -> dict[str, Any]:
+def errors_at_contact(problem: Problem, contact_number: int, errors: Mapping[str, Any]) -> dict[str, Any]:
     """Errors as they act at one contact (0 or 1).
 
     The error of the bore, in the frame of the cam, is mirrored at a mirrored second contact.
     """
     if not problem.setup.mechanism.further_contacts:
         return dict(errors)
-    at_contact, mirrored = dict[str, Any](), bool(place) and is_second_mirrored(problem)
+    at_contact, mirrored = dict[str, Any](), bool(contact_number) and is_second_mirrored(problem)
     for key, value in errors.items():
         if key == BORE:
             at_contact[key] = np.conj(value) if mirrored and BORE_DIRECTION not in errors else value
@@ -142,11 +144,11 @@ def errors_at_contact(problem: Problem, place: int, errors: Mapping[str, Any]) -
             at_contact[key] = -value if mirrored else value
         elif key.startswith((WAVE_PHASE, PROFILE_LEVEL)):
             suffix = SECOND_CONTACT_SUFFIX if key.endswith(SECOND_CONTACT_SUFFIX) else ""
-            signed_key = errors_by_contact(problem.setup.mechanism, "profile")[f"profile{suffix}"][place]
+            signed_key = errors_by_contact(problem.setup.mechanism, "profile")[f"profile{suffix}"][contact_number]
             at_contact |= {key.removesuffix(SECOND_CONTACT_SUFFIX): signed_key[1] * value} if signed_key else {}
         elif (
             signed_key := errors_by_contact(problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key][
-                place
+                contact_number
             ]
         ) is not None:
             at_contact[signed_key[0]] = at_contact.get(signed_key[0], 0.0) + signed_key[1] * value

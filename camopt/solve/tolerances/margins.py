@@ -47,7 +47,7 @@ from camopt.solve.tables.result import NUMERIC, Cell, Table
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, LEAST_INTERFERENCE, Interference
 from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_boxes import limit_over_box, tolerance_ranges
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, tolerance_ranges
 from camopt.solve.verdicts.limit_verdicts import excesses
 from camopt.solve.verdicts.train_boxes import depends_on_train
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
@@ -194,16 +194,16 @@ class ToleranceBox:
         """The problem with the nominal train, and with each tried train."""
         return [self.problem.with_number_errors(errors) for errors in self.tried_train_errors]
 
-    def _margin_of_limit(self, place: int, limit: Limit) -> Margin:
-        """The margin of the limit with index ``place``."""
-        cams = [self._worst_cam_of_train(problem, problem.limits[place]) for problem in self.tried_trains]
+    def _margin_of_limit(self, limit_number: int, limit: Limit) -> Margin:
+        """The margin of the limit with index ``limit_number``."""
+        cams = [self._worst_cam_of_train(problem, problem.limits[limit_number]) for problem in self.tried_trains]
         if len(self.train_zones) > MOST_CORNER_LINKS:
             combined = self.problem.with_number_errors(
                 _worst_ends_of_numbers(limit, cams, self.tried_train_errors, self.train_zones)
             )
-            cams.append(self._worst_cam_of_train(combined, combined.limits[place]))
+            cams.append(self._worst_cam_of_train(combined, combined.limits[limit_number]))
         verdict = self._verdict_of_limit(limit, max(each.excess for each in cams))
-        worst, gap = self._prove_worst_cam(limit, cams[_worst_tried_cam(limit, cams)])
+        worst, gap = self._worst_cam_and_proven_gap(limit, cams[_worst_tried_cam(limit, cams)])
         if self.interference is not None:
             real, side = (
                 self._with_own_interference(limit, worst, self.interference),
@@ -290,9 +290,9 @@ class ToleranceBox:
     def _proof_deadline(self, limit: Limit) -> float:
         return clock_seconds() + (TRAIN_MARGIN_SECONDS if self._depends_on_train(limit) else MARGIN_SECONDS)
 
-    def _certify_limit(self, limit: Limit, until: float) -> BoxVerdict:
+    def _certify_limit(self, limit: Limit, deadline: float) -> BoxVerdict:
         """Proof that all cams hold a limit, or a witness that breaks it."""
-        return limit_over_box(self.problem, limit, self.problem.design, self.number_ranges, until)
+        return limit_verdict_over_box(self.problem, limit, self.problem.design, self.number_ranges, deadline)
 
     def _cam_of_witness(self, limit: Limit, witness: Designs) -> TriedCam:
         """The cam of a proof's witness, which may have its own train."""
@@ -302,7 +302,7 @@ class ToleranceBox:
         excess, values = self._excess_and_quantity(limit, design, problem)
         return TriedCam(problem, design, float(excess[0]), float(values[0]))
 
-    def _prove_worst_cam(self, limit: Limit, worst: TriedCam) -> tuple[TriedCam, float | None]:
+    def _worst_cam_and_proven_gap(self, limit: Limit, worst: TriedCam) -> tuple[TriedCam, float | None]:
         """The worst cam, and the proven gap to any worse cam; None if no gap is proved."""
         if not isinstance(limit, QuantityLimit) or not isfinite(worst.value):
             return worst, None
@@ -411,28 +411,30 @@ class LimitsByNumber:
     field: str
     """Field of the number."""
 
-    def evaluate_numbers(self, designs: Designs, values: Iterable[FloatArray]) -> Iterator[LimitValues]:
+    def evaluate_limits_by_number(
+        self, designs: Designs, number_values: Iterable[FloatArray]
+    ) -> Iterator[LimitValues]:
         """Values of the limits, for each array (designs,) of values of the number."""
-        block = self._designs_block(designs)
-        for numbers in values:
+        block = self._block_with_known_quantities(designs)
+        for numbers in number_values:
             block = with_designs(block, designs.with_values({self.field: numbers}), self._changing_quantities)
             yield _evaluate_block(block, self.limits)
 
-    def _designs_block(self, designs: Designs) -> EvaluationBlock:
+    def _block_with_known_quantities(self, designs: Designs) -> EvaluationBlock:
         """A block of designs, with known quantities if only the number differs from the nominal design."""
         nominal = self.problem.design.values
         others = {name: each for name, each in designs.values.items() if name != self.field}
         if all(np.all(each == nominal[name]) for name, each in others.items()):
-            return select_designs(self._probe_block, np.zeros(len(designs), dtype=int))
+            return select_designs(self._block_of_own_and_huge_number, np.zeros(len(designs), dtype=int))
         return EvaluationBlock(self.problem.setup, self.problem.programme, designs)
 
     @cached_property
     def _changing_quantities(self) -> frozenset[str]:
         """Quantities at each contact that depend on the number."""
-        return differing_quantities(self._probe_block)
+        return differing_quantities(self._block_of_own_and_huge_number)
 
     @cached_property
-    def _probe_block(self) -> EvaluationBlock:
+    def _block_of_own_and_huge_number(self) -> EvaluationBlock:
         """The nominal design with the number's own value and with a very large one, evaluated."""
         design = self.problem.design
         (value,) = design.values[self.field]

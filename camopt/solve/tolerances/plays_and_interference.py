@@ -26,7 +26,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX
-from camopt.model.effects.motion import motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.tolerance_zones import number_zones
 from camopt.scene.scene import Scene
@@ -40,10 +40,10 @@ from camopt.solve.tolerances.response import (
     SeparationRange,
     SeparationResponse,
     ToolResponse,
-    fastest_separation,
+    largest_separation_rate,
+    profile_error_at_both_contacts,
     separation_range,
-    separation_responses,
-    wider_profiles,
+    separation_responses_by_tolerance,
 )
 from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.verdicts.effect_runs import run_effects
@@ -90,7 +90,11 @@ def notes_on_preload(scene: Scene) -> Iterator[str]:
     """The sentence on cams within the tolerances whose two contacts have no preload, if there are any."""
     if scene.mechanism.further_contacts and scene.drive.interference:
         yield from filter(
-            None, map(lost_preload_sentence, list_plays(TurnErrors(scene.toleranced, resolve_design(scene))))
+            None,
+            map(
+                lost_preload_sentence,
+                list_plays(TurnErrors(scene.with_profile_tolerance_moved, resolve_design(scene))),
+            ),
         )
 
 
@@ -102,7 +106,9 @@ def list_plays(turn: TurnErrors) -> Iterator[Play]:
         yield from _pair_plays(turn, zones)
     elif problem.setup.mechanism.two_sided and problem.setup.given["drive.clearance"]:
         clearance, zone = float(problem.nominal_numbers["drive.clearance"]), zones.get("drive.clearance", ZERO_ZONE)
-        response = motion_scale(problem.setup, 0) * np.abs(ToolResponse(problem, turn.nodes).profile_response[0])
+        response = motion_unit_factor(problem.setup, 0) * np.abs(
+            ToolResponse(problem, turn.nodes).profile_response[0]
+        )
         least, most = (clearance + zone.lower) * response.min(), (clearance + zone.upper) * response.max()
         ends = clearance * response.max(), least, most
         yield Play(BACKLASH_NAME, motion_table_unit(problem.setup, 0), *map(float, ends))
@@ -120,8 +126,8 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
     if (clearance := numbers.get("drive.clearance")) is not None:
         zone, response = zones.get("drive.clearance", ZERO_ZONE), PairResponse(problem, turn.nodes)
         width, ratio = (
-            response.separation_response(wider_profiles(problem)) / 2.0,
-            motion_scale(problem.setup, 0) * np.abs(response.tool_ratio),
+            response.separation_response(profile_error_at_both_contacts(problem)) / 2.0,
+            motion_unit_factor(problem.setup, 0) * np.abs(response.tool_ratio),
         )
         least = (ratio * ((clearance + zone.lower) * width - separation.high)).min()
         most = (ratio * ((clearance + zone.upper) * width - separation.low)).max()
@@ -138,7 +144,7 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
         preload = stiffness * interference / unit
         yield Play("preload", "N·m" if problem.setup.angular else "N", preload, min(products), max(products))
         most = (stiffness + zone.upper) * np.maximum(ends[1] - high + unit * separation.high, 0.0) / unit
-        torque = float((most * fastest_separation(turn.scene, problem, turn.nodes)).max())
+        torque = float((most * largest_separation_rate(turn.scene, problem, turn.nodes)).max())
         torque *= 1.0 if problem.setup.angular else 1e-3
         yield Play(TORQUE_NAME, "N·m", 0.0, -torque, torque)
 
@@ -173,7 +179,7 @@ class Interference:
     def from_scene(
         cls, scene: Scene, problem: Problem, nominal: float, mounting_zone: ToleranceZone | None
     ) -> "Interference":
-        responses = (*separation_responses(scene, problem, TurnErrors(scene, problem).nodes),)
+        responses = (*separation_responses_by_tolerance(scene, problem, TurnErrors(scene, problem).nodes),)
         unit_factor = degrees(1.0) if problem.setup.angular else 1.0
         return cls(nominal, mounting_zone or EXACT_MOUNTING, responses, unit_factor)
 

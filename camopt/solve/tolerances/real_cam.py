@@ -53,7 +53,7 @@ from camopt.solve.tolerances.errors import (
     contact_problems,
     direction_key,
     errors_at_contact,
-    turn_error,
+    turn_vector_error,
 )
 
 CONTACT_ROUNDS = 3
@@ -112,14 +112,14 @@ class RealCam:
         return self.problem.setup.mechanism.body.developed
 
     def contact_shift(
-        self, number: int, design: Designs, errors: Errors, motion: Sequence[Any], order: int
+        self, contact_number: int, design: Designs, errors: Errors, motion: Sequence[Any], order: int
     ) -> ContactShiftSeries:
         """m and τ of one contact (0 or 1) at the point that the nominal follower touches, from flat errors.
 
         ``motion`` is y, y', y'' and y''' of the contact there. All values are numbers, arrays, or ranges with
         slopes.
         """
-        problem = self.contacts[number]
+        problem = self.contacts[contact_number]
         mechanism, sense = problem.setup.mechanism, design.sense
         y, slope = (_motion_series(motion[k:], order) for k in (0, 1))
         constant = {
@@ -133,9 +133,9 @@ class RealCam:
         if BORE in errors and not self.is_developed:
             at_contact = at_contact._replace(bore=_bore_axis_series(errors, sense, order))
         rest = mechanism.shifted_contact(design, problem.programme.lift, y, slope, at_contact)
-        shift, turn = (_without_kept_quotients(y * 0.0 + each) for each in rest)
+        shift, turn = (_carry_out_quotients(y * 0.0 + each) for each in rest)
         if BORE in errors and self.is_developed:
-            turn = _shift_along_surface(turn, errors, design)
+            turn = _cam_turn_with_bore_along_surface(turn, errors, design)
         return ContactShiftSeries(shift, turn - errors.get("phase", 0.0))
 
     def contact_error(
@@ -155,11 +155,11 @@ class RealCam:
         self, errors: Errors, places: FloatArray, order: int = 0, *, jumps: bool = True, fixed: bool = False
     ) -> FollowerContact:
         """As ``contact_error``, with the errors of the follower in the middle of its contacts."""
-        first = self._contact_of_one(0, self.errors_of_contact(0, errors), places, order, jumps)
+        first = self._single_contact_at_places(0, self.errors_of_contact(0, errors), places, order, jumps)
         if len(self.contacts) == 1:
             return first
         ahead = self.second_contact_lead(errors, places, first.cam_turn, fixed=fixed)
-        second = self._contact_of_one(
+        second = self._single_contact_at_places(
             1, self.errors_of_contact(1, errors, ahead, fixed=fixed), places + ahead, order, jumps
         )
         both = zip(first.errors, second.errors, strict=True)
@@ -168,12 +168,12 @@ class RealCam:
         )
 
     def second_contact_lead(
-        self, errors: Errors, places: FloatArray, turned: FloatArray, *, fixed: bool = False
+        self, errors: Errors, places: FloatArray, first_cam_turns: FloatArray, *, fixed: bool = False
     ) -> FloatArray:
         """Lead a of the second contact's point over that of the first [rad]."""
-        ahead = np.zeros_like(turned)
+        ahead = np.zeros_like(first_cam_turns)
         for _ in range(CONTACT_ROUNDS):
-            ahead = turned - self.cam_turns(errors, places, 1, ahead, fixed=fixed)
+            ahead = first_cam_turns - self.cam_turns(errors, places, 1, ahead, fixed=fixed)
         return ahead
 
     def error_at_tool(self, errors: Errors, angles: FloatArray, derivatives: Sequence[FloatArray]) -> ContactError:
@@ -185,8 +185,10 @@ class RealCam:
         delta, nominal = (
             Taylor([e / part for e, part in zip(each, TERM_FACTORIALS, strict=False)]) for each in (derivatives, y)
         )
-        nominal = nominal + follower_start(self.problem)
-        error = self.problem.train_with_errors(errors).tool(nominal + delta) - train.tool(nominal)
+        nominal = nominal + follower_offset_in_train(self.problem)
+        error = self.problem.train_with_errors(errors).tool_displacement(nominal + delta) - train.tool_displacement(
+            nominal
+        )
         return ContactError(angles, np.asarray(error.derivative(order) + np.zeros_like(angles)))
 
     def angles_in_turn(self, angles: FloatArray) -> FloatArray:
@@ -250,10 +252,10 @@ class RealCam:
         """Errors at a contact that touches ``ahead`` (rad) of the first, with the bore's axis as it is then."""
         local = errors_at_contact(self.problem, number, errors)
         if not self.is_developed:
-            local = turn_error(local, BORE, ahead * self.contacts[number].design.sense)
-        return turn_error(local, "profile", ahead * self.waves) if fixed else local
+            local = turn_vector_error(local, BORE, ahead * self.contacts[number].design.sense)
+        return turn_vector_error(local, "profile", ahead * self.waves) if fixed else local
 
-    def _contact_of_one(
+    def _single_contact_at_places(
         self, number: int, errors: Errors, places: FloatArray, order: int = 0, jumps: bool = True
     ) -> FollowerContact:
         """One contact with the points that its nominal follower touches at the cam angles ``places`` (rad)."""
@@ -276,30 +278,32 @@ class RealCam:
 
 
 def follower_errors(
-    shift: ContactShiftSeries, motion: Sequence[Any], change: Callable[[int], Any], jump: Any, order: int
+    shift: ContactShiftSeries, motion: Sequence[Any], derivative_change: Callable[[int], Any], jump: Any, order: int
 ) -> list[Any]:
     """δ and its derivatives by the cam angle θ, up to an order.
 
     ``change(k)`` is d_k without the jumps of y'' between φ and θ, and ``jump`` is their sum.
     """
     m, t = shift
-    errors = [m.terms[0] - change(0)]
+    errors = [m.terms[0] - derivative_change(0)]
     if order == 0:
         return errors
-    rate, velocity = t.terms[1] + 1.0, motion[1] + change(1)
-    errors.append((m.terms[1] - t.terms[1] * velocity - change(1)) / rate)
+    rate, velocity = t.terms[1] + 1.0, motion[1] + derivative_change(1)
+    errors.append((m.terms[1] - t.terms[1] * velocity - derivative_change(1)) / rate)
     if order == 1:
         return errors
-    d2 = change(2) + jump
+    d2 = derivative_change(2) + jump
     bend = (velocity + errors[1]) * t.terms[2] * 2.0 + t.terms[1] * (t.terms[1] + 2.0) * (motion[2] + d2)
     return [*errors, (m.terms[2] * 2.0 - bend - d2) / np.square(rate)]
 
 
-def follower_start(problem: Problem) -> float:
+def follower_offset_in_train(problem: Problem) -> float:
     """Displacement of the follower from the start position of its train, where the turn's displacement is 0."""
     programme, first, train = problem.programme, np.zeros(1), problem.setup.train
     assert train is not None
-    return float((train.follower_at(tool_position(programme, first)) - programme.motion_at(first)[0])[0])
+    return float(
+        (train.follower_displacement_at(tool_position(programme, first)) - programme.motion_at(first)[0])[0]
+    )
 
 
 def _motion_series(motion: Sequence[Any], order: int) -> Taylor:
@@ -318,18 +322,18 @@ def _bore_axis_series(errors: Errors, sense: float, order: int) -> tuple[Taylor,
     return Taylor([x, y * -sense, x * -0.5][: order + 1]), Taylor([y, x * sense, y * -0.5][: order + 1])
 
 
-def _shift_along_surface(turned: Taylor, errors: Errors, design: Designs) -> Taylor:
+def _cam_turn_with_bore_along_surface(exact_cam_turn: Taylor, errors: Errors, design: Designs) -> Taylor:
     """τ of a cylinder whose axis has the error x along its surface, which changes with θ."""
     x, slope = errors[BORE] / design.size, errors.get(BORE_DIRECTION, 0.0) / design.size * -design.sense
-    terms = [turned.terms[0] + x]
-    if len(turned.terms) > 1:
-        rate = (turned.terms[1] + 1.0) / (1.0 - slope)
-        terms.append((turned.terms[1] + slope) / (1.0 - slope))
-    if len(turned.terms) > 2:
-        terms.append((turned.terms[2] - x * np.square(rate) * 0.5) / (1.0 - slope))
+    terms = [exact_cam_turn.terms[0] + x]
+    if len(exact_cam_turn.terms) > 1:
+        rate = (exact_cam_turn.terms[1] + 1.0) / (1.0 - slope)
+        terms.append((exact_cam_turn.terms[1] + slope) / (1.0 - slope))
+    if len(exact_cam_turn.terms) > 2:
+        terms.append((exact_cam_turn.terms[2] - x * np.square(rate) * 0.5) / (1.0 - slope))
     return Taylor(terms)
 
 
-def _without_kept_quotients(series: Taylor) -> Taylor:
+def _carry_out_quotients(series: Taylor) -> Taylor:
     """The series with the quotients of its ranges carried out."""
     return Taylor([each.divide() if hasattr(each, "divide") else each for each in series.terms])

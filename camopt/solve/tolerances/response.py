@@ -39,15 +39,15 @@ from camopt.model.effects.error_response import (
     SignedKey,
     errors_by_contact,
     largest_profile_response,
-    link_response,
     second_motion_sign,
     second_profile_sign,
     series_derivatives,
+    train_number_response,
 )
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.tool_drive import train_ratio_series
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import number_zones, tool_zones
+from camopt.scene.problem.tolerance_zones import number_zones, zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import BORE, contact_problems, is_second_mirrored
@@ -78,7 +78,7 @@ class ToolResponse:
         return (
             self._link_response(key)
             if is_train_key(key)
-            else self._through_train(self.follower_response.number_response(key))
+            else self._through_train(self.follower_response.response_to_error(key))
         )
 
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
@@ -120,7 +120,7 @@ class ToolResponse:
         assert train is not None
         # the series of the tool by the number, whose terms are series by the cam angle
         trains = problem.trains_with_numbers({key: Taylor([problem.nominal_numbers[key], 1.0])})
-        return self._angle_derivatives(link_response(trains, train, problem.programme, self.angles))
+        return self._angle_derivatives(train_number_response(trains, train, problem.programme, self.angles))
 
     def _through_train(self, series: Series) -> FloatArray:
         """Derivatives at the tool of a series of the follower."""
@@ -130,7 +130,7 @@ class ToolResponse:
         return series_derivatives(series, self.angles.shape)
 
 
-def wider_profiles(problem: Problem) -> ErrorAtContacts:
+def profile_error_at_both_contacts(problem: Problem) -> ErrorAtContacts:
     """The error with which both profiles are too high by the same amount, so that they separate the contacts."""
     return ErrorAtContacts(("profile", 1.0), ("profile", second_profile_sign(problem.setup.mechanism)))
 
@@ -147,19 +147,25 @@ class PairResponse:
         first, second = (ToolResponse(each, self.angles) for each in contact_problems(self.problem))
         return first, second
 
-    def error_response(self, at: ErrorAtContacts) -> FloatArray:
+    def error_response(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
         """Response of the tool to an error, shape (3, angles)."""
         return self.through_train(
-            (self._contact_response(0, at.first) - self._contact_response(1, at.second)) / 2.0
+            (
+                self._contact_response(0, error_at_contacts.first)
+                - self._contact_response(1, error_at_contacts.second)
+            )
+            / 2.0
         )
 
-    def separation_response(self, at: ErrorAtContacts) -> FloatArray:
+    def separation_response(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
         """Response of the separation s of both contacts to an error, shape (angles,)."""
-        return np.asarray(self.separation_derivatives(at)[0])
+        return np.asarray(self.separation_derivatives(error_at_contacts)[0])
 
-    def separation_derivatives(self, at: ErrorAtContacts) -> FloatArray:
+    def separation_derivatives(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
         """Response of the separation s with its derivatives by the cam angle, shape (3, angles)."""
-        return self._contact_response(0, at.first) + self._contact_response(1, at.second)
+        return self._contact_response(0, error_at_contacts.first) + self._contact_response(
+            1, error_at_contacts.second
+        )
 
     @cached_property
     def bore_responses(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
@@ -204,7 +210,7 @@ class PairResponse:
         if key == BORE:
             return tuple((first + second)[0] for first, second in self.bore_responses)
         if key in BASE_RADII:
-            return (np.full(self.angles.size, _start_slopes(self.problem)[key]),)
+            return (np.full(self.angles.size, _separation_slopes_by_base_radius(self.problem)[key]),)
         if is_train_key(key):
             return (np.zeros(self.angles.size),)
         at = errors_by_contact(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
@@ -213,18 +219,20 @@ class PairResponse:
         place, sign = self._contact_and_sign(at)
         return tuple(sign * each[0] for each in self.contacts[place].wave_responses(waves))
 
-    def _contact_and_sign(self, at: ErrorAtContacts) -> tuple[int, float]:
+    def _contact_and_sign(self, error_at_contacts: ErrorAtContacts) -> tuple[int, float]:
         """The contact (0 or 1) at which an error of a single contact acts, and its sign there."""
         return (
-            (0, 1.0) if at.second is None else (1, second_motion_sign(self.problem.setup.mechanism) * at.second[1])
+            (0, 1.0)
+            if error_at_contacts.second is None
+            else (1, second_motion_sign(self.problem.setup.mechanism) * error_at_contacts.second[1])
         )
 
-    def _contact_response(self, place: int, signed_key: SignedKey | None) -> FloatArray:
+    def _contact_response(self, contact_number: int, signed_key: SignedKey | None) -> FloatArray:
         if signed_key is None:
             return np.zeros((RESPONSE_ORDERS, self.angles.size))
         key, sign = signed_key
-        contact = self.contacts[place]
-        sign *= second_motion_sign(self.problem.setup.mechanism) if place else 1.0
+        contact = self.contacts[contact_number]
+        sign *= second_motion_sign(self.problem.setup.mechanism) if contact_number else 1.0
         return sign * (contact.profile_response if key == "profile" else contact.number_response(key))
 
 
@@ -262,21 +270,27 @@ class SeparationResponse(NamedTuple):
     def range_over_turn(self) -> SeparationRange:
         return SeparationRange(*np.sort([self.lower * self.rows, self.upper * self.rows], axis=0).sum(axis=1))
 
-    def separation_of_cams(self, errors: FloatArray | None, end: int) -> FloatArray:
+    def separation_of_cams(self, errors: FloatArray | None, range_end: int) -> FloatArray:
         """Separation of cams with these errors, shape (cams, angles); without errors its least (0) or most (1)."""
-        return self.range_over_turn[end] if errors is None else np.multiply.outer(errors, self.rows.sum(axis=0))
+        return (
+            self.range_over_turn[range_end] if errors is None else np.multiply.outer(errors, self.rows.sum(axis=0))
+        )
 
 
 def separation_by_key(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tuple[str, SeparationRange]]:
     """Contribution of each tolerance to the separation s, by key."""
-    for response in separation_responses(scene, problem, angles):
+    for response in separation_responses_by_tolerance(scene, problem, angles):
         yield response.key, response.range_over_turn
 
 
-def separation_responses(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[SeparationResponse]:
+def separation_responses_by_tolerance(
+    scene: Scene, problem: Problem, angles: FloatArray
+) -> Iterator[SeparationResponse]:
     """Response of the separation s to each tolerance; for the bore in the direction of the largest response."""
     response, tolerances = PairResponse(problem, angles), scene.tolerances
-    zones = {key: (zone.lower, zone.upper) for key, zone in tool_zones(scene, problem.nominal_numbers).items()}
+    zones = {
+        key: (zone.lower, zone.upper) for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items()
+    }
     if tolerances.profile:
         zones["profile"] = -tolerances.profile, tolerances.profile
     for key, ends in zones.items():
@@ -289,16 +303,18 @@ def separation_responses(scene: Scene, problem: Problem, angles: FloatArray) -> 
         most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses))
         yield SeparationResponse(BORE, most[None], -bore, bore)
     for key, (lower, upper) in _base_radius_zones(scene, problem).items():
-        yield SeparationResponse(key, np.full((1, angles.size), _start_slopes(problem)[key]), lower, upper)
+        yield SeparationResponse(
+            key, np.full((1, angles.size), _separation_slopes_by_base_radius(problem)[key]), lower, upper
+        )
 
 
-def fastest_separation(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
+def largest_separation_rate(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
     """Largest |s'| at each cam angle over all cams within the tolerances, to first order [mm/rad or rad/rad].
 
     Infinite for a profile without a limit of its waves.
     """
     response, tolerances, speed = PairResponse(problem, angles), scene.tolerances, np.zeros(angles.size)
-    for key, zone in tool_zones(scene, problem.nominal_numbers).items():
+    for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
         if not is_train_key(key):
             for at in errors_by_contact(problem.setup.mechanism, key).values():
                 speed += max(-zone.lower, zone.upper) * np.abs(response.separation_derivatives(at)[1])
@@ -319,7 +335,7 @@ def _base_radius_zones(scene: Scene, problem: Problem) -> dict[str, tuple[float,
     return {key: (zones[key].lower, zones[key].upper) for key in BASE_RADII if key in zones}
 
 
-def _start_slopes(problem: Problem) -> dict[str, float]:
+def _separation_slopes_by_base_radius(problem: Problem) -> dict[str, float]:
     """Increase of the separation s with each base radius [mm/mm or rad/mm]."""
     mechanism = problem.setup.mechanism
     start = mechanism.start or (lambda designs: designs.size)

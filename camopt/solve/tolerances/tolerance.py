@@ -31,7 +31,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.quantities.display import Drawable
 from camopt.core.storage.publishing import Publication
 from camopt.model.effects.error_response import RESPONSE_ORDERS
-from camopt.model.effects.motion import motion_scale, motion_table_unit
+from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve_design
@@ -53,10 +53,10 @@ from camopt.solve.tolerances.turn_errors import (
     TurnErrors,
     no_tolerances_error,
     root_sum_square_magnitude,
-    variances,
+    variance_by_tolerance,
     worst_case_magnitude,
 )
-from camopt.solve.tolerances.worst_case import NO_ERROR, WorstCase, worst_search
+from camopt.solve.tolerances.worst_case import NO_ERROR, WorstCase, make_worst_cam_search
 
 FAR_BOUND = 1e-3
 """A note reports the gap if the bound exceeds the worst cam by a larger share."""
@@ -185,7 +185,11 @@ class MotionErrors(Result, Drawable):
         turn = self._turn_errors
         if not turn.node_contributions:
             return self.worst_case, NO_ERROR, NO_ERROR
-        return self.worst_case, worst_search(turn, 1).run(), worst_search(turn, 2).run()
+        return (
+            self.worst_case,
+            make_worst_cam_search(turn, 1).find_worst_cam(),
+            make_worst_cam_search(turn, 2).find_worst_cam(),
+        )
 
     @cached_property
     def dwells(self) -> tuple[DwellError, ...]:
@@ -233,7 +237,7 @@ class MotionErrors(Result, Drawable):
             *self._unproved_dwell_sentences,
             self.jumps,
             self._worst_cam_sentence,
-            *self._rate_sentences,
+            *self._velocity_acceleration_sentences,
             self._worst_wobble_sentence,
         )
         return replace(table, note=" ".join(filter(None, [*sentences, self._assumptions_note])))
@@ -272,12 +276,12 @@ class MotionErrors(Result, Drawable):
         if problem.programme.corners or not (jumps and self.worst_cases[-1].errors):
             return ""
         largest = max(jumps, key=lambda jump: abs(jump.size))
-        size = with_unit(motion_scale(problem.setup, 2) * abs(largest.size), self.errors[-1].unit)
+        size = with_unit(motion_unit_factor(problem.setup, 2) * abs(largest.size), self.errors[-1].unit)
         where = f"The acceleration jumps by up to {size} at {_degrees_text(degrees(largest.at))}"
         return f"{where}: a late or early cam has the whole jump as its error until it reaches that angle."
 
     @property
-    def _rate_sentences(self) -> Iterator[str]:
+    def _velocity_acceleration_sentences(self) -> Iterator[str]:
         """The worst cams of velocity and acceleration, or why no bound of them is proved."""
         for name, worst in zip(MOTION_NAMES[1:], self.worst_cases[1:], strict=True):
             if worst.unproved and worst.unproved != self.worst_case.unproved:
@@ -432,14 +436,14 @@ def tolerance(scene: SceneSource) -> MotionErrors:
     [0.0134, 0.028, inf]
     """
     scene = scene_from(scene)
-    scene = scene.toleranced
+    scene = scene.with_profile_tolerance_moved
     turn = TurnErrors(scene, resolve_design(scene))
     margins = ToleranceBox.from_scene(scene, turn.problem).margins
     if not (turn.node_contributions or scene.tolerances.numbers):
         raise no_tolerances_error(turn.problem.file)
-    worst_case = worst_search(turn).run() if turn.node_contributions else NO_ERROR
+    worst_case = make_worst_cam_search(turn).find_worst_cam() if turn.node_contributions else NO_ERROR
     errors = first_order_errors(turn)
-    reason = " ".join(_infinite_error_reasons(turn, worst_case, errors[0].shares))
+    reason = " ".join(_infinite_or_unproved_reasons(turn, worst_case, errors[0].shares))
     beyond = tuple(each.key for each in turn.node_contributions if each.spreads_beyond_zone)
     return MotionErrors(scene, errors, worst_case, reason, margins, tuple(list_plays(turn)), beyond)
 
@@ -472,14 +476,14 @@ def _motion_error(turn: TurnErrors, order: int) -> MotionError:
     if unbounded := turn.unbounded_tolerances(order):
         return _infinite_error(turn, order, unbounded)
     unit, worst_at, band_at = (
-        motion_scale(turn.problem.setup, order),
+        motion_unit_factor(turn.problem.setup, order),
         turn.angle_of_largest_total(worst_case_magnitude, order),
         turn.angle_of_largest_total(root_sum_square_magnitude, order),
     )
     at_worst, at_band = (turn.contributions_at(np.array([place])) for place in (worst_at, band_at))
     ends = np.array([[each.upper[order, 0], -each.lower[order, 0]] for each in at_worst])
     shares = unit * ends[:, ends.sum(axis=0).argmax()]
-    parts = variances(at_band, order)[:, 0]
+    parts = variance_by_tolerance(at_band, order)[:, 0]
     return MotionError(
         MOTION_NAMES[order],
         motion_table_unit(turn.problem.setup, order),
@@ -492,15 +496,15 @@ def _motion_error(turn: TurnErrors, order: int) -> MotionError:
     )
 
 
-def _infinite_error(turn: TurnErrors, order: int, unbounded: dict[str, float | None]) -> MotionError:
-    """An infinite error, with the tolerances ``unbounded`` that cause it."""
-    at = next((degrees(angle) for angle in unbounded.values() if angle is not None), None)
+def _infinite_error(turn: TurnErrors, order: int, unbounded_tolerances: dict[str, float | None]) -> MotionError:
+    """An infinite error, with the tolerances ``unbounded_tolerances`` that cause it."""
+    at = next((degrees(angle) for angle in unbounded_tolerances.values() if angle is not None), None)
     largest = {
-        each.key: motion_scale(turn.problem.setup, order) * float(worst_case_magnitude([each], order).max())
+        each.key: motion_unit_factor(turn.problem.setup, order) * float(worst_case_magnitude([each], order).max())
         for each in turn.node_contributions
     }
-    shares = largest | dict.fromkeys(unbounded, inf)
-    parts = {key: float(key in unbounded) / len(unbounded) for key in shares}
+    shares = largest | dict.fromkeys(unbounded_tolerances, inf)
+    parts = {key: float(key in unbounded_tolerances) / len(unbounded_tolerances) for key in shares}
     return MotionError(
         MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), inf, at, inf, at, shares, parts
     )
@@ -511,7 +515,7 @@ def _values_by_key(contributions: list[Contribution], values: FloatArray) -> dic
 
 
 def _dwell_errors(turn: TurnErrors) -> Iterator[DwellError]:
-    unit = motion_scale(turn.problem.setup, 0)
+    unit = motion_unit_factor(turn.problem.setup, 0)
     for stroke, worst_case in worst_wobbles(turn):
         contributions = turn.contributions_at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_ANGLES))
         change = unit * sum(each.change() for each in contributions)
@@ -519,7 +523,9 @@ def _dwell_errors(turn: TurnErrors) -> Iterator[DwellError]:
         yield DwellError(degrees(stroke.start), degrees(stroke.end - over), change, worst_case)
 
 
-def _infinite_error_reasons(turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]) -> Iterator[str]:
+def _infinite_or_unproved_reasons(
+    turn: TurnErrors, worst_case: WorstCase, shares: dict[str, float]
+) -> Iterator[str]:
     """Why errors are infinite or unproved, one sentence each."""
     corners = turn.problem.programme.corners
     if worst_case.unproved:
@@ -549,16 +555,16 @@ CAM_FILES = (WORST_FILE.format("*"), ALLOCATED_FILE, CAMS_FILE, HISTOGRAM_FILE)
 picture."""
 
 
-def write_cams(result: MotionErrors, unit: Publication) -> None:
+def write_worst_cams_and_batch(result: MotionErrors, unit: Publication) -> None:
     """Write the scenes of the worst motions, worst cams of limits and the allocation, and the table of a batch."""
     motions = dict(zip(MOTION_NAMES, ("motion", "motion-velocity", "motion-acceleration"), strict=True))
     for (name, file), worst in zip(motions.items(), result.worst_cases, strict=True):
         if worst.errors:
-            write_scene(unit.path(WORST_FILE.format(file)), result.worst_motion(name))
+            write_scene(unit.staged_path(WORST_FILE.format(file)), result.worst_motion(name))
     for margin in result.margins:
         if margin.quantity and margin.worst != margin.nominal:
-            write_scene(unit.path(WORST_FILE.format(margin.limit)), result.worst_cam(margin.limit))
+            write_scene(unit.staged_path(WORST_FILE.format(margin.limit)), result.worst_cam(margin.limit))
     if result.allocation:
-        write_scene(unit.path(ALLOCATED_FILE), result.allocation.scene)
+        write_scene(unit.staged_path(ALLOCATED_FILE), result.allocation.scene)
     if result.batch:
-        result.batch.write(unit.path(CAMS_FILE))
+        result.batch.write(unit.staged_path(CAMS_FILE))

@@ -22,11 +22,11 @@ from camopt.core.numerics import FloatArray
 from camopt.model.effects.error_response import RESPONSE_ORDERS, errors_by_contact, largest_profile_response
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import tool_zones
+from camopt.scene.problem.tolerance_zones import zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
-from camopt.solve.tolerances.error_samples import batch_mean_errors
+from camopt.solve.tolerances.error_samples import mean_errors_of_part_batches
 from camopt.solve.tolerances.response import PairResponse, ToolResponse
 
 MOTION_NAMES = ("displacement", "velocity", "acceleration")
@@ -61,7 +61,7 @@ class Contribution(NamedTuple):
     """Response of the motion to an error of 1, for errors that may belong to a batch."""
     batch: str | None = None
     batch_means: FloatArray = np.zeros(1)
-    """Mean errors of batches (``error_samples.batch_mean_errors``)."""
+    """Mean errors of batches (``error_samples.mean_errors_of_part_batches``)."""
     beyond_zone: tuple[FloatArray, FloatArray] = (np.zeros((RESPONSE_ORDERS, 1)), np.zeros((RESPONSE_ORDERS, 1)))
     """Distance of the furthest parts below ``lower`` and above ``upper``."""
 
@@ -71,13 +71,13 @@ class Contribution(NamedTuple):
         return any(bool(each.any()) for each in self.beyond_zone)
 
 
-def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
+def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Contributions of all tolerances of a scene at cam angles (rad)."""
     if problem.setup.mechanism.further_contacts:
         yield from _pair_contributions(scene, problem, angles)
         return
     tolerances, response = scene.tolerances, ToolResponse(problem, angles)
-    for key, zone in tool_zones(scene, problem.nominal_numbers).items():
+    for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
         yield _with_batch(
             _number_contribution(key, response.number_response(key), zone),
             key,
@@ -94,7 +94,7 @@ def contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterato
 def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Contributions of all tolerances for a follower with two contacts."""
     tolerances, response, span = scene.tolerances, PairResponse(problem, angles), float(np.ptp(angles))
-    for tolerance, zone in tool_zones(scene, problem.nominal_numbers).items():
+    for tolerance, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
         if is_train_key(tolerance):
             by_key = {tolerance: ToolResponse(problem, angles).number_response(tolerance)}
         else:
@@ -118,7 +118,9 @@ def _with_batch(contribution: Contribution, key: str, tolerance: Tolerance, zone
     if tolerance.batch is None:
         return contribution
     unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
-    return contribution._replace(batch=tolerance.batch, batch_means=batch_mean_errors(tolerance, zone, unit))
+    return contribution._replace(
+        batch=tolerance.batch, batch_means=mean_errors_of_part_batches(tolerance, zone, unit)
+    )
 
 
 def _number_contribution(key: str, response: FloatArray, zone: ToleranceZone) -> Contribution:
@@ -131,7 +133,7 @@ def _number_contribution(key: str, response: FloatArray, zone: ToleranceZone) ->
     return Contribution(key, lower, upper, deviation, change, middle, response, beyond_zone=beyond)
 
 
-def variances(contributions: list[Contribution], order: int) -> FloatArray:
+def variance_by_tolerance(contributions: list[Contribution], order: int) -> FloatArray:
     """Contribution of each tolerance to the variance of an order, shape (tolerances, angles).
 
     It is the tolerance's own variance plus its covariances with tolerances of the same batch. It is negative if the
@@ -193,7 +195,7 @@ def root_sum_square_range(contributions: list[Contribution], order: int) -> Erro
     For parts that spread beyond their zones the limit is the worst case of the furthest parts.
     """
     middle, most = sum(each.mean[order] for each in contributions), worst_case_range(contributions, order)
-    half = DEVIATIONS_AT_CPK_1 * np.sqrt(np.maximum(variances(contributions, order).sum(axis=0), 0.0))
+    half = DEVIATIONS_AT_CPK_1 * np.sqrt(np.maximum(variance_by_tolerance(contributions, order).sum(axis=0), 0.0))
     under, over = (sum(each.beyond_zone[side][order] for each in contributions) for side in (0, 1))
     return ErrorRange(np.maximum(middle - half, most.lower - under), np.minimum(middle + half, most.upper + over))
 
@@ -208,9 +210,9 @@ def root_sum_square_magnitude(contributions: list[Contribution], order: int) -> 
     return root_sum_square_range(contributions, order).magnitude
 
 
-def angle_of_largest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray]) -> float:
+def angle_of_largest_value(nodes: FloatArray, value_at_angles: Callable[[FloatArray], FloatArray]) -> float:
     """Cam angle of the largest value over the turn [rad], refined from the nodes (``TurnErrors.nodes``)."""
-    values = value(nodes)
+    values = value_at_angles(nodes)
     most, same = values.max(), SAME_JUMP_SIDES * abs(values.max())
     rising = values > np.roll(values, 1) + same  # on a plateau, as in a dwell, only the first node counts
     tops = np.flatnonzero(
@@ -220,7 +222,7 @@ def angle_of_largest(nodes: FloatArray, value: Callable[[FloatArray], FloatArray
     low, high = nodes[np.maximum(tops - 1, 0)], nodes[np.minimum(tops + 1, nodes.size - 1)]
     for _ in range(PEAK_ZOOMS):
         inside = low + (high - low) * np.linspace(0.0, 1.0, PEAK_NODES)[:, None]
-        heights = value(inside.ravel()).reshape(inside.shape)
+        heights = value_at_angles(inside.ravel()).reshape(inside.shape)
         k, column = heights.argmax(axis=0), np.arange(tops.size)
         low, high = inside[np.maximum(k - 1, 0), column], inside[np.minimum(k + 1, PEAK_NODES - 1), column]
     places, heights = np.concatenate([inside[k, column], nodes]), np.concatenate([heights.max(axis=0), values])
@@ -244,11 +246,11 @@ class TurnErrors:
     problem: Problem
 
     def contributions_at(self, angles: FloatArray) -> list[Contribution]:
-        return [*contributions(self.scene, self.problem, angles)]
+        return [*tolerance_contributions(self.scene, self.problem, angles)]
 
     def angle_of_largest_total(self, total: TotalError, order: int) -> float:
         """Cam angle of the largest total error of a bounded order [rad]."""
-        return angle_of_largest(self.nodes, lambda angles: total(self.contributions_at(angles), order))
+        return angle_of_largest_value(self.nodes, lambda angles: total(self.contributions_at(angles), order))
 
     def unbounded_tolerances(self, order: int) -> dict[str, float | None]:
         """Tolerances whose contribution to an order is infinite, with the first cam angle at which it is [rad].

@@ -26,11 +26,11 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, time_share
+from camopt.core.numerics.clock import clock_seconds, next_task_deadline
 from camopt.model.effects.curvature import CONVEX_RADIUS
 from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.programme import JUMP_SIDE, Jump, find_jumps
 from camopt.scene.problem.problem import Problem
 from camopt.scene.tolerances import ANGLE_TOLERANCES
@@ -59,7 +59,7 @@ from camopt.solve.tolerances.errors import (
     polar_errors,
 )
 from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactError, RealCam, follower_errors
-from camopt.solve.tolerances.turn_errors import TurnErrors, angle_of_largest
+from camopt.solve.tolerances.turn_errors import TurnErrors, angle_of_largest_value
 from camopt.solve.verdicts.constraint_boxes import NumberRanges
 from camopt.solve.verdicts.effect_runs import run_effects
 
@@ -125,7 +125,7 @@ NO_ERROR = WorstCase(0.0, 0.0, 0.0, {})
 """The worst case if no tolerance moves the tool."""
 
 
-def tool_error(cam: RealCam, order: int) -> BoundedQuantity:
+def exact_tool_error(cam: RealCam, order: int) -> BoundedQuantity:
     """Exact error of the tool's position, velocity or acceleration at the first contact, over boxes of errors.
 
     In mm (rad) by powers of rad.
@@ -135,7 +135,9 @@ def tool_error(cam: RealCam, order: int) -> BoundedQuantity:
     def error(errors: Errors, at: PartMotion) -> Any:
         shift = cam.contact_shift(0, problem.design, cam.errors_of_contact(0, errors), at.motion, order)
         ahead = MotionAhead(problem.programme, at, shift.cam_turn.terms[0], at.jumps_at_contact)
-        deltas = follower_errors(shift, at.motion, ahead.derivative_change, at.jumps_at_contact.y2_jump, order)
+        deltas = follower_errors(
+            shift, at.motion, ahead.derivative_change_to_ahead, at.jumps_at_contact.y2_jump, order
+        )
         if len(cam.contacts) > 1:
             second = ContactAhead(cam, 1, errors, errors, at)
             both = zip(deltas, second.errors_at_first_contact(ahead, order), strict=True)
@@ -145,14 +147,17 @@ def tool_error(cam: RealCam, order: int) -> BoundedQuantity:
     return error
 
 
-def angle_ahead_of_place(cam: RealCam, number: int) -> BoundedQuantity:
-    """Angle from a place to its contact's cam angle [rad]; for ``number`` 1, to the second contact's place."""
+def angle_ahead_of_place(cam: RealCam, contact_number: int) -> BoundedQuantity:
+    """Angle from a place to its contact's cam angle [rad].
+
+    For ``contact_number`` 1, to the second contact's place.
+    """
 
     def enclose_angle_ahead(errors: Errors, at: PartMotion) -> Any:
         turn = cam.contact_shift(
             0, cam.problem.design, cam.errors_of_contact(0, errors), at.motion, 0
         ).cam_turn.terms[0]
-        return ContactAhead(cam, 1, errors, errors, at).angle_ahead(turn) if number else turn
+        return ContactAhead(cam, 1, errors, errors, at).enclose_angle_ahead(turn) if contact_number else turn
 
     return enclose_angle_ahead
 
@@ -184,18 +189,18 @@ class WorstSearch:
         """The cams; a profile without waves, and any profile for order 0, has a constant error."""
         return RealCam(self.problem, (self.turn.scene.tolerances.waves or 0) if self.order else 0)
 
-    def run(self) -> WorstCase:
+    def find_worst_cam(self) -> WorstCase:
         """The worst cam found, and the proven bound.
 
         Raises BadInput if the tolerances are so large that a follower may not touch its cam.
         """
         try:
-            worst = self._make_candidate(self.nearly_worst_errors())
+            worst = self._make_candidate(self.errors_of_nearly_worst_cam())
             if why := self.no_bound_reason:
                 return self._make_worst_case(worst, inf, why)
             seconds = RATE_SECONDS if self.order else DISPLACEMENT_SECONDS
             until = clock_seconds() + seconds
-            bound = self.prove_bound(abs(worst.error), RATE_GAP if self.order else DISPLACEMENT_GAP, until)
+            bound = self.prove_error_bound(abs(worst.error), RATE_GAP if self.order else DISPLACEMENT_GAP, until)
             if bound.witness is not None:
                 worst = max(
                     worst,
@@ -207,7 +212,7 @@ class WorstSearch:
             raise self.tolerance_too_large_error() from None
 
     def _make_worst_case(self, worst: CandidateCam, bound: float, unproved: str) -> WorstCase:
-        unit, (errors, place, error) = motion_scale(self.problem.setup, self.order), worst
+        unit, (errors, place, error) = motion_unit_factor(self.problem.setup, self.order), worst
         angle = float(self.contact_error(errors, np.array([place])).angle[0])
         at = degrees(float(self.cam.angles_in_turn(np.array([angle]))[0]))
         return WorstCase(unit * bound, unit * error, at, self.errors_in_mm_and_deg(errors, place, angle), unproved)
@@ -226,9 +231,9 @@ class WorstSearch:
             return ""
         if tolerances.waves is None:
             return SLOPES_REASON
-        return HOLLOWS_REASON if self._lies_on_crests(tolerances.profile) else ""
+        return HOLLOWS_REASON if self._flat_face_may_miss_wave_hollows(tolerances.profile) else ""
 
-    def _lies_on_crests(self, zone: float) -> bool:
+    def _flat_face_may_miss_wave_hollows(self, zone: float) -> bool:
         """Whether a flat face may not follow the waves: the radius ρ + w + w'' with the wave w reaches 0."""
         problem, convex = self.problem, frozenset({CONVEX_RADIUS})
         if not problem.setup.mechanism.flat_faced:
@@ -238,19 +243,24 @@ class WorstSearch:
         return bool(radius[0] <= (self.cam.waves**2 - 1) * zone)
 
     def _make_candidate(self, errors: ErrorValues) -> CandidateCam:
-        return CandidateCam(errors, *self.largest_error(errors))
+        return CandidateCam(errors, *self.place_and_largest_error(errors))
 
-    def prove_bound(self, least: float, gap: float, until: float, enough: float = inf) -> ProvedBound:
-        """Upper bound of the error over all cams within the tolerances, where some cam has at least ``least``.
+    def prove_error_bound(
+        self, reached_value: float, gap: float, deadline: float, sufficient_bound: float = inf
+    ) -> ProvedBound:
+        """Upper bound of the error over all cams within the tolerances; some cam reaches ``reached_value``.
 
-        Ends at the relative gap, at the time ``until``, or when a cam exceeds ``enough``.
+        Ends at the relative gap, at the time ``deadline``, or when a cam exceeds ``sufficient_bound``.
         """
-        search = self.bound_search(tool_error(self.cam, self.order), self.reach)
-        parts, bound = search.split_at_jumps(whole_panel_parts(self.problem, self.box)), ProvedBound(-inf, least)
+        search = self.bound_search(exact_tool_error(self.cam, self.order), self.largest_early_or_late_angle)
+        parts, bound = (
+            search.split_at_jumps(whole_panel_parts(self.problem, self.box)),
+            ProvedBound(-inf, reached_value),
+        )
         cases = [*self.jump_cases]
         for remaining, case in zip(range(len(cases), 0, -1), cases, strict=True):
-            more = replace(search, jump_case=case).run(
-                parts, bound.witness_value, gap, time_share(until, remaining), enough
+            more = replace(search, jump_case=case).prove_upper_bound(
+                parts, bound.witness_value, gap, next_task_deadline(deadline, remaining), sufficient_bound
             )
             cam = bound.witness if more.witness is None else more.witness
             bound = ProvedBound(max(bound.high, more.high), max(bound.witness_value, more.witness_value), cam)
@@ -265,10 +275,10 @@ class WorstSearch:
 
     @property
     def jump_cases(self) -> Iterable[JumpCase]:
-        """The cases to prove one after the other for parts within reach of jumps."""
+        """Cases of jumps already passed or not, proved one after the other for parts near jumps."""
         if len(self.cam.contacts) == 1:
             return [(None, None)]
-        return product((False, True) if self._whole_jumps else (None,), (False, True))
+        return product((False, True) if self._jumps_in_acceleration_error else (None,), (False, True))
 
     @cached_property
     def box(self) -> NumberRanges:
@@ -284,13 +294,13 @@ class WorstSearch:
         return tuple(each for order in orders for each in find_jumps(self.problem.programme, (order,)))
 
     @cached_property
-    def _whole_jumps(self) -> list[Jump]:
+    def _jumps_in_acceleration_error(self) -> list[Jump]:
         """Jumps of y'' that two contacts have as an error of the acceleration."""
         two = len(self.cam.contacts) > 1
         return [jump for jump in self.jumps if jump.order == self.order == 2 and two]
 
     @cached_property
-    def reach(self) -> float:
+    def largest_early_or_late_angle(self) -> float:
         """Largest angle by which any cam is late or early [rad]; 0 where no jump matters."""
         if not self.jumps:
             return 0.0
@@ -310,7 +320,7 @@ class WorstSearch:
         """
         return self.cam.contact_error(flat_errors(errors), angles, self.order, jumps=jumps)
 
-    def nearly_worst_errors(self) -> dict[str, float]:
+    def errors_of_nearly_worst_cam(self) -> dict[str, float]:
         """Errors of the worst cam, or nearly so, at the worst cam angle; most of them are at their ends.
 
         Where y'' jumps, both contacts have the whole jump as an error of cams that are hardly late. These cams lie
@@ -320,16 +330,16 @@ class WorstSearch:
         if self.jumps:
             cams += [self._extreme_cam_at_jump(side, weight) for side in (1.0, -1.0) for weight in DELAY_WEIGHTS]
         usual = self._climb_errors(max(cams, key=lambda cam: cam.error))
-        if not self._whole_jumps:
+        if not self._jumps_in_acceleration_error:
             return usual
         starts = {side: self._extreme_cam_at_jump(side, 0.0) for side in (1.0, -1.0)}
         between = [
-            self._worst_between(starts[side], self._extreme_cam_at_jump(side, weight))
+            self._worst_cam_on_line_between(starts[side], self._extreme_cam_at_jump(side, weight))
             for side in starts
             for weight in DELAY_WEIGHTS
         ]
         best = max(between, key=lambda cam: cam.error)
-        return best.errors if best.error > abs(self.largest_error(usual)[1]) else usual
+        return best.errors if best.error > abs(self.place_and_largest_error(usual)[1]) else usual
 
     def _extreme_cam(self, side: float) -> CandidateCam:
         """The cam with the largest error to a side (1 or −1), at the worst cam angle."""
@@ -337,7 +347,7 @@ class WorstSearch:
         def signed_error(angles: FloatArray) -> FloatArray:
             return side * self.motion_errors(self.extreme_errors(angles, side), angles)
 
-        return self._extreme_cam_at(angle_of_largest(self.turn.nodes, signed_error), side, 0.0)
+        return self._extreme_cam_at(angle_of_largest_value(self.turn.nodes, signed_error), side, 0.0)
 
     def _extreme_cam_at_jump(self, side: float, delay_weight: float) -> CandidateCam:
         """The cam with the largest error beside a jump; the larger the weight, the later or earlier it is."""
@@ -364,9 +374,9 @@ class WorstSearch:
                     most, errors = float(magnitudes.max()), {**errors, key: float(values[magnitudes.argmax()])}
         return errors
 
-    def _worst_between(self, one: CandidateCam, other: CandidateCam) -> CandidateCam:
+    def _worst_cam_on_line_between(self, first_cam: CandidateCam, second_cam: CandidateCam) -> CandidateCam:
         """The worst cam on the straight line between the errors of two cams, beside a jump."""
-        ends, low, high = [flat_errors(each.errors) for each in (one, other)], 0.0, 1.0
+        ends, low, high = [flat_errors(each.errors) for each in (first_cam, second_cam)], 0.0, 1.0
         for _ in range(CAM_ZOOMS):
             shares = np.linspace(low, high, CAMS_BETWEEN)
             errors = polar_errors(
@@ -382,13 +392,15 @@ class WorstSearch:
         )
 
     def _jump_contact_places(self, errors: Mapping[str, FloatArray]) -> FloatArray:
-        """Both sides of the places where the effect of jumps begins or ends for each cam, shape (places, cams)."""
-        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._whole_jumps]
+        """Places just before and after each place where a jump starts or stops to act, shape (places, cams)."""
+        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._jumps_in_acceleration_error]
         repeated, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
-        places = np.reshape([at, *self._places_at_angles(repeated, at)], (-1, count))
+        places = np.reshape([at, *self._first_contact_places_at_angles(repeated, at)], (-1, count))
         return self.cam.angles_in_turn(np.concatenate([places - JUMP_SIDE_DISTANCE, places + JUMP_SIDE_DISTANCE]))
 
-    def _places_at_angles(self, errors: Mapping[str, FloatArray], angles: FloatArray) -> list[FloatArray]:
+    def _first_contact_places_at_angles(
+        self, errors: Mapping[str, FloatArray], angles: FloatArray
+    ) -> list[FloatArray]:
         """Places of the first contact when it touches at cam angles, and when the second touches at that place."""
         flat, places = flat_errors(errors), [angles, angles]
         for _ in range(CONTACT_ROUNDS):
@@ -408,7 +420,7 @@ class WorstSearch:
             elif not is_direction(key):
                 rows += [{key: end} for end in ends]
         errors = dict[str, FloatArray]()
-        shifts = iter(self._tool_shifts([*rows, upper_ends], angles, side, delay_weight))
+        shifts = iter(self._tool_shifts_with_weighted_delay([*rows, upper_ends], angles, side, delay_weight))
         for key, (low, high) in self.error_ranges.items():
             if (way := direction_key(key)) in self.error_ranges and not is_direction(key):
                 right, up, left, down = (next(shifts) for _ in QUARTER_TURNS)
@@ -417,7 +429,7 @@ class WorstSearch:
                 errors[key] = np.where(next(shifts) > next(shifts), low, high)
         return errors
 
-    def _tool_shifts(
+    def _tool_shifts_with_weighted_delay(
         self, cams: list[ErrorValues], angles: FloatArray, side: float, delay_weight: float
     ) -> FloatArray:
         """Movement of the tool to a side by each cam, plus its weighted delay in units of the last cam's delay."""
@@ -466,16 +478,16 @@ class WorstSearch:
         shared = {key: (low * share, high * share) for key, (low, high) in ends.items()}
         try:
             search = replace(self, error_ranges=shared | {key: ends[key] for key in ends if is_direction(key)})
-            search.largest_error(search.nearly_worst_errors())
+            search.place_and_largest_error(search.errors_of_nearly_worst_cam())
         except FloatingPointError:
             return False
         return True
 
-    def largest_error(self, errors: Mapping[str, float]) -> tuple[float, float]:
+    def place_and_largest_error(self, errors: Mapping[str, float]) -> tuple[float, float]:
         """Place on its profile (rad) at which a cam has its largest error, and that error."""
-        angle = angle_of_largest(self.turn.nodes, lambda angles: np.abs(self.motion_errors(errors, angles)))
+        angle = angle_of_largest_value(self.turn.nodes, lambda angles: np.abs(self.motion_errors(errors, angles)))
         usual = angle, float(self.motion_errors(errors, np.array([angle]))[0])
-        if not self._whole_jumps:
+        if not self._jumps_in_acceleration_error:
             return usual
         places = self._jump_contact_places({key: np.array([each]) for key, each in errors.items()}).ravel()
         at_jumps = self.motion_errors({key: np.full(places.size, each) for key, each in errors.items()}, places)
@@ -507,11 +519,13 @@ class WorstSearch:
         return angle + float(self.cam.second_contact_lead(flat, at, self.cam.cam_turns(flat, at))[0])
 
 
-def worst_search(
-    turn: TurnErrors, order: int = 0, changed: Mapping[str, tuple[float, float]] | None = None
+def make_worst_cam_search(
+    turn: TurnErrors, order: int = 0, changed_error_ranges: Mapping[str, tuple[float, float]] | None = None
 ) -> WorstSearch:
     """Search for the worst cam in displacement (order 0), velocity (1) or acceleration (2).
 
-    ``changed`` has ranges of errors that replace those of the scene.
+    ``changed_error_ranges`` has ranges of errors that replace those of the scene.
     """
-    return WorstSearch(turn, {**contact_error_ranges(turn.scene, turn.problem, order), **(changed or {})}, order)
+    return WorstSearch(
+        turn, {**contact_error_ranges(turn.scene, turn.problem, order), **(changed_error_ranges or {})}, order
+    )

@@ -24,19 +24,21 @@ def _refuse_irrational(*_arguments: object) -> Fraction:
 RATIONAL = NumberKind(Fraction, _refuse_irrational, _refuse_irrational)
 
 
-def is_on_arcs(problem: Problem, constraint: Constraint) -> bool:
+def limits_curvature_of_given_arcs(problem: Problem, constraint: Constraint) -> bool:
     """Whether a constraint is on the curvature of a cam that the scene gives by its profile."""
     mechanism = problem.setup.mechanism
     curves = mechanism.curvature, mechanism.profile_radius
     return bool(problem.profile) and constraint.curve in curves
 
 
-def arcs_verdict(problem: Problem, constraint: Constraint, design: Designs) -> str:
+def curvature_verdict_over_arcs(problem: Problem, constraint: Constraint, design: Designs) -> str:
     """Verdict on a constraint on the curvature over all arcs."""
-    return worst_verdict(BROKEN if over > 0 else HELD for over in _arc_excesses(problem, constraint, design))
+    return worst_verdict(
+        BROKEN if over > 0 else HELD for over in _curvature_excesses_on_arcs(problem, constraint, design)
+    )
 
 
-def _arc_excesses(problem: Problem, constraint: Constraint, design: Designs) -> Iterator[Fraction]:
+def _curvature_excesses_on_arcs(problem: Problem, constraint: Constraint, design: Designs) -> Iterator[Fraction]:
     """Excess over each side of a constraint on each arc, up to a positive factor."""
     allowed, body = constraint.upper_bound(RATIONAL), Fraction(float(design.roller_radius[0]))
     if isinstance(constraint.factor, BodyRadiusPlus):

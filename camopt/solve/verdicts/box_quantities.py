@@ -13,10 +13,17 @@ def runs_on_ranges(effect: Effect, setup: Setup) -> bool:
     return effect.is_of_sizes or (effect.is_of_motion(setup) and not setup.free)
 
 
-def quantities_over_box(problem: Problem, names: set[str], designs: Designs, side: float = 0.0) -> QuantityColumns:
+def quantities_over_box(
+    problem: Problem, names: set[str], designs: Designs, enclosure_side: float = 0.0
+) -> QuantityColumns:
     """Quantities of designs of numbers or ranges; at side −1, the near sides of their enclosures."""
     case, quantities = EvaluationBlock(problem.setup, problem.programme, designs), {}
     for effect, wanted in effect_plan(frozenset(names), problem.setup):
-        for name, value in {**effect.run_on_pitch(case, wanted), **effect.run(case, wanted)}.items():
-            quantities[name] = value.value + side * value.outward if isinstance(value, EnclosedValue) else value
+        for name, value in {
+            **effect.evaluate_pitch_curve_columns(case, wanted),
+            **effect.evaluate_columns(case, wanted),
+        }.items():
+            quantities[name] = (
+                value.value + enclosure_side * value.outward if isinstance(value, EnclosedValue) else value
+            )
     return quantities

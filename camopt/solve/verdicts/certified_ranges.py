@@ -19,7 +19,7 @@ from camopt.scene.problem.constraints import constraints_on_peak
 from camopt.scene.problem.limits import peaks_of_quantity
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem
 from camopt.scene.problem.rows import DesignRows
-from camopt.solve.verdicts.constraint_boxes import constraint_over_box
+from camopt.solve.verdicts.constraint_boxes import constraint_verdict_over_box
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 
 CERTIFIED_AT_ONCE = 64  # most designs at a time: a proof takes some tenths of a second
@@ -27,7 +27,7 @@ FURTHEST_SHARE, RANGE_BISECTIONS = 1e9, 60
 """Largest ratio of a bound to the number, and most bisections."""
 
 
-def certify_numbers(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
+def rows_with_certified_quantities(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
     """Rows with proved numbers where the search was less exact than the scene asks, if only few designs need it."""
     accuracy = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
@@ -39,15 +39,17 @@ def certify_numbers(problem: Problem, designs: Designs, rows: DesignRows) -> Des
     columns, half_width = dict(rows.columns), half_width.copy()
     for k in open_:
         row = rows.take(np.array([k]))
-        proved = _with_own_quantities(
-            problem, row, _certified_ranges(*problem.absorb_design_numbers(designs.take([k])), row, accuracy)
+        proved = _add_ranges_of_own_quantities(
+            problem,
+            row,
+            _certified_ranges_by_quantity(*problem.absorb_design_numbers(designs.take([k])), row, accuracy),
         )
         for name, (low, high) in proved.items():
             if not low <= row.column(name)[0] <= high:
                 columns[name] = np.array(np.broadcast_to(columns[name], rows.count))
                 columns[name][k] = 0.5 * (low + high)
         if proved:
-            others = (_relative_width(row, name) for name in row.outward.keys() - proved.keys())
+            others = (_relative_half_width(row, name) for name in row.outward.keys() - proved.keys())
             half_width[k] = max(*others, *((high - low) / abs(high) for low, high in proved.values()), 0.0)
     return replace(rows, columns=columns, half_width=half_width)
 
@@ -55,33 +57,37 @@ def certify_numbers(problem: Problem, designs: Designs, rows: DesignRows) -> Des
 CertifiedRange = tuple[float, float]
 
 
-def _relative_width(row: DesignRows, name: str) -> float:
+def _relative_half_width(row: DesignRows, name: str) -> float:
     """Half-width of a quantity's enclosure for one design, relative to the quantity."""
     width, value = float(np.abs(np.max(row.outward[name]))), abs(float(row.column(name)[0]))
     return width / value if value > 0.0 and isfinite(value) else 0.0
 
 
-def _with_own_quantities(
+def _add_ranges_of_own_quantities(
     problem: Problem, row: DesignRows, proved: dict[str, CertifiedRange]
 ) -> dict[str, CertifiedRange]:
     """Proved bounds, with those of the scene's own quantities that depend on them."""
     ranges = dict(proved)
     for name, own in problem.setup.own_quantities.items():
-        if name in row.outward and ranges.keys() & own.reads:
-            values = {read: column_enclosure(row.column(read), row.outward.get(read, 0.0)) for read in own.reads}
-            values |= {read: Interval(*np.array(ranges[read])[:, None]) for read in own.reads if read in ranges}
+        if name in row.outward and ranges.keys() & own.quantities_read:
+            values = {
+                read: column_enclosure(row.column(read), row.outward.get(read, 0.0)) for read in own.quantities_read
+            }
+            values |= {
+                read: Interval(*np.array(ranges[read])[:, None]) for read in own.quantities_read if read in ranges
+            }
             enclosure = expression_range(own, values)
             ranges[name] = float(enclosure.low[0]), float(enclosure.high[0])
     return ranges
 
 
-def _certified_ranges(
+def _certified_ranges_by_quantity(
     problem: Problem, design: Designs, row: DesignRows, accuracy: float
 ) -> dict[str, CertifiedRange]:
     """Proved bounds of one design's quantities that are less exact than ``accuracy``."""
     proved = {}
     for name in row.outward:
-        peaks = peaks_of_quantity(name, problem.setup) if _relative_width(row, name) > accuracy else ()
+        peaks = peaks_of_quantity(name, problem.setup) if _relative_half_width(row, name) > accuracy else ()
         value = abs(float(row.column(name)[0]))
         by_contact = [_certified_range(problem, peak, design, value, accuracy) for peak in peaks]
         if len(ranges := [bounds for bounds in by_contact if bounds]) == len(peaks) > 0:
@@ -96,7 +102,7 @@ def _certified_range(
 
     def verdict(bound: float) -> str:
         return worst_verdict(
-            constraint_over_box(problem, constraint, design, {}).verdict
+            constraint_verdict_over_box(problem, constraint, design, {}).verdict
             for constraint in constraints_on_peak(peak, bound)
         )
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.core.numerics import FloatArray, IntArray
-from camopt.core.numerics.motion_ranges import angle_over, derivatives_over
+from camopt.core.numerics.motion_ranges import derivatives_over, middles_and_angles_over
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.installed_laws import EXACT_CLASSES
 from camopt.model.motion.profile_law import ProfileLaw
-from camopt.model.motion.programme import Programme, weighted_range
+from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, SOLVER_TOLERANCE, Condition, Stroke
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.limit import ASSEMBLY, SELF_CROSSING, UNDERCUT
@@ -25,7 +25,7 @@ from camopt.scene.problem.problem import Problem, at_rounding_error, resolve_des
 from camopt.scene.problem.settings import with_toleranced_numbers
 from camopt.scene.scene import Scene
 from camopt.solve.tables.result import Result, Table, table_of
-from camopt.solve.verdicts.limit_boxes import limit_over_box, tolerance_ranges
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, tolerance_ranges
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
 CONDITIONS = "conditions"
@@ -37,35 +37,35 @@ PANEL_TOLERANCE = 1e-9
 """Share of half a panel: a panel that a range of cam angles overlaps by less is ignored."""
 
 
-def is_proved(programme: Programme) -> bool:
+def has_enclosable_laws(programme: Programme) -> bool:
     """Whether every law of a turn can be enclosed, and not only evaluated."""
-    return all(_is_own_law(stroke.law) for stroke in programme.strokes)
+    return all(_is_camopt_law(stroke.law) for stroke in programme.strokes)
 
 
-def _is_own_law(law: Any) -> bool:
+def _is_camopt_law(law: Any) -> bool:
     """Whether a law, or the law inside it, is camopt's own."""
     if inner := getattr(law, "law", None):
-        return _is_own_law(inner)
+        return _is_camopt_law(inner)
     exact = law is None or isinstance(law, (*EXACT_CLASSES, ProfileLaw))
     return exact or (isinstance(law, ModuleType) and law.__name__.startswith(OWN_LAWS))
 
 
-def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dict[str, str]:
-    """Verdict on each limit for one design; after ``until`` (``clock.clock_seconds``) limits stay undecided."""
+def certify_limits(problem: Problem, design: Designs, deadline: float = inf) -> dict[str, str]:
+    """Verdict on each limit for one design; after ``deadline`` (``clock.clock_seconds``) limits stay undecided."""
     if not problem.setup.mechanism.can_assemble(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
-    if not is_proved(problem.programme):
+    if not has_enclosable_laws(problem.programme):
         return {limit.name: UNDECIDED for limit in problem.limits}
     exact, verdicts = at_rounding_error(problem), dict[str, str]()
     for limit in exact.limits:
-        presumed = verdicts.get(limit.presumed_limit, HELD)
+        presumed = verdicts.get(limit.prerequisite_limit_name, HELD)
         verdicts[limit.name] = (
-            presumed if presumed != HELD else limit_over_box(exact, limit, design, {}, until).verdict
+            presumed if presumed != HELD else limit_verdict_over_box(exact, limit, design, {}, deadline).verdict
         )
     return verdicts
 
 
-def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
+def certify_limits_and_self_crossing(problem: Problem, design: Designs) -> dict[str, str]:
     """Verdict on each limit for one design and, for a disc cam, on ``self_crossing``."""
     verdicts = certify_limits(problem, design)
     verdicts |= {
@@ -171,20 +171,20 @@ def certify(scene: SceneSource) -> Certificate:
     ('broken', 'held')
     """
     scene = scene_from(scene)
-    return Certificate(certify_problem(resolve_design(scene)), scene)
+    return Certificate(certify_limits_and_conditions(resolve_design(scene)), scene)
 
 
-def certify_problem(problem: Problem) -> dict[str, str]:
+def certify_limits_and_conditions(problem: Problem) -> dict[str, str]:
     """Certify a scene that is already resolved to a problem."""
     conditions = conditions_verdict(problem.given_motion)
-    if conditions and not is_proved(problem.programme):
+    if conditions and not has_enclosable_laws(problem.programme):
         conditions = UNDECIDED
-    return certify_cams(problem) | ({} if conditions is None else {CONDITIONS: conditions})
+    return certify_design_and_tolerance_box(problem) | ({} if conditions is None else {CONDITIONS: conditions})
 
 
-def certify_cams(problem: Problem) -> dict[str, str]:
+def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
     """Certify the problem's own design and, with ``search.robust``, all cams within its tolerances."""
-    verdicts = certify_design(problem, problem.design)
+    verdicts = certify_limits_and_self_crossing(problem, problem.design)
     if not problem.zones or ASSEMBLY in verdicts:
         return verdicts
     return verdicts | {
@@ -192,11 +192,14 @@ def certify_cams(problem: Problem) -> dict[str, str]:
     }
 
 
-def certify_tolerance_box(problem: Problem, until: float = inf) -> dict[str, str]:
+def certify_tolerance_box(problem: Problem, deadline: float = inf) -> dict[str, str]:
     """Verdict on each limit for all cams within the tolerances of the problem's own design, in intervals."""
     exact = with_toleranced_numbers(at_rounding_error(problem))
     ends = tolerance_ranges(exact, exact.design)
-    return {limit.name: limit_over_box(exact, limit, exact.design, ends, until).verdict for limit in exact.limits}
+    return {
+        limit.name: limit_verdict_over_box(exact, limit, exact.design, ends, deadline).verdict
+        for limit in exact.limits
+    }
 
 
 def verdict_of_design(verdicts: dict[str, str]) -> str:
@@ -211,13 +214,13 @@ def conditions_verdict(programme: Programme) -> str | None:
         _condition_verdict(condition, stroke)
         for stroke in programme.strokes
         if stroke.key
-        for condition in stroke.required_conditions(start)
+        for condition in stroke.conditions_in_mm_or_rad(start)
     ]
     return worst_verdict(verdicts) if verdicts else None
 
 
 def _condition_verdict(condition: Condition, stroke: Stroke) -> str:
-    part, alone = stroke.part_under(condition), Programme((stroke,))
+    part, alone = stroke.part_under_condition(condition), Programme((stroke,))
     assert part is not None
     table = alone.table
     low, high = ((stroke.start + stroke.angle * x - table.centre) / table.half_width for x in part)
@@ -240,9 +243,9 @@ def _condition_over_parts(
     condition: Condition, alone: Programme, panels: IntArray, start: FloatArray, end: FloatArray
 ) -> str:
     """Verdict on a condition over parts of panels: whether its derivative stays within the range."""
-    order, place = condition.order, angle_over(alone.table, panels, start, end)
+    order, place = condition.order, middles_and_angles_over(alone.table, panels, start, end)
     derivative = derivatives_over(alone.table, panels, *place, 4)[order]
-    least, most = weighted_range(alone, (0.0,) * order + (1.0,), ALL_STROKES)
+    least, most = weighted_derivative_range(alone, (0.0,) * order + (1.0,), ALL_STROKES)
     room = SOLVER_TOLERANCE[order] * max(abs(least), abs(most))
     low, high = condition.low - room, condition.high + room
     if np.any(derivative.at.low > high) or np.any(derivative.at.high < low):

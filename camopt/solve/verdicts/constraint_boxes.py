@@ -18,10 +18,10 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.core.numerics.clock import clock_seconds
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.load_tables import LoadTable, TrainLoadTable
-from camopt.core.numerics.motion_ranges import derivatives_over, slopes_by_angle
+from camopt.core.numerics.motion_ranges import derivatives_over, slopes_by_angle_only
 from camopt.core.numerics.piecewise import MotionTable
 from camopt.core.numerics.sloped_interval import (
     Quotient,
@@ -36,8 +36,8 @@ from camopt.model.effects.peak import Derivative, NumberKind
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem
-from camopt.solve.verdicts.arcs import arcs_verdict, is_on_arcs
-from camopt.solve.verdicts.mean_boxes import mean_excess, mean_verdict
+from camopt.solve.verdicts.arcs import curvature_verdict_over_arcs, limits_curvature_of_given_arcs
+from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, mean_verdict_of_design
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 CONSTRAINT_PARTS_AT_ONCE, MOST_ROUNDS = 256, 100
@@ -66,7 +66,7 @@ INTERVAL_NUMBERS = NumberKind(
 """Intervals as the number type of bounds."""
 
 
-def excess_of(constraint: Constraint, side: FloatArray, curve: Quotient, designs: Designs) -> Any:
+def relative_excess(constraint: Constraint, side: FloatArray, curve: Quotient, designs: Designs) -> Any:
     """Excess over a side of a constraint, relative to its terms; above 0 the constraint is broken."""
     ranged, bound = isinstance(curve.above, (Interval, SlopedInterval)), constraint.upper_bound()
     value = side * curve.above * constraint.factor(designs)
@@ -82,31 +82,35 @@ class BoxVerdict(NamedTuple):
     witness: Designs | None = None
 
 
-def constraint_over_box(
-    problem: Problem, constraint: AnyConstraint, design: Designs, ends: NumberRanges, until: float = inf
+def constraint_verdict_over_box(
+    problem: Problem, constraint: AnyConstraint, design: Designs, number_ranges: NumberRanges, deadline: float = inf
 ) -> BoxVerdict:
-    """Verdict on a constraint for all designs whose sizes lie between ``ends``.
+    """Verdict on a constraint for all designs whose sizes lie between ``number_ranges``.
 
-    It is undecided after ``until`` (``clock.clock_seconds``), and if a design of the box may fail to assemble.
+    It is undecided after ``deadline`` (``clock.clock_seconds``), and if a design of the box may fail to assemble.
     """
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
-    if not ends and isinstance(constraint, Constraint) and is_on_arcs(problem, constraint):
-        return BoxVerdict(arcs_verdict(problem, constraint, design))
-    box = design.with_values({name: _interval(*limits) for name, limits in ends.items()})
+    if (
+        not number_ranges
+        and isinstance(constraint, Constraint)
+        and limits_curvature_of_given_arcs(problem, constraint)
+    ):
+        return BoxVerdict(curvature_verdict_over_arcs(problem, constraint, design))
+    box = design.with_values({name: _interval(*limits) for name, limits in number_ranges.items()})
     for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
             return BoxVerdict(UNDECIDED)
     if isinstance(constraint, TurnMeanConstraint):
-        if not ends:
-            return BoxVerdict(mean_verdict(problem, constraint, design))
-        return MeanConstraintSearch(problem, constraint, design, tuple(ends), until).run(
-            whole_turn_parts(constraint, ends)
-        )
+        if not number_ranges:
+            return BoxVerdict(mean_verdict_of_design(problem, constraint, design))
+        return MeanConstraintSearch(
+            problem, constraint, design, tuple(number_ranges), deadline
+        ).search_for_violation(whole_turn_parts(constraint, number_ranges))
     if isinstance(constraint.curve, Derivative):
         return BoxVerdict(UNDECIDED)
-    return ConstraintSearch(problem, constraint, design, tuple(ends), until).run(
-        BoxParts.whole_panels(problem, constraint, ends)
+    return ConstraintSearch(problem, constraint, design, tuple(number_ranges), deadline).search_for_violation(
+        BoxParts.whole_panels(problem, constraint, number_ranges)
     )
 
 
@@ -126,7 +130,9 @@ class BoxParts:
     @classmethod
     def whole_panels(cls, problem: Problem, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
         """Whole panels of a constraint's kinds of stroke with the whole box, for each side of the constraint."""
-        return cls.from_panels(np.flatnonzero(problem.programme.panels_of(constraint.kinds)), constraint, ends)
+        return cls.from_panels(
+            np.flatnonzero(problem.programme.panels_with_kinds(constraint.kinds)), constraint, ends
+        )
 
     @classmethod
     def from_panels(cls, panels: IntArray, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
@@ -202,7 +208,7 @@ class ConstraintSearch:
     at_once: ClassVar[int] = CONSTRAINT_PARTS_AT_ONCE
     rounds: ClassVar[int] = MOST_ROUNDS
 
-    def run(self, parts: BoxParts) -> BoxVerdict:
+    def search_for_violation(self, parts: BoxParts) -> BoxVerdict:
         """Search until a part breaks the constraint or all hold it; parts with the largest excess come first."""
         stack = [parts]
         for _ in range(self.rounds):
@@ -210,7 +216,7 @@ class ConstraintSearch:
                 return BoxVerdict(HELD)
             parts = stack.pop()
             with np.errstate(all="ignore"):
-                excess = self.excess(parts)
+                excess = self.enclose_excess(parts)
             if np.any(excess.at.low > 0.0):
                 return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
             open_ = np.flatnonzero(~(excess.value.high <= 0.0))
@@ -223,12 +229,12 @@ class ConstraintSearch:
                 stack += [parts.take(numbers).cut_steepest(steepest[:, numbers])] if numbers.size else []
         return BoxVerdict(UNDECIDED)
 
-    def excess(self, parts: BoxParts) -> SlopedInterval:
+    def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
         """Excess of the designs of parts over the constraint."""
-        value, designs, angle = self.curve_over(parts)
-        return as_sloped_interval(excess_of(self.constraint, parts.side, as_quotient(value), designs), angle)
+        value, designs, angle = self.enclose_curve(parts)
+        return as_sloped_interval(relative_excess(self.constraint, parts.side, as_quotient(value), designs), angle)
 
-    def curve_over(self, parts: BoxParts) -> tuple[Any, Designs, SlopedInterval]:
+    def enclose_curve(self, parts: BoxParts) -> tuple[Any, Designs, SlopedInterval]:
         """The constraint's curve over parts, with the designs and the cam angle of the parts."""
         programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
         half = programme.table.half_width[parts.panel]
@@ -238,13 +244,13 @@ class ConstraintSearch:
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         fixed: dict[str, Any] = {name: as_interval(size) for name, size in designs.sizes.items()}
         designs = designs.with_values(fixed | dict(zip(self.names, sizes, strict=True)))
-        state = state_over(programme.table, parts.panel, middle[0], angle)
-        value = value_of(self.constraint.curve(designs, programme), ..., state)
+        state = enclose_state(programme.table, parts.panel, middle[0], angle)
+        value = curve_value(self.constraint.curve(designs, programme), ..., state)
         return value.divide() if isinstance(value, Quotient) else value, designs, angle
 
-    def middle_design(self, parts: BoxParts, number: int) -> Designs:
+    def middle_design(self, parts: BoxParts, part_number: int) -> Designs:
         """The design in the middle of a part."""
-        middle = (parts.low[1:, number] + parts.high[1:, number]) / 2.0
+        middle = (parts.low[1:, part_number] + parts.high[1:, part_number]) / 2.0
         return self.design.with_values({n: np.array([v]) for n, v in zip(self.names, middle, strict=True)})
 
 
@@ -254,12 +260,14 @@ class MeanConstraintSearch(ConstraintSearch):
     at_once: ClassVar[int] = MEANS_AT_ONCE
     rounds: ClassVar[int] = MEAN_ROUNDS
 
-    def excess(self, parts: BoxParts) -> SlopedInterval:
-        _, inside, like = boxes_of_parts(self.design, self.names, parts)
+    def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
+        _, inside, like = box_and_middle_designs(self.design, self.names, parts)
         ranges = {
             name: Interval(*ends) for name, *ends in zip(self.names, parts.low[1:], parts.high[1:], strict=True)
         }
-        excess = mean_excess(self.problem, self.constraint, inside.with_values(ranges), inside, [*self.names])
+        excess = enclose_mean_excess(
+            self.problem, self.constraint, inside.with_values(ranges), inside, [*self.names]
+        )
         rows = (np.vstack([np.zeros((1, parts.size)), end]) for end in (excess.slopes.low, excess.slopes.high))
         return replace(excess, slopes=Interval(*rows), span=like.span)
 
@@ -272,7 +280,7 @@ def whole_turn_parts(constraint: TurnMeanConstraint, ends: NumberRanges) -> BoxP
     return replace(parts, low=low, high=high)
 
 
-def boxes_of_parts(
+def box_and_middle_designs(
     design: Designs, names: tuple[str, ...], parts: BoxParts
 ) -> tuple[Designs, Designs, SlopedInterval]:
     """Designs of parts of a box, designs in their middles, and a sloped interval of these parts as a model."""
@@ -283,16 +291,16 @@ def boxes_of_parts(
     return designs.with_values(boxes), designs.with_values(inside), like
 
 
-def state_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: SlopedInterval) -> State:
+def enclose_state(table: MotionTable, panel: IntArray, middle_place: FloatArray, angle: SlopedInterval) -> State:
     """State of the follower over parts of panels, with slopes by the cam angle.
 
-    ``u`` is the middle of each part, as a share of half the panel.
+    ``middle_place`` is the middle of each part, as a share of half the panel.
     """
-    y, y1, y2, y3, y4 = derivatives_over(table, panel, u, angle, 4)
-    return State(y, y1, y2, y3, _load_over(table, panel, u, angle), y4)
+    y, y1, y2, y3, y4 = derivatives_over(table, panel, middle_place, angle, 4)
+    return State(y, y1, y2, y3, _enclose_load(table, panel, middle_place, angle), y4)
 
 
-def _load_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: SlopedInterval) -> Any:
+def _enclose_load(table: MotionTable, panel: IntArray, middle_place: FloatArray, angle: SlopedInterval) -> Any:
     """The load over parts of panels, with slopes by the cam angle."""
     load = table.load
     if isinstance(load, LoadTable):
@@ -300,8 +308,8 @@ def _load_over(table: MotionTable, panel: IntArray, u: FloatArray, angle: Sloped
         straight = angle * load.slope[panel] + Interval(
             *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
         )
-        return Load(replace(straight, slopes=slopes_by_angle(angle, slope)), slope)
+        return Load(replace(straight, slopes=slopes_by_angle_only(angle, slope)), slope)
     if isinstance(load, TrainLoadTable):
-        still, carried = (derivatives_over(force, panel, u, angle, 1) for force in load)
+        still, carried = (derivatives_over(force, panel, middle_place, angle, 1) for force in load)
         return TrainForces(*still, *carried)
     return None

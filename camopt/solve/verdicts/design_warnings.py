@@ -120,7 +120,7 @@ def _warn_overshoot(problem: Problem) -> Iterator[str]:
         if _has_given_velocity(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
-        unit = displacement_unit(angular=problem.given_turns)
+        unit = displacement_unit(angular=problem.given_motion_is_angle)
         at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, farthest))
         reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
         remedy = _overshoot_remedy(programme, side)
@@ -129,7 +129,7 @@ def _warn_overshoot(problem: Problem) -> Iterator[str]:
 
 def _exceeds_positions(programme: Programme, side: float) -> bool:
     """Whether moves go to one side beyond every position in the scene."""
-    if not any(stroke.is_open for stroke in programme.strokes):
+    if not any(stroke.law_follows_from_neighbours for stroke in programme.strokes):
         return False
     beyond = side * (farthest_point(programme, side).position - _farthest_given_position(programme, side))
     return beyond > REACHED_SHARE * programme.lift
@@ -138,9 +138,16 @@ def _exceeds_positions(programme: Programme, side: float) -> bool:
 def _farthest_given_position(programme: Programme, side: float) -> float:
     """The farthest position to one side in the scene, or at the end of a stroke with a fixed law."""
     strokes = programme.strokes
-    positions = [side * end for stroke in strokes if not stroke.is_open for end in (stroke.low, stroke.high)]
-    for stroke in (stroke for stroke in strokes if stroke.is_open):
-        ends = (c.high if side > 0.0 else c.low for c in stroke.required_conditions(strokes[0].low) if c.order == 0)
+    positions = [
+        side * end
+        for stroke in strokes
+        if not stroke.law_follows_from_neighbours
+        for end in (stroke.low, stroke.high)
+    ]
+    for stroke in (stroke for stroke in strokes if stroke.law_follows_from_neighbours):
+        ends = (
+            c.high if side > 0.0 else c.low for c in stroke.conditions_in_mm_or_rad(strokes[0].low) if c.order == 0
+        )
         positions += [side * end for end in ends if isfinite(end)]
     return side * max(positions, default=-inf)
 
@@ -178,27 +185,31 @@ def _has_given_velocity(programme: Programme, number: int) -> bool:
 def _has_free_end_velocity(strokes: Sequence[Stroke], number: int) -> bool:
     """Whether the scene leaves the velocity at the end of a stroke open, between two moves."""
     stroke, following = strokes[number], strokes[(number + 1) % len(strokes)]
-    return stroke.is_open and following.is_open and (stroke.wanted or ())[1:2] in ((), (None,))
+    return (
+        stroke.law_follows_from_neighbours
+        and following.law_follows_from_neighbours
+        and (stroke.wanted or ())[1:2] in ((), (None,))
+    )
 
 
 def _overshoot_remedy(programme: Programme, side: float) -> str:
     """Remedy that keeps the motion within the positions in the scene: rest at an end, or more positions."""
     strokes, here = programme.strokes, farthest_point(programme, side).stroke
-    noses = [k for k in range(len(strokes)) if _turns_back(strokes[k], strokes[(k + 1) % len(strokes)])]
+    noses = [k for k in range(len(strokes)) if _must_turn_back_between(strokes[k], strokes[(k + 1) % len(strokes)])]
     for numbers in ([here], [here - 1], noses):
         ends = [strokes[k] for k in numbers if _has_free_end_velocity(strokes, k)]
-        if ends and _is_stopped_by_rest(programme, ends, side):
+        if ends and _rest_keeps_within_positions(programme, ends, side):
             keys = " and ".join(f"{end.key}.velocity = 0" for end in ends)
             return f"{keys} {'stops' if len(ends) == 1 else 'stop'} it"
     return f"a position in {strokes[here].key}.through stops it"
 
 
-def _turns_back(stroke: Stroke, following: Stroke) -> bool:
+def _must_turn_back_between(stroke: Stroke, following_stroke: Stroke) -> bool:
     """Whether the motion must turn back or rest at the end of a stroke."""
-    return (stroke.high - stroke.low) * (following.high - following.low) <= 0.0
+    return (stroke.high - stroke.low) * (following_stroke.high - following_stroke.low) <= 0.0
 
 
-def _is_stopped_by_rest(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:
+def _rest_keeps_within_positions(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:
     """Whether rest at the ends of some moves keeps the motion within the positions in the scene."""
     strokes = [_with_rest_at_end(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:

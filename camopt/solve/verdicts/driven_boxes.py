@@ -22,11 +22,11 @@ from camopt.core.numerics.taylor import Taylor
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.stroke import motion_ways, reversed_kinds
+from camopt.model.motion.stroke import motion_directions, reversed_kinds
 from camopt.model.motion.tool_drive import tool_position, tool_travel
 from camopt.model.trains.carried_load import FollowerLoad
 from camopt.model.trains.joint_forces import WeightedForce
-from camopt.model.trains.link import position_at
+from camopt.model.trains.link import formula_value_at
 from camopt.model.trains.train import Train
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.variables import is_train_key
@@ -77,15 +77,15 @@ class TrainLinks:
     ways: Any
     """Directions in which followers move: 1 out, −1 in, 0 at rest."""
 
-    def transmission(self, link: int) -> Any:
+    def transmission_angle(self, link: int) -> Any:
         """Acute transmission angle of a link's coupler [rad]."""
         links, start = self.train.links[:link], self.follower.terms[0]
-        position = reduce(lambda at, each: position_at(each.forward, at), links, start)
-        coupler = self.train.links[link].couplers[0]
+        position = reduce(lambda at, each: formula_value_at(each.driven_displacement, at), links, start)
+        coupler = self.train.links[link].couplers_by_driving_side[0]
         assert coupler is not None
         return _drop_radicands(coupler.angle(position))
 
-    def force(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
+    def link_force_sum(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
         """Sum of forces of links [N] at a speed [rad/s]."""
         assert isinstance(self.load, TrainLoad)
         forces = self._forces_at_follower(replace(self.load, parts=tuple(parts)))
@@ -148,19 +148,26 @@ class DrivenMotion:
         return inf
 
 
-def driven_motion(problem: Problem, designs: Designs, at: LoadAt, motion: Sequence[Any], ways: Any) -> DrivenMotion:
+def motion_of_driven_followers(
+    problem: Problem, designs: Designs, load_at_angles: LoadAt, tool_motion: Sequence[Any], tool_directions: Any
+) -> DrivenMotion:
     """Motion of the followers of designs with trains, from the tool's motion and directions at cam angles."""
     turn = problem.programme
     train = _trains_of_designs(problem, designs)
-    z, z1, *higher = motion
-    follower = train.follower(
+    z, z1, *higher = tool_motion
+    follower = train.follower_displacement(
         Taylor([z, z1, *(each / by for each, by in zip(higher, SERIES_FACTORIALS, strict=False))])
     )
-    one, other = (position_at(train.follower, _travel_end(motion[0], end)) for end in tool_travel(turn))
+    one, other = (
+        formula_value_at(train.follower_displacement, _travel_end_as_position_type(tool_motion[0], end))
+        for end in tool_travel(turn)
+    )
     sense = _follower_sense(other - one)
     lowest, highest = np.minimum(one, other), np.maximum(one, other)
     y, y1, *higher = follower.terms
-    links = TrainLinks(train, Taylor(follower.terms[:MOTION_TERMS]), turn.load, at, ways * sense)
+    links = TrainLinks(
+        train, Taylor(follower.terms[:MOTION_TERMS]), turn.load, load_at_angles, tool_directions * sense
+    )
     y2, y3, *_ = (*(each * by for each, by in zip(higher, SERIES_FACTORIALS, strict=False)), 0.0)
     state = State(
         _drop_radicands(y - lowest), _drop_radicands(y1), _drop_radicands(y2), _drop_radicands(y3), links.state
@@ -170,40 +177,44 @@ def driven_motion(problem: Problem, designs: Designs, at: LoadAt, motion: Sequen
     )
 
 
-def motion_at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> DrivenMotion:
+def driven_motion_at_places(problem: Problem, designs: Designs, places: ToolPlaces) -> DrivenMotion:
     """Motion of the followers of single designs at some places, in arrays (places, designs)."""
     angles, motion, kinds = places.angles[:, None], places.motion[..., None], places.kinds[:, None]
-    return driven_motion(
-        problem, designs, lambda load: load.load_and_slope(angles), tuple(motion), motion_ways(kinds)
+    return motion_of_driven_followers(
+        problem, designs, lambda load: load.load_and_slope(angles), tuple(motion), motion_directions(kinds)
     )
 
 
-def motion_over_boxes(
-    problem: Problem, boxes: Designs, places: ToolPlaces, where: IntArray, radicands: list[SlopedInterval]
+def driven_motion_over_boxes(
+    problem: Problem, boxes: Designs, places: ToolPlaces, place_numbers: IntArray, radicands: list[SlopedInterval]
 ) -> DrivenMotion:
     """Motion of the followers of boxes, each at its own place; appends radicands that must be positive."""
     error = problem.programme.tool.table.error.max(axis=0)[:4]
-    rows = zip(places.motion[:, where], error, strict=False)
+    rows = zip(places.motion[:, place_numbers], error, strict=False)
     motion = tuple(widen(Interval(row - e, row + e)) for row, e in rows)
     trains = _with_linkage_intervals(problem, boxes, radicands)
-    ways = motion_ways(places.kinds[where])
-    return driven_motion(problem, trains, lambda load: load.load_and_slope(places.angles[where]), motion, ways)
+    ways = motion_directions(places.kinds[place_numbers])
+    return motion_of_driven_followers(
+        problem, trains, lambda load: load.load_and_slope(places.angles[place_numbers]), motion, ways
+    )
 
 
-def motion_over_ranges(
-    problem: Problem, boxes: Designs, motion: Sequence[Interval], kinds: IntArray
+def driven_motion_over_ranges(
+    problem: Problem, boxes: Designs, tool_motion: Sequence[Interval], kinds: IntArray
 ) -> DrivenMotion:
     """Motion of the followers of boxes, each over a range of cam angles with a range of the tool's motion.
 
     Loads must be constant over the turn.
     """
     trains = _with_linkage_intervals(problem, boxes, [])
-    return driven_motion(problem, trains, refuse_load, tuple(map(widen, motion)), motion_ways(kinds))
+    return motion_of_driven_followers(
+        problem, trains, refuse_load, tuple(map(widen, tool_motion)), motion_directions(kinds)
+    )
 
 
 def _with_linkage_intervals(problem: Problem, boxes: Designs, radicands: list[SlopedInterval]) -> Designs:
     """Boxes with the numbers of their trains as linkage intervals."""
-    numbers: dict[str, Any] = {key: boxes.numbers[key] for key in train_keys(problem)}
+    numbers: dict[str, Any] = {key: boxes.numbers[key] for key in searched_train_keys(problem)}
     ranges = {
         key: LinkageInterval.from_interval(number, radicands)
         for key, number in numbers.items()
@@ -217,21 +228,25 @@ def _trains_of_designs(problem: Problem, designs: Designs) -> Train:
     return problem.trains_with_numbers({key: value for key, value in designs.numbers.items() if is_train_key(key)})
 
 
-def train_keys(problem: Problem) -> list[str]:
+def searched_train_keys(problem: Problem) -> list[str]:
     """Keys of the train's numbers that ``[search]`` gives as ranges."""
     return [choice.key for choice in problem.search_space.trains if choice.has_range]
 
 
-def _travel_end(like: Any, end: float) -> Any:
+def _travel_end_as_position_type(tool_positions: Any, end: float) -> Any:
     """An end of the travel, in the number type of the tool's positions."""
-    return widen(Interval(np.full(like.size, end), np.full(like.size, end))) if isinstance(like, Interval) else end
+    return (
+        widen(Interval(np.full(tool_positions.size, end), np.full(tool_positions.size, end)))
+        if isinstance(tool_positions, Interval)
+        else end
+    )
 
 
-def _follower_sense(moved: Any) -> Any:
+def _follower_sense(follower_travel: Any) -> Any:
     """Direction of the follower as the tool moves up; 0 if it is unknown."""
-    if not isinstance(moved, Interval | SlopedInterval):
-        return np.sign(moved)
-    ends = range_of(moved)
+    if not isinstance(follower_travel, Interval | SlopedInterval):
+        return np.sign(follower_travel)
+    ends = range_of(follower_travel)
     return (ends.low > 0.0) * 1.0 - (ends.high < 0.0)
 
 

@@ -22,7 +22,7 @@ def run_effects(case: EvaluationBlock, wanted: Iterable[str]) -> DesignRows:
     return rows.select_columns(wanted)
 
 
-def columns_for(problem: Problem, limits: Iterable[Limit], designs: Designs) -> QuantityColumns:
+def columns_for_limits(problem: Problem, limits: Iterable[Limit], designs: Designs) -> QuantityColumns:
     """Quantities of designs that some limits need."""
     return run_effects(
         EvaluationBlock(problem.setup, problem.programme, designs), quantities_of_limits(limits)
@@ -42,7 +42,7 @@ def with_effect(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: 
 
 def with_pitch_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
     """Add an effect's quantities that depend only on pitch curves; equal bits for designs with the same curve."""
-    if effect.run_on_pitch is no_columns:
+    if effect.evaluate_pitch_curve_columns is no_columns:
         return rows
     return with_curve_values(rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, names)
 
@@ -51,8 +51,8 @@ def with_curve_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, n
     """Add an effect's quantities of pitch curves to rows of one design for each curve."""
     return (
         rows
-        if effect.run_on_pitch is no_columns
-        else with_quantities(rows, effect.run_on_pitch(case, names), names)
+        if effect.evaluate_pitch_curve_columns is no_columns
+        else with_quantities(rows, effect.evaluate_pitch_curve_columns(case, names), names)
     )
 
 
@@ -60,10 +60,10 @@ def with_values_beyond_pitch(
     rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]
 ) -> DesignRows:
     """Add an effect's quantities that need more than pitch curves."""
-    if effect.run is no_columns:
+    if effect.evaluate_columns is no_columns:
         return rows
     return with_quantities(
-        rows, effect.run(replace(case, columns=rows.columns, outward=rows.outward), names), names
+        rows, effect.evaluate_columns(replace(case, columns=rows.columns, outward=rows.outward), names), names
     )
 
 
@@ -79,11 +79,11 @@ def with_quantities(rows: DesignRows, values: dict[str, Any], wanted: frozenset[
             _, most = widths.get(id(scale), (scale, 0.0))
             widths[id(scale)] = scale, np.maximum(most, np.abs(outward[name]))
     for scale, width in widths.values():
-        half_width = np.maximum(half_width, _widths_over_scale(width, scale))
+        half_width = np.maximum(half_width, _relative_widths(width, scale))
     return DesignRows(columns, rows.count, outward, half_width)
 
 
-def _widths_over_scale(width: Any, scale: Any) -> Any:
+def _relative_widths(width: Any, scale: Any) -> Any:
     """Widths relative to their scale; to 1 where the scale is 0, or both are infinite."""
     least, most = (extreme.reduce(scale, axis=None, initial=1.0) for extreme in (np.minimum, np.maximum))
     if not 0.0 < least <= most < np.inf:

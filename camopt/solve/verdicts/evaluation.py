@@ -15,8 +15,8 @@ from camopt.core.quantities.unit_systems import MM, shown_in, shown_unit, to_sho
 from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.effects.clearance import SKIDDING_TIME
 from camopt.model.effects.contacts import CONTACT_NAMES
-from camopt.model.effects.joints import JointRow, joint_rows
-from camopt.model.effects.motion import MOVE_KINDS, motion_scale, motion_table_unit
+from camopt.model.effects.joints import JointRow, joint_force_rows
+from camopt.model.effects.motion import MOVE_KINDS, motion_table_unit, motion_unit_factor
 from camopt.model.effects.peak import Peak
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.motion.stroke import ALL_STROKES
@@ -28,11 +28,11 @@ from camopt.scene.problem.scene_notes import notes_on_scene
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.solve.tables.cells import number_text, with_unit
-from camopt.solve.tables.designs import design_table, is_zero_column
+from camopt.solve.tables.designs import design_table, is_unsearched_zero_column
 from camopt.solve.tables.result import Cell, Result, Table, table_of
 from camopt.solve.verdicts.design_warnings import farthest_point, warnings_of
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 from camopt.solve.verdicts.verdict_words import ARM_UNCHECKED
 
 PROOFS = {
@@ -100,7 +100,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
 
     def table(self) -> Table:
         """One row for each quantity: value, unit, limit, and its meaning or the reason why it is infinite."""
-        names = [name for name in self if not is_zero_column(self.scene.search.sizes, name, [self])]
+        names = [name for name in self if not is_unsearched_zero_column(self.scene.search.sizes, name, [self])]
         reasons, problem = {name: Cell(reason) for name, reason in self.unbounded.items()}, resolve(self.scene)
         about = {name: reasons.get(name, find_quantity(name, problem.setup).sentence) for name in names}
         return design_table(self.scene.name, problem, self, about)
@@ -128,7 +128,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
             ]
             yield ""
             yield table_of("Values that the scene gives with a unit", rows, ["key", "value", "unit"])
-        if self.scene.by_crank:
+        if self.scene.is_speed_of_crank:
             yield _crank_speed_sentence(self)
 
     @property
@@ -161,7 +161,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         """
         problem = resolve(self.scene)
         has_joints = any(find_quantity(name, problem.setup).effect == "joints" for name in self)
-        return joint_rows(problem.setup, problem.programme) if has_joints else []
+        return joint_force_rows(problem.setup, problem.programme) if has_joints else []
 
     @property
     def tightest(self) -> str:
@@ -258,7 +258,9 @@ def evaluate(scene: SceneSource) -> Evaluation:
 def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     """Evaluate a scene that is already resolved to a problem."""
     problem = at_rounding_error(problem)
-    (record,) = evaluate_rows(problem, problem.design, problem.evaluated_quantities | problem.size_names).records()
+    (record,) = evaluate_with_verdicts(
+        problem, problem.design, problem.evaluated_quantities | problem.size_names
+    ).records()
     values = {name: record[name] for name in in_column_order(record)}
     unbounded = {name: _infinity_reason(name, problem) for name, value in values.items() if value in (inf, -inf)}
     return Evaluation(scene, values, unbounded, warnings_of(problem))
@@ -288,7 +290,7 @@ def _jump_text(problem: Problem, order: int, kinds: int) -> str:
         return ""
     unit, size = (
         motion_table_unit(problem.setup, order),
-        max(abs(j.size) for j in jumps) * motion_scale(problem.setup, order),
+        max(abs(j.size) for j in jumps) * motion_unit_factor(problem.setup, order),
     )
     most = "at most " if len(jumps) > 1 else ""
     return f"{', '.join(f'{np.degrees(j.at):g}°' for j in jumps)}, by {most}{with_unit(size, unit)}"

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LEAST, BoolArray, FloatArray, IndexArray
-from camopt.core.numerics.curves import value_of
-from camopt.core.numerics.piecewise import columns_of_all_rows, motion_at_node
+from camopt.core.numerics.curves import curve_value
+from camopt.core.numerics.piecewise import state_at_node, table_as_columns
 from camopt.model.effects import Effect, EvaluationBlock
 from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes, Question
 from camopt.model.effects.peak import CLEAR_SHARE, Derivative, Variant
@@ -33,7 +33,12 @@ from camopt.solve.verdicts.effect_runs import (
     with_pitch_values,
     with_values_beyond_pitch,
 )
-from camopt.solve.verdicts.limit_verdicts import Effort, evaluate_with_effort, proved_status, with_certified_numbers
+from camopt.solve.verdicts.limit_verdicts import (
+    Effort,
+    evaluate_with_verdicts_and_effort,
+    status_of_proved_verdict,
+    with_certified_numbers,
+)
 
 # fewest designs for which probing pays; designs that are probed at all nodes; nodes for each side of a constraint
 MANY_DESIGNS, PROBE_DESIGNS, PROBE_NODES = 500, 16, 4
@@ -42,7 +47,7 @@ BROKEN_BEYOND = 1e-6  # relative excess that rounding cannot explain
 
 @np.errstate(all="ignore")
 def designs_breaking_constraints(case: EvaluationBlock, constraints: Iterable[Constraint]) -> BoolArray:
-    """Which designs break one of some constraints for certain; few designs are not probed."""
+    """Which designs certainly break one of the constraints. Few designs are not probed."""
     broken, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
     checked = constraints if broken.size > MANY_DESIGNS else ()
     probed = [constraint for constraint in checked if not isinstance(constraint.curve, Derivative)]
@@ -50,17 +55,17 @@ def designs_breaking_constraints(case: EvaluationBlock, constraints: Iterable[Co
     for make_curve in {constraint.curve: None for constraint in probed}:
         curve = make_curve(case.designs, case.programme)
         few = case.designs.take(np.linspace(0, broken.size - 1, PROBE_DESIGNS).astype(int))
-        values = value_of(make_curve(few, case.programme), ..., motion_at_node(columns_of_all_rows(table), ...))
+        values = curve_value(make_curve(few, case.programme), ..., state_at_node(table_as_columns(table), ...))
         for constraint in (constraint for constraint in probed if constraint.curve is make_curve):
             for side in constraint.sides:
                 exceeds = _exceeds_constraint(constraint, side, values, few)
-                for node in _decisive_nodes(exceeds & (pieces & constraint.kinds != 0)[:, None]):
-                    at_node = value_of(curve, ..., motion_at_node(table, node))
+                for node in _nodes_most_designs_exceed(exceeds & (pieces & constraint.kinds != 0)[:, None]):
+                    at_node = curve_value(curve, ..., state_at_node(table, node))
                     broken |= _exceeds_constraint(constraint, side, at_node, case.designs)
     return broken
 
 
-def _decisive_nodes(exceeds: BoolArray) -> Iterator[int]:
+def _nodes_most_designs_exceed(exceeds: BoolArray) -> Iterator[int]:
     """Nodes at which most designs exceed a constraint, one by one, from flags (nodes, designs)."""
     for _ in range(PROBE_NODES):
         if not exceeds.any():
@@ -77,7 +82,7 @@ def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray,
     return side * constraint.factor(designs) * values > allowed + room
 
 
-def with_extremes(
+def known_extremes_with_curve(
     case: EvaluationBlock, constraints: Sequence[Constraint], variants: Iterable[Variant]
 ) -> KnownExtremes:
     """Known extremes of the designs, with those of the curve of some constraints added.
@@ -86,14 +91,17 @@ def with_extremes(
     questions.
     """
     curve = constraints[0].curve
-    questions = _extreme_questions(case, constraints, [kinds for make, kinds in variants if make is curve])
+    questions = _fewest_extreme_questions(case, constraints, [kinds for make, kinds in variants if make is curve])
     return case.known_extremes.with_extremes(curve, questions, case.extremes(curve, questions))
 
 
-def _extreme_questions(
+def _fewest_extreme_questions(
     case: EvaluationBlock, constraints: Sequence[Constraint], separate_kinds: Sequence[int]
 ) -> list[Question]:
-    """Fewest questions that decide each constraint: kinds of piece in the same constraints share a question."""
+    """Fewest questions about extremes that decide all constraints.
+
+    Stroke kinds under the same constraints share one question.
+    """
     questions: dict[tuple[int, ...], int] = {}
     for goal in dict.fromkeys(constraint.goal for constraint in constraints):
         constrained = [constraint.kinds for constraint in constraints if constraint.goal == goal]
@@ -110,7 +118,7 @@ def _powers_of_two(number: int) -> Iterator[int]:
         number &= number - 1
 
 
-def holds_by_extremes(
+def may_hold_and_holds_by_extremes(
     known: KnownExtremes, constraints: Iterable[Constraint], case: EvaluationBlock
 ) -> tuple[BoolArray, BoolArray]:
     """Which designs may hold some constraints by known extremes, and which are proved to hold them."""
@@ -118,7 +126,7 @@ def holds_by_extremes(
     for constraint in constraints:
         kinds, allowed = constraint.kinds & case.programme.kinds, constraint.upper_bound()
         room = CLEAR_SHARE * abs(allowed) or CLEAR_SHARE * constraint.unit(case.designs)
-        parts = known.known_parts(constraint.curve, (kinds, constraint.goal)) if kinds else []
+        parts = known.extremes_covering_question(constraint.curve, (kinds, constraint.goal)) if kinds else []
         assert bool(parts) == bool(kinds)
         for extreme in parts:
             near = -extreme.value if constraint.goal == LEAST else extreme.value
@@ -172,7 +180,7 @@ class Candidates:
         """Drop designs that break a constraint at a probed cam angle."""
         return self.keep_possible(~designs_breaking_constraints(self.case, constraints)) if constraints else self
 
-    def filter_with_rows(self, rows: DesignRows) -> "Candidates":
+    def add_rows_and_drop_broken(self, rows: DesignRows) -> "Candidates":
         """Add quantities, and drop designs that now are known to break a limit."""
         if rows is self.rows:
             return self
@@ -188,20 +196,24 @@ class Candidates:
         """Keep the designs that are still possible."""
         return self if possible.all() else self.take(np.flatnonzero(possible))
 
-    def filter_by_constraints(self, constraints: list[Constraint], wanted: frozenset[str]) -> "Candidates":
-        """Drop designs that break a constraint of some on one curve, and keep the extremes of the curve.
+    def filter_by_curve_constraints(self, constraints: list[Constraint], wanted: frozenset[str]) -> "Candidates":
+        """Drop designs that break one of the constraints on a curve, and keep the extremes of the curve.
 
         The questions also give the extremes that ``wanted`` quantities need.
         """
         needed = (name for _, names in self.plan(wanted) for name in names)
         peaks = (peak for name in needed for peak in peaks_of_quantity(name, self.problem.setup))
-        known = with_extremes(self.case, constraints, [variant for peak in peaks for variant in peak.curves])
-        possible, held = holds_by_extremes(known, constraints, self.case)
+        known = known_extremes_with_curve(
+            self.case, constraints, [variant for peak in peaks for variant in peak.curves]
+        )
+        possible, held = may_hold_and_holds_by_extremes(known, constraints, self.case)
         return replace(self, known=known, held=self.held & held).keep_possible(possible)
 
-    def _holds_limits(self, limits: tuple[Limit, ...], side: float) -> BoolArray:
-        """Which designs hold some limits by one side of their enclosures: 1 the far side, −1 the near side."""
-        columns = self.rows.select_columns(quantities_of_limits(limits)).shifted_columns(side)
+    def _holds_limits(self, limits: tuple[Limit, ...], enclosure_side: float) -> BoolArray:
+        """Which designs hold all the limits with the far (1) or near (−1) ends of their enclosures."""
+        columns = self.rows.select_columns(quantities_of_limits(limits)).columns_shifted_by_width_share(
+            enclosure_side
+        )
         held = (np.asarray(limit.excess(columns, self.designs) <= 0.0) for limit in limits)
         return np.broadcast_to(reduce(and_, held), len(self.designs))
 
@@ -213,20 +225,24 @@ def unfiltered_candidates(problem: Problem, designs: Designs) -> Candidates:
     return Candidates(problem, designs, np.arange(count), DesignRows({}, count), held, problem.limits)
 
 
-def feasible_designs(problem: Problem, designs: Designs, *, perhaps: bool = False) -> BoolArray:
-    """Which designs can be assembled and are proved to hold every limit; ``perhaps``: are not proved to break one.
+def feasible_designs(problem: Problem, designs: Designs, *, include_undecided: bool = False) -> BoolArray:
+    """Which designs can be assembled and are proved to hold every limit.
 
-    All variants of a design must hold the limits (``Problem.all_variants``).
+    ``include_undecided``: are not proved to break one.
+
+    All variants of a design must hold the limits (``Problem.nominal_and_error_variants``).
     """
     which, held = np.arange(len(designs)), np.zeros(len(designs), dtype=bool)
-    for variant_problem, variants in problem.all_variants(designs):
+    for variant_problem, variants in problem.nominal_and_error_variants(designs):
         remaining = variants.take(which)
         assembles = variant_problem.setup.mechanism.can_assemble(remaining, variant_problem.programme)
         exists = np.flatnonzero(assembles & (remaining.size > 0.0))
         candidates = unfiltered_candidates(variant_problem, remaining.take(exists))
         for effect, names in candidates.plan(variant_problem.required_quantities):
-            candidates = candidates.filter_with_rows(with_effect(candidates.rows, candidates.case, effect, names))
-        which = which[exists[candidates.which if perhaps else candidates.which[candidates.held]]]
+            candidates = candidates.add_rows_and_drop_broken(
+                with_effect(candidates.rows, candidates.case, effect, names)
+            )
+        which = which[exists[candidates.which if include_undecided else candidates.which[candidates.held]]]
     held[which] = True
     return held
 
@@ -244,50 +260,61 @@ def filter_designs(problem: Problem, designs: Designs, wanted: frozenset[str]) -
     candidates = unfiltered_candidates(problem, designs)
     candidates = candidates.drop_refuted(candidates.pending_constraints)
     for effect, names in candidates.plan(wanted):
-        candidates = candidates.filter_with_rows(with_pitch_values(candidates.rows, candidates.case, effect, names))
-        candidates = candidates.filter_with_rows(
+        candidates = candidates.add_rows_and_drop_broken(
+            with_pitch_values(candidates.rows, candidates.case, effect, names)
+        )
+        candidates = candidates.add_rows_and_drop_broken(
             with_values_beyond_pitch(candidates.rows, candidates.case, effect, names)
         )
-    return _with_verdict(candidates, wanted)
+    return _feasible_rows_with_verdict(candidates, wanted)
 
 
-def filter_by_pitch(candidates: Candidates, wanted: frozenset[str], later: tuple[Limit, ...] = ()) -> Candidates:
+def filter_by_pitch_curve_limits(
+    candidates: Candidates, wanted: frozenset[str], deferred_limits: tuple[Limit, ...] = ()
+) -> Candidates:
     """Filter candidates of one design for each pitch curve by the limits that pitch curves decide.
 
-    Limits in ``later`` are checked elsewhere. Limits that constraints on curves decide need no quantities.
+    Limits in ``deferred_limits`` are checked elsewhere. Limits that constraints on curves decide need no
+    quantities.
     """
-    later = tuple(limit for limit in candidates.pending if limit in later or not limit.required_quantities)
+    deferred_limits = tuple(
+        limit for limit in candidates.pending if limit in deferred_limits or not limit.required_quantities
+    )
     decided = candidates.problem.pitch_curve_limits
-    rest = (limit for limit in candidates.pending if limit not in later and limit not in decided)
+    rest = (limit for limit in candidates.pending if limit not in deferred_limits and limit not in decided)
     constraints = merge_stroke_kinds(
         strictest_constraints(constraint for limit in decided for constraint in limit.constraints)
     )
     filtered = replace(candidates.drop_refuted(constraints), pending=tuple(rest))
     for curve in dict.fromkeys(constraint.curve for constraint in constraints):
-        filtered = filtered.filter_by_constraints([each for each in constraints if each.curve is curve], wanted)
+        filtered = filtered.filter_by_curve_constraints(
+            [each for each in constraints if each.curve is curve], wanted
+        )
     for effect, names in filtered.plan(wanted):
-        filtered = filtered.filter_with_rows(with_curve_values(filtered.rows, filtered.case, effect, names))
-    return replace(filtered, pending=(*later, *filtered.pending))
+        filtered = filtered.add_rows_and_drop_broken(with_curve_values(filtered.rows, filtered.case, effect, names))
+    return replace(filtered, pending=(*deferred_limits, *filtered.pending))
 
 
-def filter_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
+def filter_by_remaining_limits(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
     """Filter candidates whose pitch curves are already filtered, by all other limits."""
     candidates = candidates.drop_refuted(candidates.pending_constraints)
     run = with_effect if candidates.problem.setup.mechanism.profile else with_values_beyond_pitch
     for effect, names in candidates.plan(wanted):
-        candidates = candidates.filter_with_rows(run(candidates.rows, candidates.case, effect, names))
-    return _with_verdict(candidates, wanted)
+        candidates = candidates.add_rows_and_drop_broken(run(candidates.rows, candidates.case, effect, names))
+    return _feasible_rows_with_verdict(candidates, wanted)
 
 
-def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
+def _feasible_rows_with_verdict(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
     """Rows of the candidates that hold all limits; candidates that only may hold them are evaluated again."""
     problem, held = candidates.problem, candidates.held
     rows = with_certified_numbers(problem, candidates.designs, candidates.rows).select_columns(wanted)
-    verdict = {"feasible": True, "violated": "", "status": proved_status(problem)}
+    verdict = {"feasible": True, "violated": "", "status": status_of_proved_verdict(problem)}
     rows = DesignRows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return FilteredRows(DesignRows(rows.columns | verdict, rows.count), candidates.which, Effort())
-    near, effort = evaluate_with_effort(at_rounding_error(problem), candidates.designs.take(~held), wanted)
+    near, effort = evaluate_with_verdicts_and_effort(
+        at_rounding_error(problem), candidates.designs.take(~held), wanted
+    )
     rows, feasible = rows.replace_rows(np.flatnonzero(~held), near), held.copy()
     feasible[~held] = near.column("feasible")
     rows = rows.take(feasible)

@@ -2,7 +2,8 @@
 
 If a limit depends only on sizes, interval arithmetic on the ranges decides it. A limit without constraints, such as
 that on the mass, stays undecided unless a design of the box is known to break it. No profile of the box crosses
-itself if the largest pressure angle in the box is small enough (``effects.self_crossing.round_radius_limit``).
+itself if the largest pressure angle in the box is small enough
+(``effects.self_crossing.proved_uncrossed_roller_radius``).
 """
 
 from dataclasses import replace
@@ -15,9 +16,9 @@ import numpy as np
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, require_effect
-from camopt.model.effects.contacts import ContactCurve, block_at_contact, follower_contacts
+from camopt.model.effects.contacts import ContactCurve, all_follower_contacts, block_at_contact
 from camopt.model.effects.peak import Derivative
-from camopt.model.effects.self_crossing import round_radius_limit
+from camopt.model.effects.self_crossing import proved_uncrossed_roller_radius
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, FurtherContact
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.constraints import AnyConstraint, ConstantBound, Constraint
@@ -26,15 +27,15 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.tolerance_zones import NumberErrors, train_entries
 from camopt.solve.verdicts.box_quantities import quantities_over_box, runs_on_ranges
-from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges, constraint_over_box
+from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges, constraint_verdict_over_box
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.train_boxes import (
-    constraint_over_trains,
+    constraint_verdict_over_trains,
     depends_on_train,
-    limit_over_trains,
-    motion_over_trains,
+    driven_motion_over_trains,
+    limit_verdict_over_trains,
 )
-from camopt.solve.verdicts.train_means import mean_over_trains
+from camopt.solve.verdicts.train_means import mean_verdict_over_trains
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 BODY_FIELDS = ("size", SECOND_SIZE)
@@ -58,51 +59,56 @@ def nominal_numbers(problem: Problem, design: Designs) -> NumberErrors:
     return {f: float(values[f][0]) if f in values else problem.nominal_numbers[f] for f in problem.zones}
 
 
-def limit_over_box(
-    problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float = inf
+def limit_verdict_over_box(
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, deadline: float = inf
 ) -> BoxVerdict:
-    """Verdict on a limit for all designs whose numbers, those of the train included, lie between ``ends``.
+    """Verdict on a limit for all designs whose numbers, those of the train included, lie between ``number_ranges``.
 
     A limit on errors due to tolerances is decided for the nominal design alone.
     """
     if limit.is_on_motion_error:
-        ends = {}
+        number_ranges = {}
     if limit.decider:
-        return BoxVerdict(_crossing_verdict(problem, limit, design, ends, until))
-    if train_entries(ends):
+        return BoxVerdict(_self_crossing_verdict(problem, limit, design, number_ranges, deadline))
+    if train_entries(number_ranges):
         if depends_on_train(problem, limit):
             if limit.mean_constraint is not None and not limit.constraints:
-                return mean_over_trains(problem, limit.mean_constraint, design, ends, until)
-            return limit_over_trains(problem, limit, design, ends, until)
-        ends = _design_ranges(ends)
+                return mean_verdict_over_trains(problem, limit.mean_constraint, design, number_ranges, deadline)
+            return limit_verdict_over_trains(problem, limit, design, number_ranges, deadline)
+        number_ranges = _ranges_without_train(number_ranges)
     if limit.is_infinite_on_motion(problem.programme):
         return BoxVerdict(BROKEN, design)
     constraints: list[AnyConstraint] = [
         *limit.constraints,
         *([] if limit.mean_constraint is None else [limit.mean_constraint]),
     ]
-    if constraints and all(map(_is_derivative, constraints)):
-        return _verdict_at_speeds(problem, limit, design, ends)
+    if constraints and all(map(_is_on_motion_derivatives, constraints)):
+        return _derivative_verdict_at_speeds(problem, limit, design, number_ranges)
     if limit.is_on_base_circle:
-        least = {field: np.array([ends[field][0]]) for field in BODY_FIELDS if field in ends}
+        least = {field: np.array([number_ranges[field][0]]) for field in BODY_FIELDS if field in number_ranges}
         return _verdict_by_quantities(problem, limit, design.with_values(least))
-    if not constraints and (not ends or limit.is_of_motion):
+    if not constraints and (not number_ranges or limit.is_of_motion):
         return _verdict_by_quantities(problem, limit, design)
-    if ends and _is_decided_by_ranges(problem, limit):
-        return _verdict_by_ranges(problem, limit, design, ends)
-    verdicts = [constraint_over_box(problem, constraint, design, ends, until) for constraint in constraints]
+    if number_ranges and _is_decided_by_ranges(problem, limit):
+        return _verdict_by_interval_arithmetic(problem, limit, design, number_ranges)
+    verdicts = [
+        constraint_verdict_over_box(problem, constraint, design, number_ranges, deadline)
+        for constraint in constraints
+    ]
     broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
     if broken:
         return broken[0]
     return BoxVerdict(HELD if verdicts and all(each.verdict == HELD for each in verdicts) else UNDECIDED)
 
 
-def _crossing_verdict(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float) -> str:
+def _self_crossing_verdict(
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, deadline: float
+) -> str:
     """Verdict on self-crossing: by the profile for one design, by the largest pressure angle for a box."""
-    if ends:
+    if number_ranges:
         proved = all(
-            _proves_round_disc(problem, contact, design, ends, until)
-            for contact in follower_contacts(problem.setup)
+            _proves_disc_without_self_crossing(problem, contact, design, number_ranges, deadline)
+            for contact in all_follower_contacts(problem.setup)
         )
         return HELD if proved else UNDECIDED
     assert limit.decider is not None
@@ -116,27 +122,31 @@ def _is_decided_by_ranges(problem: Problem, limit: Limit) -> bool:
     return bool(effects) and all(runs_on_ranges(effect, problem.setup) for effect in effects)
 
 
-def _verdict_by_ranges(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges) -> BoxVerdict:
+def _verdict_by_interval_arithmetic(
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges
+) -> BoxVerdict:
     """Verdict on a limit for a box, by interval arithmetic on its ranges."""
-    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ends.items()})
+    box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in number_ranges.items()})
     excess = as_interval(limit.excess(quantities_over_box(problem, {*limit.required_quantities}, box, 1.0), box))
     return BoxVerdict(HELD if np.all(excess.high <= 0.0) else UNDECIDED)
 
 
-def _design_ranges(ends: NumberRanges) -> NumberRanges:
+def _ranges_without_train(ends: NumberRanges) -> NumberRanges:
     """The ranges of ``ends`` without those of the train."""
     trains = train_entries(ends)
     return {field: limits for field, limits in ends.items() if field not in trains}
 
 
-def _verdict_at_speeds(problem: Problem, limit: Limit, design: Designs, ends: NumberRanges) -> BoxVerdict:
+def _derivative_verdict_at_speeds(
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges
+) -> BoxVerdict:
     """Verdict on a limit on a derivative of the motion, which is proportional to a power of the speed."""
-    if speeds := ends.get(SPEED_KEY):
+    if speeds := number_ranges.get(SPEED_KEY):
         design = design.take([0, 0]).with_values({SPEED_KEY: np.array(speeds)})
     return _verdict_by_quantities(problem, limit, design, DERIVATIVE_ROUNDING)
 
 
-def _is_derivative(constraint: AnyConstraint) -> bool:
+def _is_on_motion_derivatives(constraint: AnyConstraint) -> bool:
     """Whether a constraint is on derivatives of the motion alone."""
     curves = (
         [constraint.curve] if isinstance(constraint, Constraint) else [make for make, _ in constraint.mean.curves]
@@ -144,56 +154,62 @@ def _is_derivative(constraint: AnyConstraint) -> bool:
     return all(isinstance(curve, Derivative) for curve in curves)
 
 
-def _outward_width(rows: DesignRows, name: str, rounded: float) -> Any:
+def _outward_width(rows: DesignRows, name: str, relative_rounding: float) -> Any:
     """Largest outward difference of a quantity's true value from its column, with a relative rounding error."""
     outward = rows.outward.get(name, 0.0)
     value = np.where(np.isfinite(rows.columns[name]), rows.columns[name], 0.0)
-    return outward + np.copysign(rounded * np.abs(value), outward)
+    return outward + np.copysign(relative_rounding * np.abs(value), outward)
 
 
-def _verdict_by_quantities(problem: Problem, limit: Limit, designs: Designs, rounded: float = 0.0) -> BoxVerdict:
+def _verdict_by_quantities(
+    problem: Problem, limit: Limit, designs: Designs, relative_rounding: float = 0.0
+) -> BoxVerdict:
     """Verdict on a limit for some designs, from the enclosures of its quantities in double precision.
 
     Quantities that depend only on sizes are compared without an enclosure.
     """
     rows = run_effects(EvaluationBlock(problem.setup, problem.programme, designs), limit.required_quantities)
-    rows = replace(rows, outward={name: _outward_width(rows, name, rounded) for name in rows.columns})
-    outer, inner = (limit.excess(rows.shifted_columns(share), designs) for share in (1.0, -1.0))
+    rows = replace(rows, outward={name: _outward_width(rows, name, relative_rounding) for name in rows.columns})
+    outer, inner = (limit.excess(rows.columns_shifted_by_width_share(share), designs) for share in (1.0, -1.0))
     if np.all(outer <= 0.0):
         return BoxVerdict(HELD)
     broken = np.flatnonzero(inner > 0.0)
     return BoxVerdict(BROKEN, designs.take(broken[:1])) if broken.size else BoxVerdict(UNDECIDED)
 
 
-def _proves_round_disc(
-    problem: Problem, contact: FurtherContact, design: Designs, ends: NumberRanges, until: float
+def _proves_disc_without_self_crossing(
+    problem: Problem, contact: FurtherContact, design: Designs, number_ranges: NumberRanges, deadline: float
 ) -> bool:
     """Whether the largest pressure angle proves that no disc at one contact crosses itself."""
     name = "pressure_angle_max_deg"
-    ranges = _design_ranges(ends)
+    ranges = _ranges_without_train(number_ranges)
     corners = np.array([*product(*ranges.values())])
     at_corners = dict(zip(ranges, corners.T, strict=True))
     corner_designs = design.take(np.zeros(len(corners), dtype=int)).with_values(at_corners)
     columns = run_effects(
         block_at_contact(EvaluationBlock(problem.setup, problem.programme, corner_designs), contact), [name]
-    ).shifted_columns(1.0)
+    ).columns_shifted_by_width_share(1.0)
     curve = ContactCurve(contact.mechanism.pressure, contact.local_designs)
     for steeper in STEEPER_SHARES:
         most = float(np.max(columns[name])) * (1.0 + steeper)
         if not most < 90.0:
             return False
         steepest = Constraint(curve, ALL_STROKES, LARGEST_MAGNITUDE, ConstantBound(float(np.tan(np.radians(most)))))
-        decide = constraint_over_box if ranges == ends else constraint_over_trains
-        if decide(problem, steepest, design, ends, until).verdict == HELD:
+        decide = constraint_verdict_over_box if ranges == number_ranges else constraint_verdict_over_trains
+        if decide(problem, steepest, design, number_ranges, deadline).verdict == HELD:
             break
     else:
         return False
     box = design.with_values({n: Interval(np.array([a]), np.array([b])) for n, (a, b) in ranges.items()})
-    turn: Any = problem.programme if ranges == ends else motion_over_trains(problem, steepest, design, ends)
+    turn: Any = (
+        problem.programme
+        if ranges == number_ranges
+        else driven_motion_over_trains(problem, steepest, design, number_ranges)
+    )
     if turn is None:
         return False
     block = replace(
         block_at_contact(EvaluationBlock(problem.setup, turn, box), contact), columns={name: np.array([most])}
     )
-    half_width = as_interval(block.setup.half_width(block.designs))
-    return bool(np.all(as_interval(round_radius_limit(block)).low > half_width.high))
+    half_width = as_interval(block.setup.pitch_to_flank_distance(block.designs))
+    return bool(np.all(as_interval(proved_uncrossed_roller_radius(block)).low > half_width.high))

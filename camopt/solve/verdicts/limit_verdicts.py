@@ -20,7 +20,7 @@ from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limit import ASSEMBLY, Limit, quantities_of_limits
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem, at_rounding_error
 from camopt.scene.problem.rows import DesignRows, QuantityColumns
-from camopt.solve.verdicts.effect_runs import columns_for, effect_plan, with_effect
+from camopt.solve.verdicts.effect_runs import columns_for_limits, effect_plan, with_effect
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
@@ -28,7 +28,7 @@ ENCLOSURE_SIDES = np.array([[1.0], [-1.0]])  # far and near side of an enclosure
 LAST_DESIGNS_AT_ONCE = 16  # designs checked together for the last limits, if there is a time to stop
 
 
-def proved_status(problem: Problem) -> str:
+def status_of_proved_verdict(problem: Problem) -> str:
     """Status of a proved verdict: sampled if it depends on a table of points or a Python function, else certified.
 
     Between the points of a table the motion is only assumed, and the numbers of a Python function have no
@@ -48,24 +48,26 @@ class Effort(NamedTuple):
         return Effort(*(a + b for a, b in zip(self, other, strict=True)))
 
 
-def evaluate_rows(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> DesignRows:
-    """Wanted quantities of all designs, with their verdicts; after ``until``, open verdicts stay undecided."""
-    return evaluate_with_effort(problem, designs, wanted, until)[0]
+def evaluate_with_verdicts(
+    problem: Problem, designs: Designs, wanted: frozenset[str], deadline: float = inf
+) -> DesignRows:
+    """Wanted quantities of all designs, with their verdicts; after ``deadline``, open verdicts stay undecided."""
+    return evaluate_with_verdicts_and_effort(problem, designs, wanted, deadline)[0]
 
 
-def evaluate_with_effort(
-    problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf
+def evaluate_with_verdicts_and_effort(
+    problem: Problem, designs: Designs, wanted: frozenset[str], deadline: float = inf
 ) -> tuple[DesignRows, Effort]:
     """Wanted quantities of all designs, with their verdicts and the effort."""
-    rows, outer, inner = bound_excesses(problem, designs, wanted)
+    rows, outer, inner = quantities_with_excess_bounds(problem, designs, wanted)
     rows = with_certified_numbers(problem, designs, rows)
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
     undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
-    proved, over = proved_status(problem), np.where(feasible | undecided, outer, inner)
+    proved, over = status_of_proved_verdict(problem), np.where(feasible | undecided, outer, inner)
     verdict = {
         "feasible": feasible,
-        "violated": np.where(exists, violations(problem.limits, over), ASSEMBLY),
+        "violated": np.where(exists, violated_limit_names(problem.limits, over), ASSEMBLY),
         "status": np.where(undecided, UNDECIDED, proved) if undecided.any() else proved,
         "relative_half_width": rows.half_width,
     }
@@ -74,9 +76,11 @@ def evaluate_with_effort(
     if not index.size:
         return rows, Effort()
     if problem.setup.relative_error > SINGLE_DESIGN_ERROR:
-        closer, effort = evaluate_with_effort(at_rounding_error(problem), designs.take(index), wanted, until)
+        closer, effort = evaluate_with_verdicts_and_effort(
+            at_rounding_error(problem), designs.take(index), wanted, deadline
+        )
         return rows.replace_rows(index, closer), effort._replace(again=index.size)
-    closer = _certify_rows(problem, designs.take(index), rows.take(index), until)
+    closer = _rows_with_certified_verdicts(problem, designs.take(index), rows.take(index), deadline)
     remaining = int(np.count_nonzero(closer.column("status") == UNDECIDED))
     return rows.replace_rows(index, closer), Effort(intervals=index.size, undecided=remaining)
 
@@ -93,10 +97,12 @@ class ExcessBounds(NamedTuple):
     inner: FloatArray
 
 
-def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> ExcessBounds:
+def quantities_with_excess_bounds(
+    problem: Problem, designs: Designs, wanted: frozenset[str], deadline: float = inf
+) -> ExcessBounds:
     """Wanted quantities of all designs, the quantities of limits, and the excesses over all limits.
 
-    Limits that are checked last are checked only for designs that may hold all others, and until ``until``
+    Limits that are checked last are checked only for designs that may hold all others, and until ``deadline``
     (``clock.clock_seconds``).
     """
     case, rows, later = EvaluationBlock(problem.setup, problem.programme, designs), DesignRows({}, len(designs)), []
@@ -108,19 +114,19 @@ def bound_excesses(problem: Problem, designs: Designs, wanted: frozenset[str], u
             rows = with_effect(rows, case, effect, names)
     first = [limit for limit in problem.limits if not limit.is_deferred]
     both = np.full((2, len(problem.limits), len(designs)), -np.inf)
-    both[:, : len(first)] = excess_of_sides(first, rows, designs)
+    both[:, : len(first)] = excesses_of_enclosure_sides(first, rows, designs)
     outer, inner = both
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
     last = problem.limits[len(first) :]
     outer[len(first) :, index] = inf
-    pieces = np.array_split(index, 1 + index.size // LAST_DESIGNS_AT_ONCE) if until < inf else [index]
+    pieces = np.array_split(index, 1 + index.size // LAST_DESIGNS_AT_ONCE) if deadline < inf else [index]
     for numbers in pieces if last and index.size else ():
-        if clock_seconds() > until:
+        if clock_seconds() > deadline:
             break
         last_rows, part = rows.take(numbers), select_designs(case, numbers)
         for effect, names in later:
             last_rows = with_effect(last_rows, part, effect, names)
-        both[:, len(first) :, numbers] = excess_of_sides(last, last_rows, part.designs)
+        both[:, len(first) :, numbers] = excesses_of_enclosure_sides(last, last_rows, part.designs)
     return ExcessBounds(rows, outer, inner)
 
 
@@ -128,17 +134,19 @@ def with_certified_numbers(problem: Problem, designs: Designs, rows: DesignRows)
     """Rows with numbers proved in intervals where double precision misses the scene's accuracy."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
-    from camopt.solve.verdicts.certified_ranges import certify_numbers  # noqa: PLC0415, seldom needed
+    from camopt.solve.verdicts.certified_ranges import rows_with_certified_quantities  # noqa: PLC0415, seldom needed
 
-    return certify_numbers(problem, designs, rows)
+    return rows_with_certified_quantities(problem, designs, rows)
 
 
-def _certify_rows(problem: Problem, designs: Designs, rows: DesignRows, until: float) -> DesignRows:
+def _rows_with_certified_verdicts(
+    problem: Problem, designs: Designs, rows: DesignRows, deadline: float
+) -> DesignRows:
     """Rows with the verdicts of interval arithmetic."""
     from camopt.solve.verdicts.certify import certify_limits  # noqa: PLC0415, seldom needed
 
     by_design = [
-        list(certify_limits(*problem.absorb_design_numbers(designs.take([i])), until).values())
+        list(certify_limits(*problem.absorb_design_numbers(designs.take([i])), deadline).values())
         for i in range(len(designs))
     ]
     verdicts = np.array(by_design).T
@@ -146,8 +154,8 @@ def _certify_rows(problem: Problem, designs: Designs, rows: DesignRows, until: f
     settled = feasible | np.any(verdicts == BROKEN, axis=0)
     verdict = {
         "feasible": feasible,
-        "violated": violations(problem.limits, np.where(verdicts == HELD, -1.0, 1.0)),
-        "status": np.where(settled, proved_status(problem), UNDECIDED),
+        "violated": violated_limit_names(problem.limits, np.where(verdicts == HELD, -1.0, 1.0)),
+        "status": np.where(settled, status_of_proved_verdict(problem), UNDECIDED),
     }
     return DesignRows(rows.columns | verdict, rows.count)
 
@@ -160,16 +168,16 @@ def excesses(limits: Sequence[Limit], columns: QuantityColumns, designs: Designs
     return excess
 
 
-def excess_of_sides(limits: Sequence[Limit], rows: DesignRows, designs: Designs) -> FloatArray:
+def excesses_of_enclosure_sides(limits: Sequence[Limit], rows: DesignRows, designs: Designs) -> FloatArray:
     """Relative excess over each limit of the far and near sides of enclosures (2, limits, designs)."""
-    columns = rows.select_columns(quantities_of_limits(limits)).shifted_columns(ENCLOSURE_SIDES)
+    columns = rows.select_columns(quantities_of_limits(limits)).columns_shifted_by_width_share(ENCLOSURE_SIDES)
     excess = np.empty((2, len(limits), len(designs)))
     for number, limit in enumerate(limits):
         excess[:, number] = limit.excess(columns, designs)
     return excess
 
 
-def worst_excesses(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:
+def worst_excesses_over_variants(problem: Problem, limits: Sequence[Limit], designs: Designs) -> FloatArray:
     """Largest relative excess over each limit among all variants of each design (limits, designs)."""
     return np.asarray(np.max([excess for _, _, excess in excesses_of_variants(problem, limits, designs)], axis=0))
 
@@ -182,8 +190,8 @@ def excesses_of_variants(
     The excess over a limit that only the nominal designs must hold is −∞ for the other variants.
     """
     of_errors = [limit.is_on_motion_error for limit in limits]
-    for number, (variant_problem, variant) in enumerate(problem.all_variants(designs)):
-        columns = columns_for(variant_problem, limits, variant)
+    for number, (variant_problem, variant) in enumerate(problem.nominal_and_error_variants(designs)):
+        columns = columns_for_limits(variant_problem, limits, variant)
         excess = excesses(limits, columns, variant)
         if number:
             excess[of_errors] = -np.inf
@@ -199,13 +207,13 @@ def excess_rank(excess: FloatArray) -> tuple[float, float]:
     return float(over.max(initial=0.0)), float(over.sum())
 
 
-def least_excess(excess: FloatArray) -> int:
+def index_of_least_excess(excess: FloatArray) -> int:
     """Number of the design in (limits, designs) that misses its limits the least."""
     over = np.clip(excess, 0.0, INFINITE_EXCESS)
     return int(np.lexsort((over.sum(axis=0), over.max(axis=0)))[0])
 
 
-def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
+def violated_limit_names(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
     """Names of the limits that each design exceeds, joined by commas.
 
     A limit that is checked last is named only if the design holds all others.

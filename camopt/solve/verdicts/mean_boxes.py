@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.load_tables import TrainLoadTable
 from camopt.core.numerics.sloped_interval import (
@@ -36,37 +36,44 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 SUM_ROUNDING = 1e-13  # rounding of sums over panels, relative to the sum of magnitudes
 
 
-def mean_power_over(problem: Problem, mean: Mean, box: Designs, inside: Designs, free: list[str]) -> SlopedInterval:
-    """Mean of the curve to the power p over n boxes, with its value at one design of each and its slopes."""
+def enclose_mean_power(
+    problem: Problem, mean: Mean, box: Designs, inner_designs: Designs, free_names: list[str]
+) -> SlopedInterval:
+    """Enclosure of a curve's mean p-th power over n boxes, with a value and slopes in each box."""
     if isinstance(mean.curves[0][0], Derivative):
-        of_motion = power_means(EvaluationBlock(problem.setup, problem.programme, inside), mean).value
-        return as_sloped_interval(of_motion, sloped_boxes(box, inside, free, 1)[1])
-    parts = [_share_of_curve(problem.programme, mean, k, box, inside, free) for k in range(len(mean.curves))]
+        of_motion = power_means(EvaluationBlock(problem.setup, problem.programme, inner_designs), mean).value
+        return as_sloped_interval(of_motion, sloped_boxes(box, inner_designs, free_names, 1)[1])
+    parts = [
+        _curve_share_of_mean(problem.programme, mean, k, box, inner_designs, free_names)
+        for k in range(len(mean.curves))
+    ]
     value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    point = power_means(EvaluationBlock(at_rounding_error(problem).setup, problem.programme, inside), mean)
+    point = power_means(EvaluationBlock(at_rounding_error(problem).setup, problem.programme, inner_designs), mean)
     finite = np.isfinite(point.value)
     at = Interval(*(np.where(finite, point.value + side * point.error, side * np.inf) for side in (-1.0, 1.0)))
-    return narrow_by_mean_value(value, at, slopes, sloped_boxes(box, inside, free, 1)[1])
+    return narrow_by_mean_value(value, at, slopes, sloped_boxes(box, inner_designs, free_names, 1)[1])
 
 
-def _share_of_curve(
-    programme: Programme, mean: Mean, number: int, box: Designs, inside: Designs, free: list[str]
+def _curve_share_of_mean(
+    programme: Programme, mean: Mean, curve_number: int, box: Designs, inner_designs: Designs, free_names: list[str]
 ) -> tuple[Interval, Interval]:
     """Share of one curve's pieces in the mean: its range (n,) and its slopes (d, n)."""
-    make, kinds = mean.curves[number]
-    panels, count = np.flatnonzero(programme.panels_of(kinds)), len(box)
-    designs, like = sloped_boxes(box, inside, free, max(panels.size, 1))
+    make, kinds = mean.curves[curve_number]
+    panels, count = np.flatnonzero(programme.panels_with_kinds(kinds)), len(box)
+    designs, like = sloped_boxes(box, inner_designs, free_names, max(panels.size, 1))
     weights = programme.table.half_width[panels] / np.pi
     if not panels.size:
         return 0.0 * like.value, 0.0 * like.slopes
-    value = value_of(make(designs, programme), ..., _state_over_panels(programme, np.repeat(panels, count)))
+    value = curve_value(
+        make(designs, programme), ..., _state_range_over_panels(programme, np.repeat(panels, count))
+    )
     sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
     power = np.square(sloped) if mean.power == 2 else sloped
     shares = np.broadcast_to(weights[:, None], (panels.size, count))
-    return weighted_sums(shares, power.value), weighted_sums(shares, power.slopes)
+    return enclose_weighted_sums(shares, power.value), enclose_weighted_sums(shares, power.slopes)
 
 
-def _state_over_panels(programme: Programme, panels: Any) -> State:
+def _state_range_over_panels(programme: Programme, panels: Any) -> State:
     """Range of the state over whole panels, without the jerk; slopes by the cam angle have no meaning."""
     table, load = programme.table, programme.table.load
     error = table.error[panels]
@@ -85,7 +92,7 @@ def _state_over_panels(programme: Programme, panels: Any) -> State:
     return State(y, y1, y2, 0.0, Load(Interval(load.low[panels] - rounding, load.high[panels] + rounding), 0.0))
 
 
-def weighted_sums(weights: FloatArray, ranges: Interval) -> Interval:
+def enclose_weighted_sums(weights: FloatArray, ranges: Interval) -> Interval:
     """Weighted sums (…, n) of ranges (…, m·n) with weights (m, n), widened by their rounding."""
     rows = ranges.reshape(*ranges.low.shape[:-1], *weights.shape)
     low, high = (np.einsum("mn,...mn->...n", weights, end) for end in (rows.low, rows.high))
@@ -93,15 +100,19 @@ def weighted_sums(weights: FloatArray, ranges: Interval) -> Interval:
     return Interval(low - room, high + room)
 
 
-def mean_excess(
-    problem: Problem, constraint: TurnMeanConstraint, box: Designs, inside: Designs, free: list[str]
+def enclose_mean_excess(
+    problem: Problem, constraint: TurnMeanConstraint, box: Designs, inner_designs: Designs, free_names: list[str]
 ) -> SlopedInterval:
     """Excess over a limit on a mean for boxes of designs, relative to its terms; above 0 the limit is broken."""
-    designs, _ = sloped_boxes(box, inside, free, 1)
-    return excess_of_mean(constraint, mean_power_over(problem, constraint.mean, box, inside, free), designs)
+    designs, _ = sloped_boxes(box, inner_designs, free_names, 1)
+    return excess_from_mean_power(
+        constraint, enclose_mean_power(problem, constraint.mean, box, inner_designs, free_names), designs
+    )
 
 
-def excess_of_mean(constraint: TurnMeanConstraint, powers: SlopedInterval, designs: Designs) -> SlopedInterval:
+def excess_from_mean_power(
+    constraint: TurnMeanConstraint, powers: SlopedInterval, designs: Designs
+) -> SlopedInterval:
     """Excess over a limit on a mean, from the mean of the curve to the power p."""
     quantity, allowed = powers * constraint.factor(designs), constraint.upper_bound()
     scale = value_at_point(quantity).least_magnitude + abs(allowed)
@@ -109,7 +120,7 @@ def excess_of_mean(constraint: TurnMeanConstraint, powers: SlopedInterval, desig
     return excess
 
 
-def mean_verdict(problem: Problem, constraint: TurnMeanConstraint, design: Designs) -> str:
+def mean_verdict_of_design(problem: Problem, constraint: TurnMeanConstraint, design: Designs) -> str:
     """Verdict on a limit on a mean for one design."""
     mean = power_means(
         EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design), constraint.mean

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.load_tables import ANGLE_ERRORS, LOAD_ERRORS
 from camopt.core.numerics.sloped_interval import (
@@ -32,7 +32,7 @@ from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.load import ExternalLoad
 from camopt.model.motion.programme import Programme
-from camopt.model.motion.stroke import motion_ways, reversed_kinds
+from camopt.model.motion.stroke import motion_directions, reversed_kinds
 from camopt.model.motion.tool_drive import tool_travel
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
@@ -43,10 +43,10 @@ from camopt.solve.verdicts.constraint_boxes import (
     BoxVerdict,
     ConstraintSearch,
     NumberRanges,
-    excess_of,
-    state_over,
+    enclose_state,
+    relative_excess,
 )
-from camopt.solve.verdicts.driven_boxes import DrivenMotion, LoadAt, driven_motion
+from camopt.solve.verdicts.driven_boxes import DrivenMotion, LoadAt, motion_of_driven_followers
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 MOST_ORDER = 2
@@ -67,10 +67,10 @@ def _is_tool_derivative(curve: Any) -> bool:
     return isinstance(curve, Derivative) and not curve.at_follower
 
 
-def limit_over_trains(
-    problem: Problem, limit: Limit, design: Designs, ends: NumberRanges, until: float = inf
+def limit_verdict_over_trains(
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, deadline: float = inf
 ) -> BoxVerdict:
-    """Verdict on a limit for all designs and trains whose numbers lie between ``ends``."""
+    """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
     constraints = [
         *((constraint, False) for constraint in limit.constraints),
         *((constraint, True) for constraint in limit.train_constraints),
@@ -78,7 +78,7 @@ def limit_over_trains(
     if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:
         return BoxVerdict(UNDECIDED)
     verdicts = [
-        constraint_over_trains(problem, constraint, design, ends, until, of_train)
+        constraint_verdict_over_trains(problem, constraint, design, number_ranges, deadline, of_train)
         for constraint, of_train in constraints
     ]
     broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
@@ -86,7 +86,7 @@ def limit_over_trains(
     return broken[0] if broken else BoxVerdict(HELD if held else UNDECIDED)
 
 
-def _with_load(problem: Problem, constraint: Constraint) -> Problem:
+def _without_load_for_cam_shape(problem: Problem, constraint: Constraint) -> Problem:
     """The problem without its load, for a constraint on the cam's shape; else the problem."""
     mechanism = problem.setup.mechanism
     if constraint.curve in (*mechanism.pitch_curves, mechanism.profile_radius, mechanism.outline):
@@ -94,32 +94,37 @@ def _with_load(problem: Problem, constraint: Constraint) -> Problem:
     return problem
 
 
-def constraint_over_trains(
+def constraint_verdict_over_trains(
     problem: Problem,
     constraint: Constraint,
     design: Designs,
-    ends: NumberRanges,
-    until: float,
+    number_ranges: NumberRanges,
+    deadline: float,
     of_train: bool = False,
 ) -> BoxVerdict:
-    """Verdict on a constraint on a curve of the cam or of its train, for all designs between ``ends``."""
+    """Verdict on a constraint on a curve of the cam or of its train, for all designs between ``number_ranges``."""
     curve: Any = constraint.curve
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
     if isinstance(curve, Derivative) and not (curve.at_follower and curve.order <= MOST_ORDER):
         return BoxVerdict(UNDECIDED)
     search = TrainConstraintSearch(
-        _with_load(problem, constraint), constraint, design, tuple(ends), until, of_train
+        _without_load_for_cam_shape(problem, constraint),
+        constraint,
+        design,
+        tuple(number_ranges),
+        deadline,
+        of_train,
     )
-    return search.run(search.whole_panels(ends))
+    return search.search_for_violation(search.whole_tool_panels(number_ranges))
 
 
-def motion_over_trains(
-    problem: Problem, constraint: Constraint, design: Designs, ends: NumberRanges
+def driven_motion_over_trains(
+    problem: Problem, constraint: Constraint, design: Designs, number_ranges: NumberRanges
 ) -> DrivenMotion | None:
     """Motion of all followers of a box, with the range of their lifts; None if one may fail to assemble."""
-    search = TrainConstraintSearch(problem, constraint, design, tuple(ends), inf)
-    return search.motion_over(search.whole_panels(ends).take([0])).driven_with_lift_range
+    search = TrainConstraintSearch(problem, constraint, design, tuple(number_ranges), inf)
+    return search.enclose_motion(search.whole_tool_panels(number_ranges).take([0])).driven_with_lift_range
 
 
 class BoxMotion(NamedTuple):
@@ -146,89 +151,95 @@ class TrainConstraintSearch(ConstraintSearch):
     """Whether the constraint is on a curve of the train."""
 
     @cached_property
-    def sense(self) -> float:
+    def follower_sense(self) -> float:
         """Direction of the follower as the tool moves up: 1 or −1."""
         assert self.problem.setup.train is not None
-        return float(self.problem.setup.train.senses[-1])
+        return float(self.problem.setup.train.joint_motion_signs[-1])
 
     @cached_property
-    def tool(self) -> Programme:
+    def tool_programme(self) -> Programme:
         """The tool's motion."""
         return self.problem.programme.tool
 
     @cached_property
-    def kinds(self) -> IntArray:
+    def panel_stroke_kinds(self) -> IntArray:
         """Kind of each panel of the tool's motion."""
-        return np.repeat(self.tool.table.kind, np.diff(self.tool.table.first_panel))
+        return np.repeat(self.tool_programme.table.kind, np.diff(self.tool_programme.table.first_panel))
 
-    def whole_panels(self, ends: NumberRanges) -> BoxParts:
+    def whole_tool_panels(self, ends: NumberRanges) -> BoxParts:
         """Whole panels of the tool's motion on the constraint's strokes, with the box."""
-        kinds, table = self.kinds if self.sense > 0.0 else reversed_kinds(self.kinds), self.tool.table
+        kinds, table = (
+            self.panel_stroke_kinds if self.follower_sense > 0.0 else reversed_kinds(self.panel_stroke_kinds),
+            self.tool_programme.table,
+        )
         parts = BoxParts.from_panels(np.flatnonzero(kinds & self.constraint.kinds), self.constraint, ends)
         centre, half = table.centre[parts.panel], table.half_width[parts.panel]
-        for corner in self.corners:
+        for corner in self.load_corner_angles:
             parts = parts.split_at_place((np.mod(corner - centre + np.pi, 2.0 * np.pi) - np.pi) / half)
             centre, half = table.centre[parts.panel], table.half_width[parts.panel]
         return parts
 
     @property
-    def corners(self) -> tuple[float, ...]:
+    def load_corner_angles(self) -> tuple[float, ...]:
         """Cam angles between which loads are linear."""
         load = self.problem.programme.load
         return () if load is None else load.angles
 
-    def loads_over(self, parts: BoxParts, u: FloatArray, angle: SlopedInterval) -> LoadAt:
+    def load_function_over_parts(self, parts: BoxParts, middle_place: FloatArray, angle: SlopedInterval) -> LoadAt:
         """Loads over parts; no part may have a corner of a load inside."""
-        table = self.tool.table
-        place = u * table.half_width[parts.panel]
+        table = self.tool_programme.table
+        place = middle_place * table.half_width[parts.panel]
 
         def load_over_parts(load: ExternalLoad) -> tuple[Any, Any]:
             value, slope = load.load_and_slope(table.centre[parts.panel] + place)
-            error = UNIT_ROUNDOFF * (LOAD_ERRORS * load.largest + ANGLE_ERRORS * np.abs(slope))
+            error = UNIT_ROUNDOFF * (LOAD_ERRORS * load.largest_load_magnitude + ANGLE_ERRORS * np.abs(slope))
             straight = Interval(value - slope * place - error, value - slope * place + error)
             return LinkageInterval.from_interval(angle * slope + straight, []), slope
 
         return load_over_parts
 
-    def excess(self, parts: BoxParts) -> SlopedInterval:
-        motion, constraint = self.motion_over(parts), self.constraint
+    def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
+        motion, constraint = self.enclose_motion(parts), self.constraint
         curve: Any = constraint.curve
         if self.of_train:
             value = curve(motion.designs, motion.driven.links)
         elif isinstance(curve, Derivative):
             value = motion.driven.state[curve.order]
         else:
-            value = value_of(curve(motion.designs, motion.driven), ..., motion.driven.state)
+            value = curve_value(curve(motion.designs, motion.driven), ..., motion.driven.state)
         quotient = as_quotient(value.divide() if isinstance(value, Quotient) else value)
-        excess = as_sloped_interval(excess_of(constraint, parts.side, quotient, motion.designs), motion.angle)
-        return restrict_to_assembled(motion.assembled, excess)
+        excess = as_sloped_interval(relative_excess(constraint, parts.side, quotient, motion.designs), motion.angle)
+        return excess_unbounded_if_unassembled(motion.assembled, excess)
 
-    def motion_over(self, parts: BoxParts) -> BoxMotion:
+    def enclose_motion(self, parts: BoxParts) -> BoxMotion:
         """Motion of the followers over parts."""
         middle = (parts.low + parts.high) / 2.0
-        half = self.tool.table.half_width[parts.panel]
+        half = self.tool_programme.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)
         sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
         angle, *numbers = box_variables(sides, [middle[0] * half, *middle[1:]])
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         designs = designs.with_values(dict(zip(self.names, numbers, strict=True)))
-        radicands, zero = list[SlopedInterval](), tool_travel(self.problem.programme)[0] - self.tool.levels[0]
-        tool: Any = state_over(self.tool.table, parts.panel, middle[0], angle)
+        radicands, zero = (
+            list[SlopedInterval](),
+            tool_travel(self.problem.programme)[0] - self.tool_programme.levels[0],
+        )
+        tool: Any = enclose_state(self.tool_programme.table, parts.panel, middle[0], angle)
         moving: Any = tool.y + zero, tool.y1, tool.y2
         motion = [LinkageInterval.from_interval(term, radicands) for term in moving]
         ranges: dict[str, Any] = {key: number for key, number in designs.numbers.items() if is_train_key(key)}
         trains = {key: LinkageInterval.from_interval(number, radicands) for key, number in ranges.items()}
-        ways = motion_ways(self.kinds[parts.panel])
-        loads = self.loads_over(parts, middle[0], angle)
-        driven = driven_motion(self.problem, designs.with_values(trains), loads, motion, ways)
+        ways = motion_directions(self.panel_stroke_kinds[parts.panel])
+        loads = self.load_function_over_parts(parts, middle[0], angle)
+        driven = motion_of_driven_followers(self.problem, designs.with_values(trains), loads, motion, ways)
         margins = self.problem.setup.mechanism.assembly_margins(designs, driven)  # type: ignore[arg-type]
-        assembled = driven.sense == self.sense
+        assembled = driven.sense == self.follower_sense
         for margin in (*margins, *radicands):
             assembled = assembled & (as_interval(range_of(margin)).low > 0.0)
         return BoxMotion(driven, designs, angle, assembled)
 
 
-def restrict_to_assembled(assembled: Any, excess: SlopedInterval) -> SlopedInterval:
+def excess_unbounded_if_unassembled(assembled: Any, excess: SlopedInterval) -> SlopedInterval:
     """The excess where all trains and cams are assembled; elsewhere without bounds."""
     high, low = np.where(assembled, excess.value.high, inf), np.where(assembled, excess.at.low, -inf)
     slopes = Interval(np.where(assembled, excess.slopes.low, -inf), np.where(assembled, excess.slopes.high, inf))

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.curves import value_of
+from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.quadrature import GaussRule, integrate_by_orders
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_sloped_interval, narrow_by_mean_value
@@ -30,12 +30,12 @@ from camopt.solve.verdicts.constraint_boxes import (
     BoxParts,
     BoxVerdict,
     NumberRanges,
-    boxes_of_parts,
+    box_and_middle_designs,
     whole_turn_parts,
 )
-from camopt.solve.verdicts.driven_boxes import MOTION_TERMS, ToolPlaces, motion_at_places
-from camopt.solve.verdicts.mean_boxes import excess_of_mean, weighted_sums
-from camopt.solve.verdicts.train_boxes import TrainConstraintSearch, restrict_to_assembled
+from camopt.solve.verdicts.driven_boxes import MOTION_TERMS, ToolPlaces, driven_motion_at_places
+from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_power
+from camopt.solve.verdicts.train_boxes import TrainConstraintSearch, excess_unbounded_if_unassembled
 from camopt.solve.verdicts.verdict_words import UNDECIDED
 
 PIECE_CUTS = 1, 8
@@ -43,19 +43,23 @@ PIECE_CUTS = 1, 8
 MEAN_ERROR = 1e-11  # relative error of the mean at one design of a box; its range includes it
 
 
-def mean_over_trains(
-    problem: Problem, constraint: TurnMeanConstraint, design: Designs, ends: NumberRanges, until: float = inf
+def mean_verdict_over_trains(
+    problem: Problem,
+    constraint: TurnMeanConstraint,
+    design: Designs,
+    number_ranges: NumberRanges,
+    deadline: float = inf,
 ) -> BoxVerdict:
-    """Verdict on a constraint on a mean for all designs and trains whose numbers lie between ``ends``.
+    """Verdict on a constraint on a mean for all designs and trains whose numbers lie between ``number_ranges``.
 
     It is undecided if the curve has kinks that depend on the cam, as guide friction has.
     """
     if constraint.mean.smooth is not None or problem.programme.given_at_follower:
         return BoxVerdict(UNDECIDED)
     for cuts in PIECE_CUTS:
-        verdict = TrainMeanSearch(problem, constraint, design, tuple(ends), until, cuts=cuts).run(
-            whole_turn_parts(constraint, ends)
-        )
+        verdict = TrainMeanSearch(
+            problem, constraint, design, tuple(number_ranges), deadline, cuts=cuts
+        ).search_for_violation(whole_turn_parts(constraint, number_ranges))
         if verdict.verdict != UNDECIDED:
             return verdict
     return BoxVerdict(UNDECIDED)
@@ -70,66 +74,73 @@ class TrainMeanSearch(TrainConstraintSearch):
     cuts: int = 1
 
     @cached_property
-    def pieces(self) -> BoxParts:
+    def smooth_pieces(self) -> BoxParts:
         """Pieces of the turn on which motion and loads are smooth."""
-        return self.whole_panels({})
+        return self.whole_tool_panels({})
 
     @cached_property
-    def turn(self) -> BoxParts:
+    def turn_parts(self) -> BoxParts:
         """Parts of the pieces."""
-        whole = self.pieces
+        whole = self.smooth_pieces
         ends = np.linspace(whole.low[0], whole.high[0], self.cuts + 1)
         low, high = ends[:-1].reshape(1, -1), ends[1:].reshape(1, -1)
         return BoxParts(np.tile(whole.panel, self.cuts), np.tile(whole.side, self.cuts), low, high, whole.whole)
 
     @cached_property
-    def weights(self) -> FloatArray:
+    def turn_shares(self) -> FloatArray:
         """Share of the turn of each part."""
-        half = self.tool.table.half_width[self.turn.panel]
-        return np.asarray(half * (self.turn.high[0] - self.turn.low[0]) / (2.0 * np.pi))
+        half = self.tool_programme.table.half_width[self.turn_parts.panel]
+        return np.asarray(half * (self.turn_parts.high[0] - self.turn_parts.low[0]) / (2.0 * np.pi))
 
-    def excess(self, parts: BoxParts) -> SlopedInterval:
-        turn, count = self.turn, parts.size
+    def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
+        turn, count = self.turn_parts, parts.size
         index = np.repeat(np.arange(turn.size), count)
         low, high = (
             np.vstack([getattr(turn, end)[0, index], np.tile(getattr(parts, end)[1:], turn.size)])
             for end in ("low", "high")
         )
-        motion = self.motion_over(BoxParts(turn.panel[index], turn.side[index], low, high, parts.whole))
-        designs, inside, like = boxes_of_parts(self.design, self.names, parts)
-        shares = [self._curve_share(motion, make, kinds, count) for make, kinds in self.constraint.mean.curves]
+        motion = self.enclose_motion(BoxParts(turn.panel[index], turn.side[index], low, high, parts.whole))
+        designs, inside, like = box_and_middle_designs(self.design, self.names, parts)
+        shares = [
+            self._curve_share_of_mean(motion, make, kinds, count) for make, kinds in self.constraint.mean.curves
+        ]
         value, slopes = (sum((share[k] for share in shares[1:]), shares[0][k]) for k in (0, 1))
         slopes = Interval(*(np.vstack([0.0 * end[:1], end[1:]]) for end in (slopes.low, slopes.high)))
-        excess = excess_of_mean(
-            self.constraint, narrow_by_mean_value(value, self._mean_of_designs(inside), slopes, like), designs
+        excess = excess_from_mean_power(
+            self.constraint, narrow_by_mean_value(value, self._mean_power_of_designs(inside), slopes, like), designs
         )
-        return restrict_to_assembled(np.all(motion.assembled.reshape(-1, count), axis=0), excess)
+        return excess_unbounded_if_unassembled(np.all(motion.assembled.reshape(-1, count), axis=0), excess)
 
-    def _mean_of_designs(self, designs: Designs) -> Interval:
+    def _mean_power_of_designs(self, designs: Designs) -> Interval:
         """Means of single designs."""
-        panel, (low, *_), (high, *_) = self.pieces.panel, self.pieces.low, self.pieces.high
-        centre, half = (getattr(self.tool.table, column)[panel] for column in ("centre", "half_width"))
+        panel, (low, *_), (high, *_) = self.smooth_pieces.panel, self.smooth_pieces.low, self.smooth_pieces.high
+        centre, half = (getattr(self.tool_programme.table, column)[panel] for column in ("centre", "half_width"))
         middle = centre + half * (low + high) / 2.0
-        return mean_of_designs(
-            self.problem, self.constraint.mean, designs, middle, half * (high - low) / 2.0, self.kinds[panel]
+        return mean_power_of_designs(
+            self.problem,
+            self.constraint.mean,
+            designs,
+            middle,
+            half * (high - low) / 2.0,
+            self.panel_stroke_kinds[panel],
         )
 
-    def _curve_share(self, motion: Any, make: Any, kinds: int, count: int) -> tuple[Interval, Interval]:
+    def _curve_share_of_mean(self, motion: Any, make: Any, kinds: int, count: int) -> tuple[Interval, Interval]:
         """Share of one curve's pieces in the mean: its range (n,) and its slopes (1 + d, n)."""
-        value = value_of(make(motion.designs, motion.driven), ..., motion.driven.state)
+        value = curve_value(make(motion.designs, motion.driven), ..., motion.driven.state)
         sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, motion.angle)
         power = np.square(sloped) if self.constraint.mean.power == 2 else sloped
-        chosen = has_chosen_kind(self.kinds[self.turn.panel], kinds, self.sense)
-        weights = np.repeat(np.where(chosen, self.weights, 0.0)[:, None], count, axis=1)
-        return weighted_sums(weights, power.value), weighted_sums(weights, power.slopes)
+        chosen = has_chosen_kind(self.panel_stroke_kinds[self.turn_parts.panel], kinds, self.follower_sense)
+        weights = np.repeat(np.where(chosen, self.turn_shares, 0.0)[:, None], count, axis=1)
+        return enclose_weighted_sums(weights, power.value), enclose_weighted_sums(weights, power.slopes)
 
 
-def has_chosen_kind(kinds: Any, chosen: int, sense: Any) -> Any:
+def has_chosen_kind(kinds: Any, chosen_kinds: int, sense: Any) -> Any:
     """Whether pieces of the tool have a chosen kind, for a follower that moves with the tool (1) or against it."""
-    return (np.where(sense >= 0.0, kinds, reversed_kinds(kinds)) & chosen) != 0
+    return (np.where(sense >= 0.0, kinds, reversed_kinds(kinds)) & chosen_kinds) != 0
 
 
-def mean_of_designs(
+def mean_power_of_designs(
     problem: Problem, mean: Mean, designs: Designs, middle: FloatArray, half: FloatArray, kinds: Any
 ) -> Interval:
     """Means of the curve to the power p for single designs, by Gauss's rule on parts of the tool's turn."""
@@ -137,13 +148,13 @@ def mean_of_designs(
     def integrals(rule: GaussRule, index: Any) -> FloatArray:
         batch = designs.take(index)
         angles = middle[:, None] + half[:, None] * rule.nodes
-        motion: Any = motion_at_places(
+        motion: Any = driven_motion_at_places(
             problem, batch, ToolPlaces.at_angles(problem.programme, angles.ravel(), MOTION_TERMS)
         )
         weights = (half[:, None] * rule.weights / (2.0 * np.pi)).reshape(-1, 1)
         node_kinds, total = np.repeat(kinds, rule.nodes.size)[:, None], np.zeros(len(batch))
         for make, chosen in mean.curves:
-            value = value_of(make(batch, motion), ..., motion.state)
+            value = curve_value(make(batch, motion), ..., motion.state)
             total += np.sum(weights * has_chosen_kind(node_kinds, chosen, motion.sense) * value**mean.power, axis=0)
         return total[None]
 

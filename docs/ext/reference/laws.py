@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES
-from camopt.model.motion.law import Law, motion_task
-from camopt.model.motion.programme import LAW_PEAKS, law_peaks, peaks_inside
+from camopt.model.motion.law import Law, vdi_motion_task
+from camopt.model.motion.programme import LAW_PEAKS, law_peaks, law_peaks_inside_stroke
 from camopt.show.drawing.style import FAINT, RC_SETTINGS, SERIES
 
 from .markdown import entry, prose, symbol, table
@@ -62,12 +62,12 @@ def peaks() -> Iterator[str]:
     """The peak factors of all laws: between dwells, and inside the stroke."""
     rows = []
     for name, law in LAWS.items():
-        between, inside = law_peaks(law), peaks_inside(law)
+        between, inside = law_peaks(law), law_peaks_inside_stroke(law)
         factors = [
             number(outer) if outer == inner or np.isclose(outer, inner) else f"{number(outer)} ({number(inner)})"
             for outer, inner in ((float(between[peak]), inside[peak]) for peak in LAW_PEAKS)
         ]
-        rows.append((f"{{law}}`{name}`", motion_task(law), *factors, str(between["jumps"]) or "–"))
+        rows.append((f"{{law}}`{name}`", vdi_motion_task(law), *factors, str(between["jumps"]) or "–"))
     return table(("law", "joins", *map(symbol, ("C_v", "C_a", "C_j")), "jumps"), rows)
 
 

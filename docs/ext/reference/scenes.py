@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from camopt.scene.scene import find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.show.drawing.notebook import cam_svg
+from camopt.show.drawing.notebook import cam_profile_svg
 
 
 def shipped() -> Iterator[str]:
@@ -16,6 +16,6 @@ def shipped() -> Iterator[str]:
         scene = find_scene(name)
         kind = f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower"
         yield from (f":::{{grid-item-card}} {name}", f"{tomllib.loads(text)['name']}: {kind}.", "")
-        yield from ("```{raw} html", f'<div class="small-cam">{cam_svg(scene)}</div>', "```", "")
+        yield from ("```{raw} html", f'<div class="small-cam">{cam_profile_svg(scene)}</div>', "```", "")
         yield from ("```{dropdown} TOML", "~~~toml", text.rstrip(), "~~~", "```", ":::", "")
     yield "::::"

@@ -5,7 +5,7 @@ import numpy as np
 from roller import SCENE
 
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.style import INK, MUTED, SERIES, add_grid, pen_of
+from camopt.show.drawing.style import INK, MUTED, SERIES, add_grid, series_line_style
 from camopt.solve.contour.curve import disc_curves
 from camopt.solve.contour.path_fitting import biarcs, fit_unproved_path
 
@@ -47,7 +47,7 @@ profile = disc_curves(resolve_design(SCENE), None)["profile"]
 chords = np.geomspace(1e-1, 1e-5, 7)
 for place, kind in enumerate(("polyline", "arcs", "spline")):
     counts = [len(fit_unproved_path(profile, kind, chord)) for chord in chords]
-    right.loglog(chords, counts, lw=1.3, marker="o", ms=3, label=LABELS[kind], **pen_of(place))
+    right.loglog(chords, counts, lw=1.3, marker="o", ms=3, label=LABELS[kind], **series_line_style(place))
 right.set(xlabel="deviation, mm", ylabel="elements")
 right.invert_xaxis()
 right.legend()

@@ -81,17 +81,17 @@ def flat(parts):
 
 def test_results_come_in_order_and_are_those_of_this_process(engine):
     items = range(1000)
-    assert flat(engine.in_order(sines, items, sample=items[:3])) == sines(items)
+    assert flat(engine.results_in_order(sines, items, sample=items[:3])) == sines(items)
 
 
 def test_without_items_there_is_nothing_to_do(engine):
-    assert list(engine.in_order(sines, [])) == []
+    assert list(engine.results_in_order(sines, [])) == []
 
 
 def test_a_worker_that_is_killed_costs_no_result(engine, tmp_path):
     items, deadly = range(60), [5, 33]
     work = partial(sines_or_death, tmp_path, deadly)
-    assert flat(engine.in_order(work, items)) == sines(items)
+    assert flat(engine.results_in_order(work, items)) == sines(items)
     assert {int(path.name) for path in tmp_path.iterdir()} == {*deadly}
 
 
@@ -103,7 +103,7 @@ async def no_workers(dask_scheduler):
 
 def test_nobody_waits_for_workers_that_are_all_gone(monkeypatch):
     with cluster("local", 1) as engine:
-        found = engine.in_order(sines, range(10_000))
+        found = engine.results_in_order(sines, range(10_000))
         next(found)
         monkeypatch.setattr(dask_cluster, "WORKER_SECONDS", 1.0)
         engine.client.run_on_scheduler(no_workers)
@@ -113,7 +113,7 @@ def test_nobody_waits_for_workers_that_are_all_gone(monkeypatch):
 
 def test_what_fails_in_a_worker_fails_here(engine):
     with pytest.raises(ZeroDivisionError, match="of item"):
-        list(engine.in_order(fault, range(3)))
+        list(engine.results_in_order(fault, range(3)))
 
 
 @pytest.mark.parametrize("share", ["camopt 1.2.3", "numpy 1.2.3"])
@@ -121,7 +121,7 @@ def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
     own, other = dask_cluster.result_versions(), f"{share}, and more"
     monkeypatch.setattr(dask_cluster, "result_versions", lambda: other)
     with pytest.raises(BadInput) as refusal:
-        list(engine.in_order(sines, range(3)))
+        list(engine.results_in_order(sines, range(3)))
     (line,) = str(refusal.value).splitlines()
     worker, why = line.removeprefix("camopt: scheduler = 'tcp://127.0.0.1:").split("': ")
     assert worker.isdecimal()
@@ -134,13 +134,15 @@ def test_the_versions_are_all_on_which_a_result_depends(monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(package, "__version__", "1.2.3")
             assert dask_cluster.result_versions() != own
-    monkeypatch.setattr(dask_cluster, "version_of_rows", lambda: "1.2.3")  # camopt, kernels, numba and Python
+    monkeypatch.setattr(
+        dask_cluster, "camopt_and_kernel_version", lambda: "1.2.3"
+    )  # camopt, kernels, numba and Python
     assert dask_cluster.result_versions() != own
 
 
 def test_few_results_wait_to_be_read(engine, tmp_path):
     work = partial(write_item_files, tmp_path)
-    found = engine.in_order(work, range(1000))
+    found = engine.results_in_order(work, range(1000))
     assert [next(found) for _ in range(3)] == [0, 1, 2]
     sleep(0.3)
     assert len([*tmp_path.iterdir()]) <= 3 + dask_cluster.TASKS_AHEAD * engine.workers
@@ -150,15 +152,15 @@ def test_few_results_wait_to_be_read(engine, tmp_path):
 def test_a_task_that_ends_every_worker_is_given_up(engine):
     patient = allow_failures(engine, 0)
     with pytest.raises(ChildProcessError, match="one task killed every worker that tried it"):
-        list(engine.in_order(death, range(1)))
+        list(engine.results_in_order(death, range(1)))
     allow_failures(engine, patient)
 
 
 def test_a_reader_that_stops_leaves_nothing_behind(engine):
-    found = engine.in_order(sines, range(10_000))
+    found = engine.results_in_order(sines, range(10_000))
     next(found)
     found.close()
-    assert flat(engine.in_order(sines, range(10))) == sines(range(10))
+    assert flat(engine.results_in_order(sines, range(10))) == sines(range(10))
 
 
 SCENE = camopt.find_scene("roller-1000rpm").replace(
@@ -212,7 +214,7 @@ def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(eng
         assert one.workers == 1
     assert connections
     with pytest.raises(ConnectionError, match="no longer connected"):
-        list(one.in_order(sines, range(3)))
+        list(one.results_in_order(sines, range(3)))
     with pytest.raises(ConnectionError, match="no longer connected"):
         one.workers  # noqa: B018
     assert {each.laddr.ip for each in connections} == {"127.0.0.1"}
@@ -265,7 +267,7 @@ def test_a_task_has_items_for_a_second_or_two(monkeypatch, seconds, size, items,
     monkeypatch.setattr(dask_cluster, "monotonic", iter([1.0, 1.0 + seconds]).__next__)
     work = partial(bytes_of, int(size))
     one = dask_cluster.Cluster(Bereaved(), "with one thread")
-    assert one._items_of_task(work, items, range(2)) == expected
+    assert one._items_per_task(work, items, range(2)) == expected
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def engine():
 def test_results_are_in_order(engine, capfd):
     workers = set()
     for _ in range(2):
-        found = list(engine.in_order(squares, range(6)))
+        found = list(engine.results_in_order(squares, range(6)))
         assert [value for _, value in found] == [0, 1, 4, 9, 16, 25]
         workers |= {process for process, _ in found}
     assert os.getpid() not in workers
@@ -76,39 +76,39 @@ def test_processes_share_the_cores(monkeypatch):
     for name in THREAD_SETTINGS[1:]:
         monkeypatch.delenv(name, raising=False)
     with processes(2) as engine:
-        assert [*engine.in_order(limits_of_threads, range(2))] == 2 * [["5", "3", "3", "3"]]
+        assert [*engine.results_in_order(limits_of_threads, range(2))] == 2 * [["5", "3", "3", "3"]]
 
 
 @pytest.mark.parametrize(("count", "items"), [(1, 3), (2, 1)])
 def test_one_process_is_this_one(count, items):
     with processes(count) as engine:
-        assert {process for process, _ in engine.in_order(squares, range(items))} == {os.getpid()}
+        assert {process for process, _ in engine.results_in_order(squares, range(items))} == {os.getpid()}
 
 
 def test_an_exception_is_that_of_the_work(engine):
     with pytest.raises(BadInput, match="here: key = 3: must be another") as error:
-        list(engine.in_order(bad, [3, 4]))
+        list(engine.results_in_order(bad, [3, 4]))
     assert "test_processes.py" in str(error.value.__cause__)
 
 
 def test_what_a_killed_process_did_is_done_by_another(engine, tmp_path):
-    assert list(engine.in_order(partial(kill_first_process, str(tmp_path)), range(3))) == [0, 1, 2]
+    assert list(engine.results_in_order(partial(kill_first_process, str(tmp_path)), range(3))) == [0, 1, 2]
 
 
 def test_what_kills_each_process_is_told(engine):
     with pytest.raises(OSError, match="was killed from outside 2 times; perhaps the memory is too small"):
-        list(engine.in_order(kill_process, range(2)))
+        list(engine.results_in_order(kill_process, range(2)))
 
 
 def test_the_end_of_the_block_ends_what_they_are_at():
     with processes(2) as engine:
-        found = engine.in_order(slow_but_first, range(9))
+        found = engine.results_in_order(slow_but_first, range(9))
         assert next(found) == 0
         workers = [each for each in psutil.Process().children() if "LokyProcess" in " ".join(each.cmdline())]
         assert len(workers) == 2
     assert not [each for each in workers if each.is_running()]
     with pytest.raises(RuntimeError, match="after shutdown"):
-        list(engine.in_order(slow_but_first, range(9)))
+        list(engine.results_in_order(slow_but_first, range(9)))
 
 
 STARTER = """

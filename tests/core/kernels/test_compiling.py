@@ -16,14 +16,14 @@ def clock(monkeypatch):
 
 def test_a_kernel_that_compiles_another_counts_once(clock):
     found = CompileClock()
-    found.begin()
+    found.begin_compilation()
     clock[0] = 2.0
-    found.begin()
+    found.begin_compilation()
     clock[0] = 3.0
-    found.end()
+    found.end_compilation()
     assert found.seconds == 0.0
     clock[0] = 7.0
-    found.end()
+    found.end_compilation()
     clock[0] = 9.0
     assert found.seconds == 7.0
 
@@ -32,10 +32,10 @@ def test_a_word_is_said_at_the_first_kernel_of_a_block():
     said = []
     with compilation_notice(lambda: said.append("compiling")):
         for _ in range(3):
-            COMPILE_CLOCK.begin()
-            COMPILE_CLOCK.end()
-    COMPILE_CLOCK.begin()
-    COMPILE_CLOCK.end()
+            COMPILE_CLOCK.begin_compilation()
+            COMPILE_CLOCK.end_compilation()
+    COMPILE_CLOCK.begin_compilation()
+    COMPILE_CLOCK.end_compilation()
     assert said == ["compiling"]
     assert COMPILE_CLOCK.depth == 0
 

@@ -15,13 +15,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt.core.kernels import kernel_cache
-from camopt.core.kernels.arguments import NUMBER, kind_of
+from camopt.core.kernels.arguments import NUMBER, argument_kind
 from camopt.core.kernels.compile import NEVER_COMPILE, Kernel
 from camopt.core.kernels.kernel_cache import (
     DIGEST_SIZE,
     UNUSED_SECONDS,
     KernelFile,
-    cache_root,
+    kernel_cache_root,
     open_version_folder,
 )
 from camopt.core.kernels.machine_code import ObjectCode, processor
@@ -37,7 +37,7 @@ def total(values, result):
 
 
 VALUES, RESULT = np.arange(5.0), np.empty(1)
-KINDS = kind_of(VALUES), kind_of(RESULT)
+KINDS = argument_kind(VALUES), argument_kind(RESULT)
 compiles = pytest.mark.skipif(NEVER_COMPILE, reason="nothing is compiled")
 
 
@@ -133,11 +133,11 @@ def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(kernel_cache, "user_cache_path", homeless)
-    folder = open_version_folder(cache_root(""), "0" * 16)
+    folder = open_version_folder(kernel_cache_root(""), "0" * 16)
     assert [is_loaded_from(folder) for _ in range(2)] == [False, False]
     assert folder == kernel_cache.NO_FOLDER
     assert not [*tmp_path.iterdir()]
-    assert cache_root("named") == Path("named")
+    assert kernel_cache_root("named") == Path("named")
 
 
 @compiles
@@ -219,7 +219,7 @@ def test_folders_of_versions_long_unused_go(tmp_path):
 @pytest.mark.long  # it compiles twice; kernels alone are tested above
 def test_a_command_survives_a_torn_cache(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    compiling = "from camopt.core.kernels.compile_rule import compile_at_once; compile_at_once()"
+    compiling = "from camopt.core.kernels.compile_rule import compile_at_first_call; compile_at_first_call()"
     main = f"{compiling}; from camopt.cli.main import main; raise SystemExit(main())"
     command = [sys.executable, "-c", main, "sweep", "roller-1000rpm", "--quiet", "--out"]
 

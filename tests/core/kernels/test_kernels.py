@@ -25,10 +25,10 @@ from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record
 from camopt.core.kernels.compile import (
     FORMULA_CALL_WORK,
     PLAIN_RUN,
-    KernelForMany,
+    TieredKernel,
     compiled,
-    compiled_for_many,
-    curves_in,
+    compiled_once_it_pays,
+    nested_curve_count,
 )
 from camopt.core.kernels.kernel_cache import KernelFile
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
@@ -37,7 +37,7 @@ from camopt.core.numerics.extremes import SEARCH_WORK, search_all, search_curve
 from camopt.core.numerics.jet import Jet, power
 from camopt.core.numerics.workspace import TILE
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.surface import thinness_curve
+from camopt.model.effects.surface import inverse_film_curve
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.scene import Scene, find_scene
@@ -57,14 +57,14 @@ def kernel_of_halves(work=0.0, size=1.0):
         pass
 
     begin = called_by_kernels(start)
-    begin.array_version(lambda: PLAIN_RUN.count(work - FORMULA_CALL_WORK))
+    begin.array_version(lambda: PLAIN_RUN.add_formula_work(work - FORMULA_CALL_WORK))
 
     def halves(x, out):
         begin()
         for i in range(out.size):
             out[i] = half(x[i])
 
-    return KernelForMany(halves, size=size, work=1.0)
+    return TieredKernel(halves, size=size, work=1.0)
 
 
 def compiles_for(kernel, count):
@@ -132,7 +132,7 @@ def test_the_import_of_numba_is_part_of_the_cost(monkeypatch):
 
 def test_curves_of_curves_take_longer_to_compile():
     curve = Record(tuple, (NUMBER, Record(tuple, (NUMBER, Record(tuple, (NUMBER,)))), Record(tuple, (NUMBER,))))
-    assert [curves_in(kind) for kind in (NUMBER, Record(tuple, (NUMBER, NUMBER)), curve)] == [1, 1, 4]
+    assert [nested_curve_count(kind) for kind in (NUMBER, Record(tuple, (NUMBER, NUMBER)), curve)] == [1, 1, 4]
 
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
@@ -155,11 +155,11 @@ def test_the_work_of_a_process_is_no_matter_to_the_next(monkeypatch, tmp_path):
 
 def test_a_process_that_runs_little_imports_nothing_to_load_kernels(monkeypatch):
     monkeypatch.delitem(sys.modules, "llvmlite")
-    monkeypatch.setattr(compile.KernelForMany, "whole_work", 0.0)
+    monkeypatch.setattr(compile.TieredKernel, "whole_work", 0.0)
     kernel = kernel_of_halves()
     assert not compiles_for(kernel, 1)
     assert not kernel.files
-    monkeypatch.setattr(compile.KernelForMany, "whole_work", compile.LOADING)
+    monkeypatch.setattr(compile.TieredKernel, "whole_work", compile.LOADING)
     assert not compiles_for(kernel, 1)
     assert kernel.files
 
@@ -171,7 +171,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
     monkeypatch.setattr(KernelFile, "exists", False)
     monkeypatch.setattr(dispatchers.Dispatcher, "compile", refuse)
     problem = at_rounding_error(resolve(find_scene("roller-1000rpm")))
-    fresh = compiled_for_many(work=SEARCH_WORK)(search_curve.py_func)
+    fresh = compiled_once_it_pays(work=SEARCH_WORK)(search_curve.py_func)
     monkeypatch.setattr("camopt.core.numerics.extremes.search_curve", fresh)
     found = curve_of(problem, problem.setup.mechanism.pressure, 1)
     assert np.isfinite(found.value).all()
@@ -212,7 +212,7 @@ def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, desig
     The film of a flat face is none where its speed is 0, and takes a hundred times as long.
     """
     problem = at_rounding_error(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
-    film = partial(thinness_curve, problem.setup)
+    film = partial(inverse_film_curve, problem.setup)
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, film, designs)
     monkeypatch.setattr("camopt.core.numerics.extremes.search_curve", search_curve.py_func)
@@ -332,7 +332,7 @@ MARKS = {
     "inline_in_kernels",
     "called",
     "compiled",
-    "compiled_for_many",
+    "compiled_once_it_pays",
     "called_by_address",
     "pair_formula",
     "where_loaded",
@@ -359,6 +359,6 @@ def test_no_kernel_takes_more_than_eight_arguments():
     found = set(kernels_of_the_package())
     assert {
         ("core/numerics/curve_kernels.py", "evaluate_on_panel", 8),
-        ("core/numerics/climbing.py", "shrink_bracket", 3),
+        ("core/numerics/climbing.py", "shrink_illinois_bracket", 3),
     } <= found
     assert {kernel for kernel in found if kernel[2] > MOST_ARGUMENTS} == set()

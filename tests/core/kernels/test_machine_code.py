@@ -10,7 +10,13 @@ from numba import typeof
 from numba.core.registry import cpu_target
 
 from camopt.core.kernels import compile
-from camopt.core.kernels.arguments import NONE, c_types_of, flatten_arguments, kind_of, pin_arrays
+from camopt.core.kernels.arguments import (
+    NONE,
+    argument_c_types,
+    argument_kind,
+    as_pinned_tuple,
+    flatten_to_machine_arguments,
+)
 from camopt.core.kernels.compile import compiled
 from camopt.core.kernels.numba_types import numba_type
 from camopt.core.numerics.extremes import SEARCH_ADDRESS, Precision
@@ -26,7 +32,7 @@ ARGUMENTS = [
 
 @pytest.mark.parametrize("value", ARGUMENTS)
 def test_the_type_of_an_argument_is_numbas(value):
-    assert numba_type(kind_of(value)) == typeof(value)
+    assert numba_type(argument_kind(value)) == typeof(value)
 
 
 IN_LLVM = {"c_void_p": "pointer", "c_long": "i64", "c_double": "double", "c_bool": "i8"}
@@ -34,25 +40,30 @@ IN_LLVM = {"c_void_p": "pointer", "c_long": "i64", "c_double": "double", "c_bool
 
 def test_a_tuple_that_lasts_is_taken_for_what_it_is():
     value = Precision(MANY, (MANY[::2], None))
-    kept = pin_arrays(value)
-    assert (kind_of(kept), flatten_arguments([kept, 2])) == (kind_of(value), flatten_arguments([value, 2]))
+    kept = as_pinned_tuple(value)
+    assert (argument_kind(kept), flatten_to_machine_arguments([kept, 2])) == (
+        argument_kind(value),
+        flatten_to_machine_arguments([value, 2]),
+    )
     assert kept.location[0] is value.location[0]
 
 
 @pytest.mark.parametrize("value", [*ARGUMENTS, SEARCH_ADDRESS])
 def test_machine_code_takes_the_numbers_that_numba_makes_of_an_argument(value):
-    kind = kind_of(value)
+    kind = argument_kind(value)
     convention = cpu_target.target_context.call_conv
     shape = convention.get_function_type(numba_type(NONE), (numba_type(kind),))
     asked = ["pointer" if each.is_pointer else str(each) for each in shape.args[2:]]  # after result and error
-    assert [IN_LLVM[each.__name__] for each in c_types_of([kind])] == asked
+    assert [IN_LLVM[each.__name__] for each in argument_c_types([kind])] == asked
 
 
 @pytest.mark.parametrize("value", ARGUMENTS)
 def test_a_number_for_each_type(value):
     made = [
         kind(number).value
-        for kind, number in zip(c_types_of([kind_of(value)]), flatten_arguments([value]), strict=True)
+        for kind, number in zip(
+            argument_c_types([argument_kind(value)]), flatten_to_machine_arguments([value]), strict=True
+        )
     ]
     assert all(number is None or isinstance(number, int | float) for number in made)
 
@@ -62,7 +73,7 @@ def test_a_number_for_each_type(value):
 )
 def test_what_no_kernel_takes_is_refused(value):
     with pytest.raises(TypeError, match="a kernel takes numbers, arrays of them, and tuples, not"):
-        kind_of((1.0, value))
+        argument_kind((1.0, value))
 
 
 @compiled

@@ -18,7 +18,7 @@ from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import LOAD_LIMITS
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.solve.smallest.boxes import DesignBoxes
-from camopt.solve.smallest.enclosure import constraints_on_size, enclose_limits
+from camopt.solve.smallest.enclosure import enclose_limits, size_constraints_with_variants
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 FREE = {
@@ -179,7 +179,7 @@ def test_a_side_too_narrow_to_be_cut_is_not_cut():
     ends = {"size": (50.0, 60.0), "offset": (-5.0, 5.0)}
     boxes = DesignBoxes.single_box(ends, 60.0)
     point = np.array([50.0])
-    narrowed = boxes.with_ends({"size": point}, {"size": np.nextafter(point, 51.0)}, boxes.side)
+    narrowed = boxes.with_ends_and_cut_side({"size": point}, {"size": np.nextafter(point, 51.0)}, boxes.side)
     halves = narrowed.halve_boxes()
     assert np.array_equal(halves.low["offset"], [-5.0, 0.0])
     assert np.array_equal(halves.low["size"], [50.0, 50.0])
@@ -206,7 +206,7 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
         zip(free, box_variables([Interval(low[n], high[n]) for n in free], list(first.values())), strict=True)
     )
     made = Designs(**{**low, **sizes}, sense=sense)
-    for _, constraint in constraints_on_size(problem):
+    for _, constraint in size_constraints_with_variants(problem):
         angles = rng.uniform(0.0, 2 * np.pi, possible.sum())
         with np.errstate(all="ignore"):
             value = as_quotient(
@@ -256,7 +256,7 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
     problem, rng = problem_with_some_limits(name), np.random.default_rng(seed)
     low, high, free = random_boxes(problem, rng, BOXES, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
-    seen = enclose_limits(problem, constraints_on_size(problem), box, free)
+    seen = enclose_limits(problem, size_constraints_with_variants(problem), box, free)
     points, home = designs_inside(low, high, rng, problem.design.sense), np.repeat(np.arange(BOXES), 60)
     beyond = [(points.sizes[n] < seen.low[n][home]) | (points.sizes[n] > seen.high[n][home]) for n in free]
     assert not any(feasible_ones(problem, points.take(seen.empty[home] | np.any(beyond, axis=0))))
@@ -271,7 +271,7 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     )
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
-    seen = enclose_limits(problem, constraints_on_size(problem), box, free)
+    seen = enclose_limits(problem, size_constraints_with_variants(problem), box, free)
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=problem.design.sense)
     assert seen.empty.any()
     assert np.any(seen.low["size"] > low["size"])

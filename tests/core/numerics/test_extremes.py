@@ -23,12 +23,12 @@ from camopt.core.numerics.extremes import Precision, extremes
 from camopt.core.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, classify_part, classify_parts
 from camopt.core.numerics.interval import LIBRARY_ERROR, Interval
 from camopt.core.numerics.jet import JET_FIELDS, Jet
-from camopt.core.numerics.piecewise import part_jets, row_jets
+from camopt.core.numerics.piecewise import state_jets_over_part, state_jets_over_row
 from camopt.core.numerics.state import State
 from camopt.model.effects import EvaluationBlock, Setup
 from camopt.model.mechanisms import MECHANISMS, Designs
 from camopt.model.mechanisms.elements import ROLLER
-from camopt.model.motion.programme import Programme, weighted_range
+from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
@@ -142,7 +142,7 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
 def test_span_of_a_combination_of_derivatives(law, weights):
     turn, _, motion = sampled_motion(law, False)
     sampled = np.tensordot(weights, motion[: len(weights)], axes=1)
-    least, largest = weighted_range(turn, weights, ALL_STROKES)
+    least, largest = weighted_derivative_range(turn, weights, ALL_STROKES)
     scale = np.abs(sampled).max()
     assert least <= sampled.min() + 1e-13 * scale
     assert largest >= sampled.max() - 1e-13 * scale
@@ -243,7 +243,7 @@ def test_lines_have_the_extremes_of_their_polynomials():
         f, count, turn.table, [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)], Precision(1e-13, np.inf)
     )
     for i in range(count):
-        exact = weighted_range(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), ALL_STROKES)
+        exact = weighted_derivative_range(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), ALL_STROKES)
         assert value[:, i] == pytest.approx(exact, rel=1e-12)
         assert np.all(width[:, i] <= 1e-12 * np.abs(exact).max())
 
@@ -255,7 +255,7 @@ def test_no_extreme_is_below_a_floor(goal, designs, compilation, monkeypatch):
     monkeypatch.setattr(compile, "COMPILATION", compilation)
     turn, rng = programme("poly4567", angular=False), np.random.default_rng(7)
     f = Linear(*rng.normal(size=(3, designs)), np.zeros(designs))
-    ends = [weighted_range(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
+    ends = [weighted_derivative_range(turn, tuple(float(x[i]) for x in f[:3]), ALL_STROKES) for i in range(8)]
     extreme = {
         LEAST: lambda end: -end[0],
         LARGEST: lambda end: end[1],
@@ -400,7 +400,11 @@ def jets_of_parts(table, middle, reach, found):
     """What is known of y … over panels, or parts of them: found[panel, order], columns as in FIELDS."""
     for panel in range(middle.size):
         whole = reach[panel] == 1.0
-        at = row_jets(table, panel) if whole else part_jets(table, panel, middle[panel], reach[panel])
+        at = (
+            state_jets_over_row(table, panel)
+            if whole
+            else state_jets_over_part(table, panel, middle[panel], reach[panel])
+        )
         jets = (at.y, at.y1, at.y2, at.y3, at.y4)
         for order in range(5):
             z, row = jets[order], found[panel, order]

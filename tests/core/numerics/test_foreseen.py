@@ -14,8 +14,8 @@ from camopt import Scene
 from camopt.core.kernels.address_calls import address_of_values
 from camopt.core.numerics.curve_kernels import evaluator
 from camopt.core.numerics.panel_prefetch import HALF_LEVELS, caching_evaluator
-from camopt.model.effects.loads import contact_load, torque_curve
-from camopt.model.effects.surface import thinness_curve
+from camopt.model.effects.loads import contact_load_curve, torque_curve
+from camopt.model.effects.surface import inverse_film_curve
 from camopt.scene.problem.problem import resolve
 
 DEEPEST = 2 * HALF_LEVELS  # halvings: more than are evaluated in advance
@@ -26,9 +26,9 @@ def curves_of(contact, setup, designs, programme):
     """Curves of geometry and of loads, the latter under one that changes."""
     mechanism = setup.mechanism
     yield from (make(designs, programme) for make in (mechanism.pressure, mechanism.curvature) if make)
-    yield from (make(setup, designs, programme) for make in (torque_curve, contact_load))
+    yield from (make(setup, designs, programme) for make in (torque_curve, contact_load_curve))
     if mechanism.sliding and contact != "knife":
-        yield thinness_curve(setup, designs, programme)
+        yield inverse_film_curve(setup, designs, programme)
 
 
 @cache

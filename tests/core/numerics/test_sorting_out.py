@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from camopt.core.kernels.arguments import kind_of
+from camopt.core.kernels.arguments import argument_kind
 from camopt.core.kernels.compile import NEVER_COMPILE
 from camopt.core.numerics import block_filter
 from camopt.core.numerics.block_filter import (
     DesignBlock,
     PitchVerdicts,
     RadiusRanges,
-    count_designs,
-    gather_designs,
+    count_held_and_open_designs,
+    gather_feasible_designs,
 )
 
 CURVES, PLACES, DESIGNS = 40, 30, 700
@@ -53,7 +53,7 @@ def way(request, monkeypatch):
             kernel = getattr(block_filter, name)
 
             def compiled(*given, kernel=kernel):
-                kernel.machine_code(tuple(map(kind_of, given)))(given)
+                kernel.machine_code(tuple(map(argument_kind, given)))(given)
 
             monkeypatch.setattr(block_filter, name, compiled)
 
@@ -64,14 +64,14 @@ def test_a_block_is_sorted_out_as_one_design_after_another(sizes):
     rng = np.random.default_rng(5)
     for _ in range(5):
         known, block = of_chance(rng)
-        counts, least = count_designs(known, block, sizes)
+        counts, least = count_held_and_open_designs(known, block, sizes)
         most = rng.choice([-np.inf, 1.0, 2.0, np.inf], sizes)
         expected, cheapest, told, open_ = dominance_by_loop(known, block, sizes, most)
         assert tuple(counts) == expected
         assert np.array_equal(least, cheapest)
-        found = gather_designs(known, block, counts, most, every=False)
+        found = gather_feasible_designs(known, block, counts, most, include_costly=False)
         assert (found.held.tolist(), found.open.tolist()) == (told, open_)
         assert found.cheap.all()
-        whole = gather_designs(known, block, counts, most, every=True)
+        whole = gather_feasible_designs(known, block, counts, most, include_costly=True)
         assert (whole.held.size, whole.open.tolist()) == (counts.held, open_)
         assert whole.held[whole.cheap].tolist() == told

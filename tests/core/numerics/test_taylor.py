@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.balls.ball import Ball, precisely
 
-from camopt.core.numerics.taylor import Taylor, angle_of, direction
+from camopt.core.numerics.taylor import Taylor, direction, vector_angle
 
 TERMS = st.lists(st.floats(-3, 3), min_size=4, max_size=4)
 
@@ -34,7 +34,7 @@ CASES = {
     "root": (lambda a, b: a.root(), lambda x: mpmath.sqrt(f(x))),
     "cosine": (lambda a, b: direction(b).cosine, lambda x: mpmath.cos(g(x))),
     "sine": (lambda a, b: direction(b).sine, lambda x: mpmath.sin(g(x))),
-    "angle": (angle_of, lambda x: mpmath.atan2(g(x), f(x))),
+    "angle": (vector_angle, lambda x: mpmath.atan2(g(x), f(x))),
     "slope": (lambda a, b: (a * b).slope.integral(0.25), lambda x: f(x) * g(x) - f(0.3) * g(0.3) + 0.25),
 }
 
@@ -63,7 +63,7 @@ def test_identities(a, b):
     assert (turned.cosine * turned.cosine + turned.sine * turned.sine).terms == pytest.approx(
         (1, 0, 0, 0), abs=1e-12
     )
-    again = angle_of(turned.cosine, turned.sine)
+    again = vector_angle(turned.cosine, turned.sine)
     assert again.terms[1:] == pytest.approx(a.terms[1:], abs=1e-12)
 
 

@@ -24,10 +24,10 @@ from camopt.core.storage.files import WORK_FOLDER, write_text
 from camopt.core.storage.manifest import (
     MANIFEST,
     DamagedManifest,
-    manifest_of,
-    whole_result_file,
+    open_checked_result_file,
+    read_manifest,
 )
-from camopt.core.storage.publishing import finish_publishing, publication, published_answer, revision
+from camopt.core.storage.publishing import finish_publishing, path_to_revise_file, publication, published_answer
 from camopt.core.storage.tables import write_table
 
 MAY_WRITE = ("a.txt", "b.txt", "c.txt")
@@ -36,7 +36,7 @@ MAY_WRITE = ("a.txt", "b.txt", "c.txt")
 def publish(folder, texts, command="sweep", may_write=MAY_WRITE, then=lambda unit: None):
     with publication(folder, command, may_write) as unit:
         for name, text in texts.items():
-            write_text(unit.path(name), text)
+            write_text(unit.staged_path(name), text)
         then(unit)
 
 
@@ -56,7 +56,7 @@ def names(folder):
 def test_files_get_their_names_and_the_manifest_names_them(tmp_path):
     publish(tmp_path / "out", {"a.txt": "one", "b.txt": "two"})
     assert names(tmp_path / "out") == ["a.txt", "b.txt", MANIFEST]
-    files = manifest_of(tmp_path / "out").results["sweep"].files
+    files = read_manifest(tmp_path / "out").results["sweep"].files
     assert {name: (fact.sha256, fact.bytes) for name, fact in files.items()} == {
         name: (sha256(text.encode()).hexdigest(), 3) for name, text in (("a.txt", "one"), ("b.txt", "two"))
     }
@@ -68,7 +68,7 @@ def test_a_result_replaces_the_earlier_one_as_a_whole(tmp_path):
     assert file_texts(tmp_path) == {"b.txt": "2", "c.txt": "2"}
     publish(tmp_path, {})
     assert file_texts(tmp_path) == {}
-    assert manifest_of(tmp_path).results["sweep"].files == {}
+    assert read_manifest(tmp_path).results["sweep"].files == {}
 
 
 def own_table(path):
@@ -109,7 +109,7 @@ def test_files_of_the_user_are_neither_replaced_nor_removed(tmp_path, kind, of_a
     assert {name: (tmp_path / name).read_bytes() for name in names(tmp_path)} == before
     for text in "23":
         with publication(tmp_path, "sweep", ("b.parquet",)) as unit:
-            write_text(unit.path("b.parquet"), text)
+            write_text(unit.staged_path("b.parquet"), text)
         assert (tmp_path / "a.parquet").read_bytes() == before["a.parquet"]
         assert (tmp_path / "b.parquet").read_text() == text
 
@@ -174,7 +174,7 @@ def test_results_of_other_commands_stay(tmp_path):
     publish(tmp_path, {"a.txt": "1", "c.txt": "1"})
     publish(tmp_path, {"d.txt": "2", "c.txt": "2"}, "frontier", ("c.txt", "d.txt"))
     assert file_texts(tmp_path) == {"a.txt": "1", "c.txt": "2", "d.txt": "2"}
-    assert {c: [*r.files] for c, r in manifest_of(tmp_path).results.items()} == {
+    assert {c: [*r.files] for c, r in read_manifest(tmp_path).results.items()} == {
         "sweep": ["a.txt"],
         "frontier": ["c.txt", "d.txt"],
     }
@@ -230,9 +230,9 @@ with publication(sys.argv[1], "sweep", ("a.txt",), keeps=("blocks-*",)) as unit:
 def test_files_of_a_dead_run_go_but_not_its_finished_work(tmp_path):
     assert subprocess.run([sys.executable, "-c", DIES, str(tmp_path)], check=False).returncode == 9
     publish(tmp_path, {"d.txt": "1"}, "frontier", ("d.txt",))
-    with publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit:
+    with publication(tmp_path, "sweep", MAY_WRITE, kept_patterns=("blocks-*",)) as unit:
         assert {each.name: each.read_text() for each in unit.staging.iterdir()} == {"blocks-1": "kept"}
-        write_text(unit.path("a.txt"), "2")
+        write_text(unit.staged_path("a.txt"), "2")
     assert (names(tmp_path), file_texts(tmp_path)) == (["a.txt", "d.txt", MANIFEST], {"a.txt": "2", "d.txt": "1"})
 
 
@@ -259,7 +259,7 @@ def test_a_damaged_manifest_is_told_and_replaced(tmp_path):
     for damaged in (whole.replace("a.txt", "b.txt"), whole[:-9], whole.replace('"bytes": 1', '"bytes": 2')):
         (tmp_path / MANIFEST).write_text(damaged)
         with pytest.raises(DamagedManifest, match="damaged"):
-            manifest_of(tmp_path)
+            read_manifest(tmp_path)
         with pytest.raises(BadInput, match="no manifest names"):  # what is there may be anyone's
             publish(tmp_path, {"a.txt": "1"})
 
@@ -270,13 +270,13 @@ def test_a_manifest_that_is_no_json_is_damaged_wherever_it_is_cut(tmp_path):
     for damaged in (*(whole[:length] for length in range(len(whole))), bytes(len(whole)), b"\xff" * 9):
         (tmp_path / MANIFEST).write_bytes(damaged)
         with pytest.raises(DamagedManifest, match="damaged"):
-            manifest_of(tmp_path)
+            read_manifest(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["null", "[]", "{}", '{"camopt": 1}', "[" * 100_000])
 def test_json_that_camopt_did_not_write_is_of_another_program(tmp_path, text):
     (tmp_path / MANIFEST).write_text(text)
-    assert manifest_of(tmp_path) is None
+    assert read_manifest(tmp_path) is None
     with pytest.raises(BadInput, match="another program's"):
         publish(tmp_path, {"a.txt": "1"})
 
@@ -308,7 +308,7 @@ def test_a_manifest_names_no_files_elsewhere(tmp_path, name):
     digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
     (tmp_path / MANIFEST).write_text(json.dumps({**about, "digest": digest}))
     with pytest.raises(DamagedManifest, match="this one is damaged"):
-        manifest_of(tmp_path)
+        read_manifest(tmp_path)
 
 
 def test_an_odd_work_folder_is_not_emptied(tmp_path):
@@ -348,17 +348,17 @@ def test_a_file_replaces_no_pipe_and_no_device(tmp_path, place):
 def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
     publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
     with publication(tmp_path, "sweep", MAY_WRITE, revises=True):
-        publish_in_vain = revision(tmp_path / "a.txt")
+        publish_in_vain = path_to_revise_file(tmp_path / "a.txt")
         with pytest.raises(BlockingIOError, match="another run writes to this folder"):
             publish_in_vain.__enter__()
-    with revision(tmp_path / "a.txt") as place:
+    with path_to_revise_file(tmp_path / "a.txt") as place:
         write_text(place, "22")
     assert file_texts(tmp_path) == {"a.txt": "22", "b.txt": "1"}
-    assert {name: fact.bytes for name, fact in manifest_of(tmp_path).results["sweep"].files.items()} == {
+    assert {name: fact.bytes for name, fact in read_manifest(tmp_path).results["sweep"].files.items()} == {
         "a.txt": 2,
         "b.txt": 1,
     }
-    with revision(tmp_path / "other.txt") as place:
+    with path_to_revise_file(tmp_path / "other.txt") as place:
         write_text(place, "3")
     assert file_texts(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}
 
@@ -420,14 +420,14 @@ def test_finished_work_is_kept_where_a_run_fails_and_goes_where_one_ends_well(tm
     for then in (fail_to_write, lambda unit: (tmp_path / "a.txt").write_text("edited")):
         with (
             suppress(RuntimeError, BadInput),
-            publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit,
+            publication(tmp_path, "sweep", MAY_WRITE, kept_patterns=("blocks-*",)) as unit,
         ):
             write_staged_file(unit)
-            write_text(unit.path("a.txt"), "1")
+            write_text(unit.staged_path("a.txt"), "1")
             then(unit)
         assert names(tmp_path / WORK_FOLDER / "sweep") == ["blocks-1.txt"]
     (tmp_path / "a.txt").unlink()
-    with publication(tmp_path, "sweep", MAY_WRITE, keeps=("blocks-*",)) as unit:
+    with publication(tmp_path, "sweep", MAY_WRITE, kept_patterns=("blocks-*",)) as unit:
         assert (unit.staging / "blocks-1.txt").read_text() == "done"
     assert names(tmp_path / WORK_FOLDER) == ["lock"]
 
@@ -449,17 +449,17 @@ def test_a_run_that_died_while_it_published_is_finished_by_the_next_one(tmp_path
     for name in file_texts(tmp_path) if renamed < 3 else ():
         with (
             pytest.raises(BadInput, match="it differs from the file that manifest"),
-            whole_result_file(tmp_path / name),
+            open_checked_result_file(tmp_path / name),
         ):
             pass
     finish_publishing(tmp_path)
     assert file_texts(tmp_path) == {"a.txt": "2", "b.txt": "2"}
-    assert {*manifest_of(tmp_path).results["sweep"].files} == {"a.txt", "b.txt"}
+    assert {*read_manifest(tmp_path).results["sweep"].files} == {"a.txt", "b.txt"}
 
 
 def test_an_answer_is_given_to_the_same_question_where_each_file_is_whole(tmp_path):
     with publication(tmp_path, "sweep", MAY_WRITE, question={"of": "a"}) as unit:
-        write_text(unit.path("a.txt"), "1")
+        write_text(unit.staged_path("a.txt"), "1")
         unit.answer = {"rows": 3}
     assert published_answer(tmp_path, "sweep", {"of": "a"}) == {"rows": 3}
     assert published_answer(tmp_path, "sweep", {"of": "b"}) is None
@@ -470,15 +470,15 @@ def test_an_answer_is_given_to_the_same_question_where_each_file_is_whole(tmp_pa
 
 def test_what_the_manifest_does_not_name_or_that_differs_is_not_read(tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
-    with whole_result_file(tmp_path / "mine.txt") as file:
+    with open_checked_result_file(tmp_path / "mine.txt") as file:
         assert file.read() == b"mine"
     publish(tmp_path, {"a.txt": "1"})
-    with pytest.raises(BadInput, match="does not name it"), whole_result_file(tmp_path / "mine.txt"):
+    with pytest.raises(BadInput, match="does not name it"), open_checked_result_file(tmp_path / "mine.txt"):
         pass
-    with whole_result_file(tmp_path / "a.txt") as file:
+    with open_checked_result_file(tmp_path / "a.txt") as file:
         assert file.read() == b"1"
     (tmp_path / "a.txt").write_text("2")
-    with pytest.raises(BadInput, match="it differs from"), whole_result_file(tmp_path / "a.txt"):
+    with pytest.raises(BadInput, match="it differs from"), open_checked_result_file(tmp_path / "a.txt"):
         pass
 
 
@@ -497,6 +497,6 @@ def test_a_file_that_cannot_be_read_is_not_called_edited(tmp_path, monkeypatch):
     def fail_to_read(path):
         raise OSError(EIO, os.strerror(EIO), os.fspath(path))
 
-    monkeypatch.setattr("camopt.core.storage.manifest.regular_file", fail_to_read)
+    monkeypatch.setattr("camopt.core.storage.manifest.open_regular_file", fail_to_read)
     with pytest.raises(OSError, match=os.strerror(EIO)):
         publish(tmp_path, {"a.txt": "2"})

@@ -14,7 +14,7 @@ from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.peak import RadiusRange
 from camopt.scene.problem.limit import UNDERCUT
 from camopt.scene.problem.problem import resolve
-from camopt.solve.verdicts.effect_runs import columns_for
+from camopt.solve.verdicts.effect_runs import columns_for_limits
 
 GROOVE = {"kind": "groove", "clearance": 0.2}
 CAMS = {
@@ -43,7 +43,7 @@ def with_body(mechanism, designs, body):
     """Designs with the pitch curves of designs with a knife edge, and another body."""
     if mechanism.parallel == "face_offset":
         return replace(designs, face_offset=body, size=designs.size + body)
-    if mechanism.pitch_ignores_parallel:
+    if mechanism.pitch_ignores_parallel_size:
         return replace(designs, **{mechanism.parallel: body})
     return replace(designs, roller_radius=body, size=designs.size - body)
 
@@ -62,7 +62,7 @@ def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, 
     (undercut,) = (each for each in problem.limits if each.name == UNDERCUT)
     limit = replace(limit, bound=limit.bound * rng.uniform(0.7, 1.3))
     mechanism, count = problem.setup.mechanism, 8
-    curves = mechanism.profile_or_pitch(problem.design.take(np.zeros(count, dtype=int)))
+    curves = mechanism.standard_profile_designs(problem.design.take(np.zeros(count, dtype=int)))
     curves = replace(curves, size=curves.size * rng.uniform(0.8, 1.5, count))
     case = EvaluationBlock(problem.setup, problem.programme, curves)
     told, of_one = (limit.feasible_bodies(case, some) for some in (ALL, ONE))
@@ -73,7 +73,7 @@ def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, 
     body = np.vstack([np.full(count, ONE.least), near, rng.uniform(*ALL, (6, count))])
     designs = with_body(mechanism, curves.take(np.tile(np.arange(count), len(body))), body.ravel())
     held, sound = (
-        (each.excess(columns_for(problem, [each], designs), designs) <= 0.0).reshape(body.shape)
+        (each.excess(columns_for_limits(problem, [each], designs), designs) <= 0.0).reshape(body.shape)
         for each in (limit, undercut)
     )
     surely, perhaps = (each.contains(body) for each in told)

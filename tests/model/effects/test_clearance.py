@@ -17,7 +17,7 @@ from camopt.core.numerics.curves import value_and_slope
 from camopt.model.effects.clearance import design_flights, half_gap
 from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.flight import simulate_flights
-from camopt.model.effects.loads import contact_load
+from camopt.model.effects.loads import contact_load_curve
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve_design
 
@@ -70,7 +70,11 @@ class Walls:
             problem.design,
             problem.programme,
         )
-        self.half, self.sense, self.angular = setup.given.drive.clearance / 2, problem.design.sense, setup.angular
+        self.half, self.sense, self.angular = (
+            setup.given.drive.clearance / 2,
+            problem.design.sense,
+            setup.angular,
+        )
         self.developed = setup.mechanism.body.developed
 
     def centre(self, phi, side):
@@ -262,7 +266,7 @@ def test_the_load_on_both_walls_has_the_digits_of_fifty(form):
                 along, bent = mp.diff(wall, theta), mp.diff(wall, theta, 2)
                 hollow = mp.re(mp.conj(n) * bent) / abs(along) ** 2 * mpf(-flank.side)  # towards the roller
                 exact = mpf(flank.pressing) * pushed * (1 / radius - hollow)
-                made = contact_load(setup, design, turn, flank)
+                made = contact_load_curve(setup, design, turn, flank)
                 found = value_and_slope(made, 0, turn.state(np.array([float(theta)])))[0]
                 assert float(found[0]) == pytest.approx(float(exact), rel=1e-11)
 

@@ -18,13 +18,13 @@ from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, Setup
 from camopt.model.effects.profile_parts import enclose_profile, initial_parts
-from camopt.model.effects.self_crossing import find_crossing, is_provably_round
+from camopt.model.effects.self_crossing import pressure_angle_proves_no_crossing, self_crossing_verdict
 from camopt.model.effects.self_crossing_boxes import (
     KnownCrossings,
     box_overlap,
-    deepest_overlap,
-    follow_overlaps,
-    overlaps,
+    largest_overlap_angles,
+    profile_overlaps,
+    refine_overlap_angles,
 )
 from camopt.model.mechanisms import MECHANISMS, Designs
 from camopt.model.mechanisms.elements import FLAT, KNIFE, ROLLER
@@ -36,12 +36,12 @@ from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import branch_and_bound
 from camopt.solve.smallest.grid_search import shrink_on_grids
-from camopt.solve.smallest.optimise import _clear_size
-from camopt.solve.smallest.result import SmallestCam, crossing_memory, first_feasible_design
-from camopt.solve.smallest.smallest import _solve_smallest as least_of_others
+from camopt.solve.smallest.optimise import _clear_above_size
+from camopt.solve.smallest.result import SmallestCam, empty_crossing_memory, first_feasible_design
+from camopt.solve.smallest.smallest import _solve_without_deferred_limits as least_of_others
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import bound_excesses
+from camopt.solve.verdicts.limit_verdicts import quantities_with_excess_bounds
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
 ROUND = [key for key in DISC if not key[2]]
@@ -140,15 +140,15 @@ def test_mirrored_and_scaled_cams_have_the_same_verdict(case, exponent):
     An oscillating follower, whose pivot stays to the right, has no mirror image here.
     """
     assume(not undercut(case))
-    found = find_crossing(case.setup, case.designs, case.programme)
+    found = self_crossing_verdict(case.setup, case.designs, case.programme)
     if not case.setup.angular:
         other = replace(case.designs, sense=-case.designs.sense, offset=-case.designs.offset)
-        assert find_crossing(case.setup, other, case.programme) == found
+        assert self_crossing_verdict(case.setup, other, case.programme) == found
     scale, strokes = 2.0**exponent, case.programme.strokes
     if not case.setup.angular:
         strokes = tuple(replace(s, low=s.low * scale, high=s.high * scale) for s in strokes)
     larger = Designs(**{n: v * scale for n, v in case.designs.sizes.items()}, sense=case.designs.sense)
-    assert find_crossing(case.setup, larger, Programme(strokes)) == found
+    assert self_crossing_verdict(case.setup, larger, Programme(strokes)) == found
 
 
 def slim_cams(count: int, key) -> list[EvaluationBlock]:
@@ -173,7 +173,7 @@ def test_a_crossing_shown_is_a_root(key):
     """The two angles lead Newton's method to one point of the profile at two cam angles, along two directions."""
     shown = 0
     for case in slim_cams(60, key):
-        found = find_crossing(case.setup, case.designs, case.programme)
+        found = self_crossing_verdict(case.setup, case.designs, case.programme)
         assert found.crosses is polygon_crosses(case)
         if not found.crosses:
             continue
@@ -246,7 +246,7 @@ def test_the_verdict_flips_where_the_flanks_touch(law, k):
         assert evaluate(scene)["self_crossing"] is crosses
         assert certify(scene) == {"undercut": "held", "self_crossing": "broken" if crosses else "held"}
         problem = resolve(scene)
-        found = find_crossing(problem.setup, problem.design, problem.programme)
+        found = self_crossing_verdict(problem.setup, problem.design, problem.programme)
         if crosses and k > 2:
             assert np.degrees(found.angles) == pytest.approx([angle, 86 - angle], abs=3 * 10 ** (-k / 2))
 
@@ -417,7 +417,7 @@ def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
     angles = np.linspace(0.0, 2 * np.pi, 5000, endpoint=False)
     travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
     outwards = np.min((travel.trace * travel.normal.conj()).real) > case.designs.roller_radius[0]
-    assert outwards or not is_provably_round(with_pressure_angle(case))[0]
+    assert outwards or not pressure_angle_proves_no_crossing(with_pressure_angle(case))[0]
 
 
 def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
@@ -430,7 +430,7 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     case = with_pressure_angle(EvaluationBlock(problem.setup, problem.programme, designs))
     held = case.outer_bound("pressure_angle_max_deg") <= 30.0
     assert held.sum() > 200
-    assert is_provably_round(case)[held].mean() > 0.99
+    assert pressure_angle_proves_no_crossing(case)[held].mean() > 0.99
 
 
 @pytest.mark.one_in(2)
@@ -484,10 +484,10 @@ def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
     angles, found = np.linspace(0.0, 2 * np.pi, 720, endpoint=False), {True: 0, False: 0}
     for case in slim_cams(60, key):
         cuts = squared_depths(case, angles, angles).max() > 1e-9 * case.designs.roller_radius[0] ** 2
-        crossing = find_crossing(case.setup, case.designs, case.programme)
+        crossing = self_crossing_verdict(case.setup, case.designs, case.programme)
         assert not cuts or crossing.crosses
         if crossing.crosses:
-            pair = deepest_overlap(case.setup, case.designs, case.programme, crossing.angles)
+            pair = largest_overlap_angles(case.setup, case.designs, case.programme, crossing.angles)
             assert squared_depths(case, *pair[:, None])[0, 0] > 0.0
         found[crossing.crosses] += 1
     assert min(found.values()) > 10
@@ -498,12 +498,12 @@ def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
     """By Newton's method, to rounding, what a search without derivatives finds to its tolerance."""
     met = 0
     for case in slim_cams(20, key):
-        crossing = find_crossing(case.setup, case.designs, case.programme)
+        crossing = self_crossing_verdict(case.setup, case.designs, case.programme)
         if crossing.crosses:
             met += 1
-            best = deepest_overlap(case.setup, case.designs, case.programme, crossing.angles)
+            best = largest_overlap_angles(case.setup, case.designs, case.programme, crossing.angles)
             for away in ([1e-3, -1e-3], [-1e-3, 2e-3]):
-                pair = follow_overlaps(case.setup, case.designs, case.programme, np.array([best + away]))
+                pair = refine_overlap_angles(case.setup, case.designs, case.programme, np.array([best + away]))
                 least, most = (
                     squared_depths(case, *x[:, None])[0, 0] * speed_at(case, x[:1]) for x in (best, pair[0])
                 )
@@ -522,7 +522,7 @@ def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
     assume(case.designs.roller_radius[0] > 0.0)
     angles, random = np.array([pair]), np.random.default_rng(7)
     speed, prime = speed_at(case, angles[0, :1]), case.designs.prime_radius[0]
-    assert overlaps(case.setup, case.designs, case.programme, angles[None])[0, 0] == pytest.approx(
+    assert profile_overlaps(case.setup, case.designs, case.programme, angles[None])[0, 0] == pytest.approx(
         squared_depths(case, *angles.T)[0, 0] * speed, rel=1e-9, abs=1e-9 * prime**2 * (speed + prime)
     )
     free = ("size", "roller_radius", *(("arm_length", "centre_distance") if case.setup.angular else ("offset",)))
@@ -553,7 +553,7 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
     """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""
     random, excluded = np.random.default_rng(5), 0
     for case in slim_cams(times(12, deep=30), key):
-        if find_crossing(case.setup, case.designs, case.programme).crosses is not True:
+        if self_crossing_verdict(case.setup, case.designs, case.programme).crosses is not True:
             continue
         others = ("arm_length", "centre_distance") if case.setup.angular else ("offset",)
         free = ("size", "roller_radius", *others)
@@ -561,7 +561,10 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
             half = {n: width * (n in free) + 0.0 * v for n, v in case.designs.sizes.items()}
             sides = {n: Interval(v - half[n], v + half[n]) for n, v in case.designs.sizes.items()}
             box = Designs(**sides, sense=1.0)
-            shown = KnownCrossings(case.setup, case.programme).excess(box, case.designs, free).value.low[0] > 0.0
+            shown = (
+                KnownCrossings(case.setup, case.programme).crossing_excess(box, case.designs, free).value.low[0]
+                > 0.0
+            )
             assert shown or width > 1e-9
             excluded += int(shown)
             for share in random.choice([-1.0, 1.0, 0.3, -0.7], (3, len(free))) if shown else ():
@@ -582,7 +585,9 @@ def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:
 
 def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
     problem, designs = a_row_of_lobes()
-    whole, cut = (bound_excesses(problem, designs, frozenset(), until) for until in (np.inf, clock_seconds()))
+    whole, cut = (
+        quantities_with_excess_bounds(problem, designs, frozenset(), until) for until in (np.inf, clock_seconds())
+    )
     crossing = np.array(
         [evaluate(lobe(designs.roller_radius[0], p))["self_crossing"] for p in designs.prime_radius]
     )
@@ -591,7 +596,7 @@ def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
     assert np.all(cut.outer[-1] == np.inf)
     assert np.all(cut.inner[-1] == -np.inf)
     for until, first in ((np.inf, designs.take([np.argmin(crossing)])), (clock_seconds(), None)):
-        found = first_feasible_design(problem, designs, crossing_memory(problem), until)
+        found = first_feasible_design(problem, designs, empty_crossing_memory(problem), until)
         assert (found and found.size) == (first and first.size)
 
 
@@ -602,7 +607,7 @@ def test_when_the_time_is_over_a_feasible_design_is_kept():
     assert shrink_on_grids(problem, bounds, large).size < large.size
     assert shrink_on_grids(problem, bounds, large, until=clock_seconds()).size == large.size
     with_time, without = (
-        _clear_size(problem, SmallestCam(large, 0.0), until) for until in (np.inf, clock_seconds())
+        _clear_above_size(problem, SmallestCam(large, 0.0), until) for until in (np.inf, clock_seconds())
     )
     assert with_time == large.size
     assert without == pytest.approx(large.size + 10.0 * large.prime_radius)

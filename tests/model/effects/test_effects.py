@@ -55,10 +55,12 @@ def test_what_is_exact_has_no_enclosure():
     problem = resolve(VALVE)
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     for effect in (each for each in EFFECTS.values() if each.exact):
-        found = run_effects(case, effect.reads(case.setup)).columns
-        columns = effect.run(replace(case, columns=found), frozenset(effect.offers(case.setup)))
+        found = run_effects(case, effect.input_quantities(case.setup)).columns
+        columns = effect.evaluate_columns(
+            replace(case, columns=found), frozenset(effect.offered_quantities(case.setup))
+        )
         assert columns
-        assert effect.run_on_pitch is no_columns
+        assert effect.evaluate_pitch_curve_columns is no_columns
         assert not any(isinstance(column, EnclosedValue) for column in columns.values())
 
 

@@ -8,7 +8,7 @@ from support.real_cams import cams_of
 from support.ribs import rib
 
 import camopt
-from camopt.model.effects.motion import error_names, motion_scale
+from camopt.model.effects.motion import motion_error_names, motion_unit_factor
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -52,11 +52,11 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
     for corner in product(*ends.values()):
         off = {key: np.full(DENSE.size, end) for key, end in zip(ends, corner, strict=True)}
         errors = [
-            motion_scale(problem.setup, order) * np.abs(cams.motion_errors(off, DENSE, order)).max()
+            motion_unit_factor(problem.setup, order) * np.abs(cams.motion_errors(off, DENSE, order)).max()
             for order in range(3)
         ]
         worst = np.maximum(worst, errors)
-    told = np.array([found[name] for name in error_names(problem.setup)[:3]])
+    told = np.array([found[name] for name in motion_error_names(problem.setup)[:3]])
     finite = np.isfinite(told)  # the law of one jumps
     assert finite[:2].all()
     np.testing.assert_allclose(worst[finite], told[finite], rtol=8e-3)
@@ -67,7 +67,7 @@ def test_they_are_those_of_the_tables_with_profiles_and_bores_too(kind):
     scene = scene_of(kind, profile=0.01, waves=9, bore_eccentricity=0.02)
     turn = TurnErrors(scene, resolve_design(scene))
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
-    names = error_names(turn.problem.setup)
+    names = motion_error_names(turn.problem.setup)
     np.testing.assert_allclose(
         [found[n] for n in names[:3]], [e.worst for e in first_order_errors(turn)], rtol=1e-9
     )
@@ -76,7 +76,8 @@ def test_they_are_those_of_the_tables_with_profiles_and_bores_too(kind):
         if stroke.kind == DWELL:
             dwell = np.linspace(stroke.start, np.nextafter(stroke.start + stroke.angle, 0.0), 33)
             changes.append(
-                motion_scale(turn.problem.setup, 0) * sum(each.change() for each in turn.contributions_at(dwell))
+                motion_unit_factor(turn.problem.setup, 0)
+                * sum(each.change() for each in turn.contributions_at(dwell))
             )
     assert max(changes) == pytest.approx(found[names[3]], rel=1e-9)
 

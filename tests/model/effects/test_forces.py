@@ -263,7 +263,7 @@ def test_what_nobody_calls_for_does_not_run(monkeypatch):
         raise AssertionError("an effect that nobody called for ran")
 
     for name in ("force", "thrust", "hertz", "torque", "vibration"):
-        monkeypatch.setitem(EFFECTS, name, EFFECTS[name]._replace(run=fail))
+        monkeypatch.setitem(EFFECTS, name, EFFECTS[name]._replace(evaluate_columns=fail))
     evaluate(VALVE.replace(outputs=[]))
     with pytest.raises(AssertionError, match="nobody called"):
         evaluate(VALVE)

@@ -15,12 +15,12 @@ from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.state import State
-from camopt.model.effects.loads import borne_force, guided_force
+from camopt.model.effects.loads import guided_force, pushing_force
 from camopt.model.mechanisms import MECHANISMS
 from camopt.model.motion.law_panels import turning_points
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import INWARD, OUTWARD, RESTING, WAYS
-from camopt.scene.own_laws import own_law_from_values
+from camopt.scene.own_laws import make_own_law_from_values
 from camopt.scene.problem.problem import resolve
 
 # each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams
@@ -193,7 +193,7 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
     ones = np.ones(1)
     given = Linear(0 * ones, 0 * ones, 0 * ones, force * ones)
     tangent = Linear(0 * ones, ones, 0 * ones, 0 * ones)
-    for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (borne_force(given), None)):
+    for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (pushing_force(given), None)):
         guide = guided_force(made, tangent, 0.5 * ones, 0 * ones)
         value = value_and_slope(guide, 0, State(number(0.0), number(lean), number(0.0), number(0.0)))[0]
         value = value.arb if isinstance(value, Ball) else value.low if isinstance(value, Interval) else value
@@ -229,7 +229,7 @@ def test_jets_know_corners():
 
 
 def test_a_law_that_turns_back_is_cut_where_it_does():
-    law = own_law_from_values("wavy", friction.WAVY["wavy"])
+    law = make_own_law_from_values("wavy", friction.WAVY["wavy"])
     places = turning_points(law, 24)
     assert len(places) == 2
     assert np.abs(law.velocity(np.array(places))).max() < 1e-12
@@ -238,13 +238,13 @@ def test_a_law_that_turns_back_is_cut_where_it_does():
         angular=False,
         laws={"wavy": law},
     )
-    table, ends = programme.table, [*programme.starts, 2 * pi]
+    table, ends = programme.table, [*programme.piece_starts, 2 * pi]
     for start, end, kind in zip(ends[:-1], ends[1:], table.kind, strict=True):
         speed = programme.motion_at(np.linspace(start, end, 101)[1:-1])[1]
         way = {OUTWARD: 1.0, INWARD: -1.0, RESTING: 0.0}[int(kind) & WAYS]
         assert (np.sign(speed) == way).all()
     assert np.min(
-        np.abs(np.subtract.outer(radians(150.0) * np.array(places), programme.starts)), axis=1
+        np.abs(np.subtract.outer(radians(150.0) * np.array(places), programme.piece_starts)), axis=1
     ) == pytest.approx(0, abs=1e-14)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.cams import cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.effects.lash import angle_above, lash_speeds
+from camopt.model.effects.lash import angle_span_above_level, lash_speeds
 from camopt.model.motion import LAWS
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import INWARD, OUTWARD
@@ -67,7 +67,7 @@ def test_the_speed_at_a_level_is_that_where_the_motion_is(level):
 def test_the_angle_above_a_level_is_that_of_samples(level):
     programme = turn("modified-sine", "cycloidal")
     above = np.mean(programme.motion_at(np.linspace(0.0, 2 * pi, 400_001)[:-1])[0] > level) * 2 * pi
-    assert isclose(angle_above(programme, level), above, abs_tol=1e-4)
+    assert isclose(angle_span_above_level(programme, level), above, abs_tol=1e-4)
 
 
 def test_a_ramp_has_the_speed_that_it_was_given():

@@ -192,9 +192,9 @@ def test_wear_and_film_are_those_of_a_scan():
     theta = np.array([jump - 1e-12, jump + 1e-12, *np.linspace(0.0, 2 * np.pi, 200_001)[:-1]])
     state = asked.programme.state(theta)
     for make in (
-        partial(surface.wear_curve, asked.setup),
-        partial(loads.normal_curve, asked.setup),
-        *(each for each, _ in surface.wear_variants(surface.FILM_RATIO, asked.setup)),
+        partial(surface.wear_load_curve, asked.setup),
+        partial(loads.normal_force_curve, asked.setup),
+        *(each for each, _ in surface.wear_or_film_variants(surface.FILM_RATIO, asked.setup)),
     ):
         scanned = value_and_slope(make(asked.design, asked.programme), 0, state)[0].max()
         exact = case.extremes(make, [(ALL_STROKES, LARGEST)])

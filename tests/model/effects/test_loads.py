@@ -681,7 +681,7 @@ def test_what_nobody_calls_for_does_not_run(idle, monkeypatch):
     scene = cam_with("roller", dynamics=GUIDED)
     of_scene = {QUANTITIES[name].effect for name in evaluate_changed(scene)} & EFFECTS.keys()
     others = [name for name in of_scene if name != idle and (name, idle) not in READS]
-    monkeypatch.setitem(EFFECTS, idle, EFFECTS[idle]._replace(run=run))
+    monkeypatch.setitem(EFFECTS, idle, EFFECTS[idle]._replace(evaluate_columns=run))
     assert evaluate_changed({**scene, "outputs": others})
     with pytest.raises(AssertionError, match=idle):
         evaluate_changed({**scene, "outputs": [idle]})

@@ -25,7 +25,7 @@ from camopt.model.effects.mean_columns import power_means
 from camopt.model.effects.peak import Derivative
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import at_rounding_error, resolve
-from camopt.solve.verdicts.mean_boxes import mean_power_over
+from camopt.solve.verdicts.mean_boxes import enclose_mean_power
 
 DIGITS = 50
 LONG = 3600.0  # seconds: searches end when they have proved what they find
@@ -154,7 +154,7 @@ def test_a_groove_is_as_long_as_its_chords(contact):
     for count in (20_000, 40_000):
         angles = np.linspace(0.0, 2.0 * np.pi, count + 1)
         angles[-1] -= 1e-12
-        travel = problem.setup.mechanism.travel(problem.design, problem.programme, angles)
+        travel = problem.setup.mechanism.trace_and_normal(problem.design, problem.programme, angles)
         lengths.append(np.abs(np.diff(travel.trace)).sum())
     assert lengths[1] + (lengths[1] - lengths[0]) / 3.0 == pytest.approx(found, rel=1e-11)
     assert evaluate(scene_of(contact))["groove_length_mm"] == pytest.approx(found, rel=1e-13)
@@ -195,7 +195,7 @@ def test_columns_are_those_of_balls(contact):
     assert {"torque_mean_N_m", "torque_rms_N_m", "power_mean_W"} < known.keys()
     for name, mean in known.items():
         ball, _ = narrow_ball(problem, mean, 60, enough=1e-16)
-        value = mean.scale.quantity(mean.value_of_mean(float(ball.mid())), problem.design)
+        value = mean.scale.quantity(mean.mean_from_power_mean(float(ball.mid())), problem.design)
         assert cam[name] == pytest.approx(np.asarray(value).item(), rel=1e-13)
 
 
@@ -258,7 +258,7 @@ def test_the_range_over_a_box_holds_every_design_of_it(contact):
         spans = []
         for width in (0.08, 0.02, 0.005):
             box, inside, free = boxes_of(problem, width, 5, 3)
-            found, rng = mean_power_over(problem, mean, box, inside, free), np.random.default_rng(5)
+            found, rng = enclose_mean_power(problem, mean, box, inside, free), np.random.default_rng(5)
             for _ in range(4):
                 sizes = {n: s.low + (s.high - s.low) * rng.uniform(size=5) for n, s in box.sizes.items()}
                 case = EvaluationBlock(problem.setup, problem.programme, replace(problem.design, **sizes))
@@ -281,7 +281,7 @@ def test_of_designs_that_may_jam_nothing_is_known():
     box = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box["size"] = Interval(np.array([40.0]), np.array([90.0]))
     inside = replace(problem.design, size=np.array([90.0]))
-    found = mean_power_over(problem, mean, replace(problem.design, **box), inside, ["size"])
+    found = enclose_mean_power(problem, mean, replace(problem.design, **box), inside, ["size"])
     assert found.value.high[0] == inf
 
 

@@ -22,7 +22,7 @@ from camopt.model.effects import EvaluationBlock, outline
 from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.motion import LAWS
 from camopt.scene.problem.problem import resolve
-from camopt.solve.front.curve_verdicts import limits_of_curves
+from camopt.solve.front.curve_verdicts import limits_decided_by_pitch_curves
 
 OPEN = [contact for contact in CONTACTS if not contact.startswith("groove")]
 
@@ -189,7 +189,7 @@ def test_pitch_curves_tell_which_cams_run_through_the_pivot(contact, body, tmp_p
         **{"follower.centre_distance": 101.3, "outputs": []}
     )
     problem = resolve(scene)
-    assert limits_of_curves(problem.limits, frozenset())
+    assert limits_decided_by_pitch_curves(problem.limits, frozenset())
     found = sweep(scene)
     sweep(scene, out=tmp_path, keep="all")
     every = load(tmp_path / "designs.parquet")

@@ -22,14 +22,14 @@ from camopt.core.numerics.point_contact import (
     carlson_integrals,
     ellipticity_of,
     pressure_factor,
-    pressure_table,
-    table_derivatives,
+    pressure_factor_coefficients,
+    pressure_factor_derivatives,
 )
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve
 from camopt.solve.verdicts.certify import certify
 
-TABLE = pressure_table()
+TABLE = pressure_factor_coefficients()
 RATIOS = st.floats(-22.9, 22.9).map(lambda x: float(np.exp(x)))
 SCENE = {
     "cam": {"form": "disc", "base_radius": 20.0, "rpm": 1500.0},
@@ -103,7 +103,7 @@ def test_bends_of_the_pressure_against_fifty_digits(t):
         twice_before, before, here, after, twice_after = (exact(mp.mpf(t) + k * step)[0] for k in range(-2, 3))
         second = (before - 2 * here + after) / step**2
         third = (twice_after - 2 * after + 2 * before - twice_before) / (2 * step**3)
-        _, _, h2, h3 = table_derivatives(np.array(t), TABLE)
+        _, _, h2, h3 = pressure_factor_derivatives(np.array(t), TABLE)
         assert abs(float(h2 / second - 1)) <= 1e-9
         assert abs(float(h3 / third - 1)) <= 1e-7
 
@@ -145,7 +145,7 @@ def test_a_slender_contact_is_nearly_a_line(t):
 
 
 def test_signs_on_which_the_bounds_rest():
-    h, h1, h2, h3 = table_derivatives(np.exp(np.linspace(-23, 23, 40001)), TABLE)
+    h, h1, h2, h3 = pressure_factor_derivatives(np.exp(np.linspace(-23, 23, 40001)), TABLE)
     assert np.all(h > 0) and np.all(h1 < 0) and np.all(h2 > 0) and np.all(h3 < 0)  # noqa: PT018
 
 

@@ -9,7 +9,7 @@ from camopt import BadInput, Scene, cam_points, evaluate, optimise
 from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.state import State
-from camopt.model.effects.loads import preloaded_force
+from camopt.model.effects.loads import preloaded_contact_force
 from camopt.scene.problem.problem import resolve_design
 
 
@@ -30,7 +30,7 @@ def test_two_contacts_share_a_force_as_two_springs_do():
         state = resolve_design(Scene.from_dict(pair(rng, "translating"))).programme.state(np.zeros(1))
         found = [
             value_and_slope(
-                preloaded_force(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state
+                preloaded_contact_force(Linear(zero, zero, zero, side * each), np.array([preload])), ..., state
             )[0][0]
             for side in (1.0, -1.0)
         ]
@@ -42,7 +42,7 @@ def test_a_contact_that_is_never_touched_bears_nothing_over_a_whole_range():
     way = np.array([1.0])
     force = Linear(way, 0.0 * way, 0.0 * way, 0.0 * way)  # F is the displacement
     at = State(Jet(-5.0, -3.0, 0.0, 2.0, 2.0, 2.0), *(Jet(0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for _ in range(3)))
-    borne, _ = value_and_slope(preloaded_force(force, way), 0, at)
+    borne, _ = value_and_slope(preloaded_contact_force(force, way), 0, at)
     assert (borne.low, borne.high, borne.first, borne.second, borne.third) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 

@@ -11,7 +11,7 @@ from camopt import Scene
 from camopt.core.quantities import QUANTITIES
 from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.force import jump_speed, required_stiffness
-from camopt.model.effects.lash import angle_above, lash_speeds
+from camopt.model.effects.lash import angle_span_above_level, lash_speeds
 from camopt.model.effects.torque import torque_over_turn
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.problem import resolve
@@ -43,7 +43,7 @@ CASES = {
     "jump speed": (jump_speed, FORCES),
     "spring rate": (required_stiffness, [FORCES[1], 1e3 * FORCES[2], *FORCES[3:]]),
     "torque": (torque_over_turn, FORCES),
-    "angle above": (angle_above, random_numbers((-1, 21))),
+    "angle above": (angle_span_above_level, random_numbers((-1, 21))),
     "speeds": (lash_speeds, random_numbers((-1, 10), (10, 21))),
 }
 

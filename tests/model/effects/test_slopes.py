@@ -13,13 +13,13 @@ from camopt.core.numerics.curves import (
     CURVE_FORMULAS,
     DERIVATIVE_FORMULAS,
     curve_derivatives,
+    curve_value,
     value_and_slope,
-    value_of,
 )
 from camopt.core.numerics.state import State, TrainForces
 from camopt.model.effects import EFFECTS, missing_keys_by_quantity
 from camopt.model.effects.bearing_radii import required_face_radius, required_roller_radius
-from camopt.model.effects.loads import normal_curve
+from camopt.model.effects.loads import normal_force_curve
 from camopt.model.mechanisms.pairs import CONTACT_CURVES
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.sources import shipped_scenes
@@ -71,7 +71,7 @@ def records_of(problem):
         yield from (mechanism.path(design, turn) for _ in [mechanism.path] if mechanism.path)
         yield from (mechanism.outline(design, turn, np.array([-3.0])) for _ in [0] if mechanism.outline)
     if setup.omega is not None and setup.dynamics.mass is not None:
-        normal, one = normal_curve(setup, design, turn), np.ones(1)
+        normal, one = normal_force_curve(setup, design, turn), np.ones(1)
         bent, radius = setup.mechanism.curvature, setup.mechanism.profile_radius
         yield (
             required_roller_radius(normal, bent(design, turn), 0.3 * one, one)
@@ -133,7 +133,7 @@ def test_a_slope_is_that_of_differences(owner):
     assert records
     for record, lift in records[:: 1 + len(records) // 40]:
         value, slope = value_and_slope(record, 0, state(angles, lift))
-        assert np.array_equal(value, value_of(record, 0, state(angles, lift)), equal_nan=True)
+        assert np.array_equal(value, curve_value(record, 0, state(angles, lift)), equal_nan=True)
         found = differences(partial(value_at, record, lift), angles)
         off = np.abs(found - slope) / (np.max(np.abs(value)) + np.max(np.abs(slope)) + 1e-300)
         assert np.median(off) < 1e-10
@@ -141,7 +141,7 @@ def test_a_slope_is_that_of_differences(owner):
 
 
 def value_at(record, lift, angle):
-    return value_of(record, 0, state(angle, lift)) + 0.0 * angle
+    return curve_value(record, 0, state(angle, lift)) + 0.0 * angle
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from support.depth import times
 from support.dynamics import Dynamics
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
-from camopt.core.numerics.piecewise import bernstein
+from camopt.core.numerics.piecewise import powers_to_bernstein_matrix
 from camopt.model.effects import force
 from camopt.model.effects.panel_series import integrate_series, largest_of_series, turn_integral
 from camopt.model.effects.torque import torque_over_turn, torque_series
@@ -224,11 +224,11 @@ def test_inertia_torque_has_the_known_product_of_velocity_and_acceleration(law):
 
 
 def over_turn(shape, dynamics, omega):
-    return torque_over_turn(shape, *force.force_factors(dynamics, omega))
+    return torque_over_turn(shape, *force.force_factors_with_train(dynamics, omega))
 
 
 def series_of(shape, dynamics, omega):
-    return torque_series(shape, force.force_factors(dynamics, omega))[:, 0]
+    return torque_series(shape, force.force_factors_with_train(dynamics, omega))[:, 0]
 
 
 @pytest.mark.parametrize("law", own.STILL)
@@ -417,7 +417,7 @@ def test_a_limit_on_torque_needs_a_mass_and_a_speed():
 def test_bernstein_coefficients_are_those_of_powers(degree):
     u, t = Fraction(1, 3), Fraction(2, 3)
     basis = [comb(degree, i) * t**i * (1 - t) ** (degree - i) for i in range(degree + 1)]
-    for power, column in enumerate(bernstein(degree).T):
+    for power, column in enumerate(powers_to_bernstein_matrix(degree).T):
         found = sum(b * Fraction(float(c)) for b, c in zip(basis, column, strict=True))
         assert abs(found - u**power) < Fraction(1, 2**52)
         assert np.abs(column).max() == 1.0

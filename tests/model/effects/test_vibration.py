@@ -16,14 +16,14 @@ import camopt
 from camopt.core.numerics import wave_extremes
 from camopt.core.numerics.oscillator import is_resonant
 from camopt.core.numerics.wave_extremes import wave_maximum, wave_minimum, wave_peak_magnitude
-from camopt.model.effects.force import force_weights
+from camopt.model.effects.force import force_weights_and_constant
 from camopt.model.effects.vibration import (
-    corner_sizes,
     dynamic_factor,
     least_elastic_force,
     mass_acceleration,
     steady_response,
-    vibration,
+    velocity_jump_by_panel,
+    vibration_extremes,
 )
 from camopt.model.motion.programme import Programme, derivative_peak
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
@@ -146,14 +146,14 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     r = mp.mpf(ratio)
     stiff = r**2 + 2j * damping * r
     z, x = (-h / 2) / (stiff - 1), (-h / 2) * stiff / (stiff - 1)
-    found = vibration(turn, ratio, damping)
+    found = vibration_extremes(turn, ratio, damping)
     assert found.overshoot == pytest.approx(float(abs(z)), rel=1e-12)
     assert found.acceleration == pytest.approx(float(abs(x)), rel=1e-12)
     assert found.residual == 0.0  # no dwell
     train = Dynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
-    force, _ = least_elastic_force(turn, *force_weights(train, omega), ratio, damping)
+    force, _ = least_elastic_force(turn, *force_weights_and_constant(train, omega), ratio, damping)
     assert force == pytest.approx(float(expected), abs=1e-12 * float(swing))
 
 
@@ -225,7 +225,7 @@ def test_a_stiff_train_bends_with_the_acceleration(damping):
     angles = (table.centre + U[:, None] * table.half_width)[1:-1]
     expected = -turn.motion_at(angles)[2] / ratio**2
     assert z[1:-1] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
-    found = vibration(turn, ratio, damping)
+    found = vibration_extremes(turn, ratio, damping)
     assert dynamic_factor(found.acceleration, derivative_peak(turn, 2, ALL_STROKES)) == pytest.approx(1.0, rel=1e-3)
 
 
@@ -261,14 +261,14 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     assert not is_resonant(7.0, 1e-6)
     assert not is_resonant(7.0 + 1e-12, 0.0)
     assert not is_resonant(1e-20, 0.0)
-    found = vibration(turn, 7.0, 0.0)
+    found = vibration_extremes(turn, 7.0, 0.0)
     assert found.overshoot == found.overshoot_bound == found.acceleration == found.acceleration_bound == inf
     assert found.residual == inf
-    assert least_elastic_force(turn, *force_weights(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
+    assert least_elastic_force(turn, *force_weights_and_constant(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
     # near it the response grows as 1/ζ and as 1/(r − n)
-    sizes = [vibration(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
+    sizes = [vibration_extremes(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
-    sizes = [vibration(turn, 7.0 + apart, 0.0).overshoot for apart in (1e-5, 1e-6)]
+    sizes = [vibration_extremes(turn, 7.0 + apart, 0.0).overshoot for apart in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
 
 
@@ -303,7 +303,7 @@ def turns(draw):
 def test_against_an_integrator(segments, ratio, damping):
     """Integrated panel by panel from the given start, the response comes back to where the next panel starts."""
     turn = programme(*segments)
-    table, wave, kicks = turn.table, steady_response(turn, ratio, damping), corner_sizes(turn)
+    table, wave, kicks = turn.table, steady_response(turn, ratio, damping), velocity_jump_by_panel(turn)
     (z_left, z_right), (v_left, v_right) = (
         wave.values_at(U[[0, -1]])[:, 0],
         wave.slope().values_at(U[[0, -1]])[:, 0],
@@ -333,7 +333,7 @@ def test_against_an_integrator(segments, ratio, damping):
 def test_the_order_of_the_segments_does_not_matter(segments, ratio, damping):
     """A turn that starts in its last dwell is the same turn."""
     one, other = (
-        vibration(programme(*order), ratio, damping) for order in (segments, (segments[3], *segments[:3]))
+        vibration_extremes(programme(*order), ratio, damping) for order in (segments, (segments[3], *segments[:3]))
     )
     room = 1e-9
     assert one.overshoot == pytest.approx(other.overshoot, rel=room)
@@ -362,18 +362,20 @@ def test_many_trains_together_are_each_what_it_is_alone(monkeypatch):
     """Soft, stiff and resonant ones, in any order, and where intervals are too many for all of them together."""
     turn = two_strokes("cycloidal", "poly345")
     ratios, shares = np.array([0.3, 7.0, 7.0, 41.3, 7.0, 0.3]), np.array([0.0, 0.0, 0.1, 0.02, 0.0, 0.5])
-    factors = force_weights(Dynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0)
+    factors = force_weights_and_constant(
+        Dynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0
+    )
     pressed = [
         least_elastic_force(turn, *each)
         for each in zip(*np.broadcast_arrays(*factors, ratios, shares), strict=True)
     ]
     for most in (wave_extremes.MOST_INTERVALS, 200):  # more than one train has, fewer than all
         monkeypatch.setattr(wave_extremes, "MOST_INTERVALS", most)
-        alone = [vibration.__wrapped__(turn, ratios[k : k + 1], shares[k : k + 1]) for k in range(6)]
-        together = np.array(vibration.__wrapped__(turn, ratios, shares))
+        alone = [vibration_extremes.__wrapped__(turn, ratios[k : k + 1], shares[k : k + 1]) for k in range(6)]
+        together = np.array(vibration_extremes.__wrapped__(turn, ratios, shares))
         assert np.array_equal(together, np.concatenate(alone, axis=1))
     assert np.array_equal(least_elastic_force(turn, *factors, ratios, shares), np.array(pressed).T)
-    none = vibration(turn, ratios[:0], shares[:0])
+    none = vibration_extremes(turn, ratios[:0], shares[:0])
     assert [each.shape for each in none] == [(0,)] * 5
 
 
@@ -396,7 +398,7 @@ SCENE = {
 def test_quantities_in_their_units():
     found = camopt.evaluate(camopt.Scene.from_dict(SCENE))
     omega, ratio = 20 * pi, 30.1
-    exact = vibration(two_strokes("cycloidal", "modified-sine"), ratio, 0.05)
+    exact = vibration_extremes(two_strokes("cycloidal", "modified-sine"), ratio, 0.05)
     assert found["overshoot_max_mm"] == pytest.approx(exact.overshoot, rel=1e-9)
     assert found["residual_vibration_max_mm"] == pytest.approx(exact.residual, rel=1e-9)
     assert found["acceleration_elastic_max_m_s2"] == pytest.approx(exact.acceleration * omega**2 / 1e3, rel=1e-9)
@@ -418,7 +420,7 @@ def swinging_scene(contact="roller"):
 
 def test_an_oscillating_follower_has_angles_and_a_force_at_its_trace_point():
     found = camopt.evaluate(swinging_scene())
-    exact = vibration(two_strokes("cycloidal", "modified-sine"), 30.1, 0.05)  # deg for mm
+    exact = vibration_extremes(two_strokes("cycloidal", "modified-sine"), 30.1, 0.05)  # deg for mm
     assert found["overshoot_max_deg"] == pytest.approx(exact.overshoot, rel=1e-9)
     assert found["residual_vibration_max_deg"] == pytest.approx(exact.residual, rel=1e-9)
     assert found["acceleration_elastic_max_rad_s2"] == pytest.approx(

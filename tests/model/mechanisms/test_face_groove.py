@@ -10,8 +10,8 @@ from support.cams import cam_with, turn_of
 from support.depth import times
 
 from camopt import BadInput, Scene, cam_points, certify, evaluate, evaluate_designs, export, find_scene, optimise
-from camopt.model.effects.self_crossing import find_wall_crossings
-from camopt.model.effects.self_crossing_boxes import deepest_overlap, follow_overlaps, overlaps
+from camopt.model.effects.self_crossing import wall_crossing_verdicts
+from camopt.model.effects.self_crossing_boxes import largest_overlap_angles, profile_overlaps, refine_overlap_angles
 from camopt.model.mechanisms import DRIVEN, mechanism_for
 from camopt.model.mechanisms.elements import FACE_GROOVE, GROOVED
 from camopt.model.mechanisms.geometry import cam_curves
@@ -159,9 +159,9 @@ def test_a_wall_crosses_itself_if_and_only_if_its_points_do(contact, seeds):
         curves = cam_curves(setup.mechanism, design, programme, ANGLES)
         pitch = np.diff(curves.pitch, append=curves.pitch[0])
         for flank in setup.mechanism.flanks:
-            wall = curves.pitch + flank.side * problem.half_width * curves.normal
+            wall = curves.pitch + flank.side * problem.wall_distance_from_pitch_curve * curves.normal
             if (np.diff(wall, append=wall[0]) / pitch).real.min() > 0.0:
-                crossing = find_wall_crossings(setup, design, programme, flank.side)[0].crosses
+                crossing = wall_crossing_verdicts(setup, design, programme, flank.side)[0].crosses
                 assert crossing is not shapely.LinearRing(np.column_stack([wall.real, wall.imag])).is_simple
                 met[flank.side, crossing] = met.get((flank.side, crossing), 0) + 1
     assert min(met[side, False] for side in (-1.0, 1.0)) >= times(3, deep=10)
@@ -171,7 +171,12 @@ def test_a_wall_crosses_itself_if_and_only_if_its_points_do(contact, seeds):
 def test_the_roller_cuts_as_deep_into_a_wall_as_the_overlap_says(contact):
     """(w² − |P(a) − C(b)|²)·|C'(a)|, with P and C as they are drawn, and w of R_r and half the clearance."""
     problem = resolve_design(face(contact, drive={"kind": "groove", "clearance": 0.6}))
-    setup, design, programme, radius = problem.setup, problem.design, problem.programme, problem.half_width
+    setup, design, programme, radius = (
+        problem.setup,
+        problem.design,
+        problem.programme,
+        problem.wall_distance_from_pitch_curve,
+    )
     pairs = np.random.default_rng(3).uniform(0.0, 6.28, (50, 2))
     one, other = (cam_curves(setup.mechanism, design, programme, angles) for angles in pairs.T)
     step = 1e-6
@@ -180,12 +185,12 @@ def test_the_roller_cuts_as_deep_into_a_wall_as_the_overlap_says(contact):
     for flank in setup.mechanism.flanks:
         wall = one.pitch + flank.side * radius * one.normal
         expected = (radius**2 - np.abs(wall - other.pitch) ** 2) * speed
-        found = overlaps(setup, design, programme, pairs[None], flank.side)[0]
+        found = profile_overlaps(setup, design, programme, pairs[None], flank.side)[0]
         np.testing.assert_allclose(found, expected, rtol=1e-7)
-        near = follow_overlaps(setup, design, programme, pairs[:1], flank.side)
-        assert overlaps(setup, design, programme, near[None], flank.side)[0, 0] >= found[0]
-        best = deepest_overlap(setup, design, programme, near[0], flank.side)
-        assert overlaps(setup, design, programme, best[None, None], flank.side)[0, 0] >= found[0]
+        near = refine_overlap_angles(setup, design, programme, pairs[:1], flank.side)
+        assert profile_overlaps(setup, design, programme, near[None], flank.side)[0, 0] >= found[0]
+        best = largest_overlap_angles(setup, design, programme, near[0], flank.side)
+        assert profile_overlaps(setup, design, programme, best[None, None], flank.side)[0, 0] >= found[0]
 
 
 def test_the_smallest_groove_is_that_of_a_dense_scan_and_proved_on_both_sides_of_its_bound():

@@ -12,13 +12,13 @@ import camopt
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics.curves import value_and_slope
 from camopt.model.effects import EvaluationBlock
-from camopt.model.mechanisms.pairs import half_turn_misfit
+from camopt.model.mechanisms.pairs import largest_half_turn_misfit
 from camopt.scene.problem.problem import resolve, resolve_design
 from camopt.scene.problem.space import search_boxes
 from camopt.scene.scene import Scene
 from camopt.solve.smallest.smallest import smallest_equal_pair
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_boxes import limit_over_box
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box
 
 ANGLES = np.radians(np.arange(360.0) + 0.37)
 SOUND = ("undercut", "self_crossing")
@@ -163,7 +163,7 @@ def test_a_motion_that_no_yoke_can_make_is_refused_with_the_angle():
         match=r"y\(θ\) \+ y\(θ \+ 180°\) has to be the lift at every cam angle; the error is .* at",
     ):
         resolve_design(Scene.from_dict(scene))
-    assert half_turn_misfit(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
+    assert largest_half_turn_misfit(resolve_design(Scene.from_dict(yoke(rng, "breadth"))).programme).off < 1e-12
 
 
 def test_a_second_size_that_only_a_search_has_is_that_of_the_first():
@@ -261,12 +261,12 @@ def test_that_no_cam_of_a_box_crosses_itself_is_said_of_both_discs(base, said):
     (limit,) = (each for each in problem.limits if each.name == "self_crossing")
     roller = float(problem.design.roller_radius[0])
     box = {"roller_radius": (roller - 0.01, roller + 0.01)}
-    assert limit_over_box(problem, limit, problem.design, box).verdict == said
+    assert limit_verdict_over_box(problem, limit, problem.design, box).verdict == said
 
 
 def test_what_is_found_at_a_contact_is_not_sought_again(monkeypatch):
     """A pair takes twice the searches of one disc, with limits that read each other and some designs of a block."""
-    from camopt.solve.verdicts.limit_verdicts import bound_excesses
+    from camopt.solve.verdicts.limit_verdicts import quantities_with_excess_bounds
 
     asked, extremes = [], EvaluationBlock.extremes
     monkeypatch.setattr(
@@ -277,10 +277,10 @@ def test_what_is_found_at_a_contact_is_not_sought_again(monkeypatch):
     for scene in (feed.replace(drive=None), feed):
         problem = resolve(scene)
         sizes = problem.design.take([0, 0, 0]).with_values({"size": np.array([40.0, 50.0, 62.0])})
-        outer = bound_excesses(problem, sizes, frozenset()).outer
+        outer = quantities_with_excess_bounds(problem, sizes, frozenset()).outer
         counts.append(len(asked))
         assert 0 < np.count_nonzero(np.all(outer <= 0.0, axis=0)) < 3
-        alone = [bound_excesses(problem, sizes.take([k]), frozenset()).outer[:, 0] for k in range(3)]
+        alone = [quantities_with_excess_bounds(problem, sizes.take([k]), frozenset()).outer[:, 0] for k in range(3)]
         assert np.array_equal(outer, np.transpose(alone))
         asked.clear()
     assert counts[1] == 2 * counts[0]

@@ -19,7 +19,7 @@ import camopt
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics.curves import value_and_slope
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.contacts import block_at_contact, follower_contacts
+from camopt.model.effects.contacts import all_follower_contacts, block_at_contact
 from camopt.model.effects.rib import EFFECT, RIB_THICKNESS
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -168,7 +168,7 @@ def test_curves_of_both_flanks_have_the_digits_of_fifty(form, motion, rotation):
     with mpmath.workdps(50):
         for theta in map(mpmath.mpf, (0.11, 0.4, 0.63)):
             state, normals, made = problem.programme.state(np.array([float(theta)])), [], []
-            for which, contact in enumerate(follower_contacts(problem.setup)):
+            for which, contact in enumerate(all_follower_contacts(problem.setup)):
                 centre, way = exact_roller_centre(problem, theta, which)
                 at = block_at_contact(case, contact)
                 first, second = (
@@ -241,8 +241,8 @@ def test_a_picture_of_a_rib_has_its_mass_and_those_of_its_rollers_have_none(moti
     scene = {**rib(np.random.default_rng(4), motion, "disc"), "part": PARTS["disc"], "outputs": ["solid"]}
     scene = Scene.from_dict(scene)
     picture = Picture(scene, resolve_design(scene))
-    assert picture.values["cam_mass_kg"] == pytest.approx(camopt.evaluate(scene)["cam_mass_kg"], rel=1e-12)
-    assert not [each for each in picture.contacts if "cam_mass_kg" in each.values]
+    assert picture.quantity_values["cam_mass_kg"] == pytest.approx(camopt.evaluate(scene)["cam_mass_kg"], rel=1e-12)
+    assert not [each for each in picture.contacts if "cam_mass_kg" in each.quantity_values]
 
 
 @pytest.mark.parametrize("make", [partial(rib, form="disc"), pair])
@@ -252,14 +252,14 @@ def test_the_pitch_point_of_a_picture_is_that_of_the_steepest_contact(make):
     picture, axes = Picture(scene, resolve_design(scene)), Figure().add_subplot()
     draw_disc(axes, picture)
     ((x, y),) = next(line for line in axes.lines if line.get_label() == "pitch point").get_xydata()
-    steepest = max(picture.contacts, key=lambda each: each.values["pressure_angle_max_deg"])
+    steepest = max(picture.contacts, key=lambda each: each.quantity_values["pressure_angle_max_deg"])
     which = picture.contacts.index(steepest)
     assert which == 1  # or there is nothing to see
     both = flanks(picture.problem, np.linspace(0.0, 2.0 * np.pi, 7201))
     radius = steepest.problem.design.roller_radius[0]
     assert np.abs(both[which] - (x + 1j * y)).min() == pytest.approx(radius, rel=1e-6)
     (marked,) = [peak for peak in motion_panels(picture)[4].peaks if peak.text.startswith("pitch point")]
-    assert abs(marked.value) == steepest.values["pressure_angle_max_deg"]
+    assert abs(marked.value) == steepest.quantity_values["pressure_angle_max_deg"]
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

@@ -26,7 +26,7 @@ from camopt import (
     synthesise,
 )
 from camopt.model.mechanisms.geometry import cam_curves
-from camopt.model.motion.profile import ElementSpec, least_radius, place_elements
+from camopt.model.motion.profile import ElementSpec, least_distance_from_axis, place_elements
 from camopt.model.motion.profile_law import ProfileLaw
 from camopt.scene.problem.problem import resolve_design
 
@@ -488,7 +488,7 @@ def test_any_numbers_make_a_motion_or_a_message(base, nose, distance, flanks, fo
     assert np.isfinite(motion).all()
     assert motion[0].min() > -1e-9 * base
     assert {jump.order for jump in programme.jumps} <= {2}
-    assert least_radius(parts_of_profile(scene)[1]) == scene.cam.base_radius
+    assert least_distance_from_axis(parts_of_profile(scene)[1]) == scene.cam.base_radius
 
 
 @pytest.mark.one_in(4)

@@ -21,8 +21,13 @@ import conditions as study
 from camopt import BadInput, Scene, certify, evaluate, find_scene, plot, synthesise
 from camopt.core.numerics.irreducible import irreducible_set
 from camopt.core.numerics.quadratic import constrained_least_squares
-from camopt.model.motion.move_run import MoveRun, bernstein_derivative, means_between, states_to_bernstein
-from camopt.model.motion.programme import Programme, root_mean_square, weighted_range
+from camopt.model.motion.move_run import (
+    MoveRun,
+    bernstein_derivative_matrix,
+    derivative_mean_weights,
+    states_to_bernstein_matrix,
+)
+from camopt.model.motion.programme import Programme, derivative_root_mean_square, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, SOLVER_TOLERANCE, PassingCondition
 from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.panels import motion_panels
@@ -91,7 +96,7 @@ def test_the_least_jerk_meets_random_conditions_and_no_motion_has_less(seed):
         [name for name in problem.limit_names if name not in ("jerk", "acceleration", "the size")]
     )
     freed = wide.keep_limits([name for name in wide.limit_names if name != "the lowest position"])
-    bound, own = relaxation_bound(freed), root_mean_square(programme, 3)
+    bound, own = relaxation_bound(freed), derivative_root_mean_square(programme, 3)
     assert bound is not None
     assert own * 0.985 <= bound <= own * (1 + 1e-5)
 
@@ -128,7 +133,7 @@ def test_a_range_of_angles_holds_eachderivative_of_and_costs_jerk(name):
     conditions = [{"angle": [60, 90], name: [float(values.min() - 5 * np.ptp(values)), largest]}]
     bent = resolve(study.scene_with(conditions)).programme
     assert -3e-3 <= bent.motion_at(angles[1:-1])[order].max() / abs(largest) - np.sign(largest) <= 1e-8
-    assert root_mean_square(bent, 3) > root_mean_square(free, 3)
+    assert derivative_root_mean_square(bent, 3) > derivative_root_mean_square(free, 3)
 
 
 def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
@@ -318,7 +323,10 @@ def testmeans_between_of_aderivative_of_are_divided_differences_of_any_motion(co
     verbs = [lambda x, k=k: 3.0**k * np.cos(3.0 * x + k * pi / 2) for k in range(4)]
     ends = np.array([verbs[k](x) for x in (0.0, 1.0) for k in range(count)])
     found = (
-        means_between(count, order) @ bernstein_derivative(count, order) @ states_to_bernstein(count, 1.0) @ ends
+        derivative_mean_weights(count, order)
+        @ bernstein_derivative_matrix(count, order)
+        @ states_to_bernstein_matrix(count, 1.0)
+        @ ends
     )
     orders = [(i, order + 1 - i) for i in range(order + 2) if max(i, order + 1 - i) <= count]
 
@@ -359,7 +367,7 @@ def test_what_a_motion_meets_is_not_said_to_be_impossible(seed):
         0.0,
         48,
     )
-    assert not run.is_impossible()
+    assert not run.is_proved_impossible()
 
 
 @given(st.lists(st.tuples(st.integers(-5, 5), st.integers(-5, 5)), min_size=1, max_size=6))
@@ -455,7 +463,7 @@ def test_a_free_move_over_a_part_of_the_turn_has_the_extremes_that_its_samples_h
     programme = resolve(result.scene).programme
     angles = np.radians(np.arange(0.005, 360, 0.01))
     for order in (1, 2, 3):
-        low, high = weighted_range(Programme(programme.strokes), (0.0,) * order + (1.0,), ALL_STROKES)
+        low, high = weighted_derivative_range(Programme(programme.strokes), (0.0,) * order + (1.0,), ALL_STROKES)
         values = programme.motion_at(angles)[order]
         assert low - 1e-9 <= values.min()
         assert values.max() <= high + 1e-9

@@ -14,20 +14,26 @@ from support import own
 
 from camopt import Scene, evaluate
 from camopt.core.kernels.compile import compiled
-from camopt.core.numerics.piecewise import motion_on_panel
+from camopt.core.numerics.piecewise import state_on_panel
 from camopt.core.quantities import motion_mean
 from camopt.model.motion import LAWS
-from camopt.model.motion.law import is_symmetric, motion_task
-from camopt.model.motion.law_panels import stroke_coefficients
+from camopt.model.motion.law import is_symmetric, vdi_motion_task
+from camopt.model.motion.law_panels import law_panel_polynomials
 from camopt.model.motion.polynomial import PolynomialLaw
-from camopt.model.motion.programme import TURN_PANELS, Programme, derivative_peak, law_peaks, peaks_inside
+from camopt.model.motion.programme import (
+    TURN_PANELS,
+    Programme,
+    derivative_peak,
+    law_peaks,
+    law_peaks_inside_stroke,
+)
 from camopt.model.motion.stroke import RETURN, RISE
 
 
 @compiled
 def fill_motion(table, u, found):
     for panel in range(u.size):
-        at = motion_on_panel(table, panel, u[panel])
+        at = state_on_panel(table, panel, u[panel])
         found[0, panel], found[1, panel], found[2, panel], found[3, panel] = at.y, at.y1, at.y2, at.y3
 
 
@@ -80,7 +86,7 @@ INSIDE = {  # whatever is around the stroke
 
 @pytest.mark.parametrize("law", LAWS)
 def test_peaks_inside_a_stroke(law):
-    found, between = peaks_inside(LAWS[law]), law_peaks(LAWS[law])
+    found, between = law_peaks_inside_stroke(LAWS[law]), law_peaks(LAWS[law])
     if law in INSIDE:
         assert tuple(found.values()) == pytest.approx(INSIDE[law], rel=1e-12)
     assert all(value == between[name] for name, value in found.items() if between[name] < inf)
@@ -107,11 +113,11 @@ PAIRS = {  # Kloomok and Muffley, Product Engineering, Feb. 1955, of half curves
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_tells_what_it_joins(law):
-    assert motion_task(LAWS[law]) == PAIRS.get(law, "R-R")
+    assert vdi_motion_task(LAWS[law]) == PAIRS.get(law, "R-R")
 
 
 def test_a_motion_in_general_has_velocity_and_acceleration():
-    assert motion_task(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
+    assert vdi_motion_task(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
 
 
 @pytest.mark.parametrize(("half", "whole"), [("half-cycloidal", "cycloidal"), ("half-harmonic", "harmonic")])
@@ -139,7 +145,7 @@ def test_a_law_runs_from_0_to_1_and_its_verbs_are_derivatives(law):
 
 def test_laws_that_join_the_same_at_both_ends_are_symmetric():
     assert {law for law in LAWS if is_symmetric(LAWS[law])} == {
-        law for law in LAWS if len(set(motion_task(LAWS[law]).split("-"))) == 1
+        law for law in LAWS if len(set(vdi_motion_task(LAWS[law]).split("-"))) == 1
     }
 
 
@@ -206,7 +212,7 @@ def test_tables_are_as_good_as_they_say_and_lie_in_their_ranges(law, lift):
     turn = [strokes[0], ("dwell", 50, 0, None), strokes[1], ("dwell", 108.9, 0, None)]
     programme = Programme.from_segments(turn, angular=False, laws=own.EVERY)
     table, rng = programme.table, np.random.default_rng(3)
-    _, ends, _ = stroke_coefficients(own.EVERY[law], TURN_PANELS, ())
+    _, ends, _ = law_panel_polynomials(own.EVERY[law], TURN_PANELS, ())
     count = ends.size - 1
     places = rng.uniform(-1, 1, table.centre.size)
     found = all_motion(table, places)

@@ -15,7 +15,7 @@ from support.balls.proof import exact_turn
 from support.cams import CONTACTS, cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.motion.programme import Programme, root_mean_square, weighted_range
+from camopt.model.motion.programme import Programme, derivative_root_mean_square, weighted_derivative_range
 from camopt.model.motion.segments import MotionSegment
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.scene.problem.problem import resolve
@@ -85,8 +85,12 @@ def test_a_move_joins_what_is_beside_it(segments):
         (left,), (right,) = (s.motion(np.array([at])).T for s, at in ((before, before.end), (after, after.start)))
         assert abs(left[0] - right[0]) <= 1e-9 * scale[0]
         for order in (1, 2):
-            given_here = before.is_open and len(before.wanted) > order and before.wanted[order] is not None
-            if after.is_open or (before.is_open and not given_here):
+            given_here = (
+                before.law_follows_from_neighbours
+                and len(before.wanted) > order
+                and before.wanted[order] is not None
+            )
+            if after.law_follows_from_neighbours or (before.law_follows_from_neighbours and not given_here):
                 assert abs(left[order] - right[order]) <= 1e-9 * scale[order]
             if given_here:
                 assert isclose(left[order], before.wanted[order], rel_tol=1e-9, abs_tol=1e-9 * scale[order])
@@ -97,7 +101,7 @@ def test_a_jerk_that_is_given_is_reached(segments):
     programme = turn(*segments)
     scale = np.abs(programme.table.nodes).max(axis=0)[3]
     for stroke in programme.strokes:
-        if stroke.is_open and len(stroke.wanted) > 3 and stroke.wanted[3] is not None:
+        if stroke.law_follows_from_neighbours and len(stroke.wanted) > 3 and stroke.wanted[3] is not None:
             reached = stroke.motion(np.array([stroke.end]))[3, 0]
             assert isclose(reached, stroke.wanted[3], rel_tol=1e-9, abs_tol=1e-9 * scale)
 
@@ -110,7 +114,7 @@ def test_displacements_are_counted_from_the_lowest_of_the_turn(segments):
     assert -1e-9 * programme.lift <= samples.min() <= 1e-4 * programme.lift
     assert samples.max() <= programme.lift * (1 + 1e-12)
     assert samples.max() >= programme.lift * (1 - 1e-4)
-    assert weighted_range(programme, (1.0,), ALL_STROKES) == pytest.approx(
+    assert weighted_derivative_range(programme, (1.0,), ALL_STROKES) == pytest.approx(
         programme.levels, abs=1e-12 * programme.lift
     )
 
@@ -181,14 +185,14 @@ def test_a_turn_of_moves_alone_is_the_periodic_spline(levels, seed):
 def test_no_other_state_at_a_joint_has_less_jerk():
     """An identity of a minimum: whatever is given at a free joint instead, the mean square of the jerk is more."""
     free = turn(move(70, 12.0), move(90, 30.0), move(120, 0.0), DWELLING)
-    least = root_mean_square(free, 3)
+    least = derivative_root_mean_square(free, 3)
     state = free.motion_at(np.radians([70.0]))[:, 0]
     for change in (-0.1, -1e-3, 1e-3, 0.1):
         for order in (1, 2):
             wanted = [None, None]
             wanted[order - 1] = state[order] * (1 + change)
             other = turn(move(70, 12.0, *wanted), move(90, 30.0), move(120, 0.0), DWELLING)
-            assert root_mean_square(other, 3) > least
+            assert derivative_root_mean_square(other, 3) > least
 
 
 FREE = (-inf, inf)
@@ -223,7 +227,7 @@ def test_ranges_are_kept_and_nothing_within_them_has_less_jerk(joints, random):
     best = turn_with(
         [loose(angle, between, *wanted) for angle, (between, *wanted) in zip(angles, joints, strict=True)]
     )
-    start, least = best.strokes[0].low, root_mean_square(best, 3)
+    start, least = best.strokes[0].low, derivative_root_mean_square(best, 3)
     for stroke, asked in zip(best.strokes, joints, strict=False):
         state = stroke.motion(np.array([stroke.end]))[:, 0] - np.array([start, 0.0, 0.0, 0.0])
         for value, within in zip(state, asked, strict=False):
@@ -235,7 +239,7 @@ def test_ranges_are_kept_and_nothing_within_them_has_less_jerk(joints, random):
             for angle, (between, *wanted) in zip(angles, joints, strict=True)
         ]
         if any(value for each in some for value in (each[4], *each[5]) if value):
-            assert root_mean_square(turn_with(some), 3) >= least * (1 - 1e-9) - 1e-9
+            assert derivative_root_mean_square(turn_with(some), 3) >= least * (1 - 1e-9) - 1e-9
 
 
 def test_a_range_that_is_reached_is_as_if_its_end_were_given():

@@ -14,8 +14,8 @@ from support.balls.laws import pieces_of
 from support.depth import times
 
 from camopt.model.motion.derived_laws import MirroredLaw, SkewedLaw
-from camopt.model.motion.law import is_symmetric, motion_task
-from camopt.model.motion.programme import Programme, Stroke, law_peaks, weighted_range
+from camopt.model.motion.law import is_symmetric, vdi_motion_task
+from camopt.model.motion.programme import Programme, Stroke, law_peaks, weighted_derivative_range
 from camopt.model.motion.scca import SCCALaw
 from camopt.model.motion.stroke import RISE
 
@@ -67,9 +67,9 @@ def test_a_skewed_law_is_as_fast_at_its_crossing_and_has_peaks_in_ratio(name, cr
     skewed = SkewedLaw("own", law, crossing)
     assert float(skewed.displacement(crossing)) == pytest.approx(crossing, rel=1e-14)
     assert float(skewed.velocity(crossing)) == pytest.approx(float(law.velocity(0.5)), rel=1e-13)
-    assert motion_task(skewed) == motion_task(law)
+    assert vdi_motion_task(skewed) == vdi_motion_task(law)
     rise = Programme((Stroke(RISE, skewed, 0.0, 1.0, 0.0, 1.0),))
-    least, largest = weighted_range(rise, (0.0, 0.0, 1.0), RISE)
+    least, largest = weighted_derivative_range(rise, (0.0, 0.0, 1.0), RISE)
     assert rise.lift == 1.0
     assert largest * crossing == pytest.approx(-least * (1.0 - crossing), rel=1e-11)
 
@@ -94,7 +94,7 @@ def test_a_mirrored_law_against_fifty_digits_and_exactly(name):
         return 1 - s, v, -a, j
 
     is_that_of_fifty_digits(MirroredLaw("own", law), mirrored_values)
-    assert motion_task(MirroredLaw("own", law)) == "-".join(reversed(motion_task(law).split("-")))
+    assert vdi_motion_task(MirroredLaw("own", law)) == "-".join(reversed(vdi_motion_task(law).split("-")))
 
 
 @pytest.mark.parametrize("name", LOPSIDED)

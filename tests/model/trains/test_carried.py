@@ -43,13 +43,13 @@ def test_the_force_at_the_follower_is_that_of_lagrange(seed):
     """F = m(y)·ÿ + m'(y)·ẏ²/2 + Σ Q·ds/dy, m(y) = Σ m·(ds/dy)², of joints found by root finding at 50 digits."""
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
-    y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends)
+    y = float(train.follower_displacement(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
     y1, y2 = rng.uniform(-3, 3, 2)
     way = float(np.sign(y1))
     carried, load = drawn_loads(rng, len(train.links))
     ours = Train(train.links, train.stages, carried).load_at_follower(
-        Taylor([y, y1, y2 / 2, 0.0]), [way * sense for sense in train.senses], load
+        Taylor([y, y1, y2 / 2, 0.0]), [way * sense for sense in train.joint_motion_signs], load
     )
     with mpmath.workdps(50):
         step = mpf(10) ** -14
@@ -73,9 +73,9 @@ def test_ratios_are_slopes_of_closed_loops(seed):
     """With all derivatives: the series of each ratio is that of the slope of its joint's motion."""
     rng = np.random.default_rng(500 + seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
-    y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
-    ratio = train.joints(Taylor([y, 1.0, 0.0, 0.0]))[-1].ratio
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends)
+    y = float(train.follower_displacement(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
+    ratio = train.joint_motions(Taylor([y, 1.0, 0.0, 0.0]))[-1].ratio
     with mpmath.workdps(50):
         terms = mpmath.taylor(lambda x: exact(stages, angular, x), mpf(y), 4)
     slopes = [(k + 1) * float(terms[k + 1]) for k in range(4)]

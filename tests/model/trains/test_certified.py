@@ -39,7 +39,7 @@ def drawn_scene(rng):
     for name, keys in stages:
         turns = TRAIN_STAGES[name].turns(keys, turns)
         rows.append({"stage": name, **keys, **random_carried_keys(rng, keys, turns)})
-    lift = float(rng.uniform(0.15, 0.8) * min(train.tool_reach[1].at, 0.7 if train.angular else 30.0))
+    lift = float(rng.uniform(0.15, 0.8) * min(train.tool_travel_ends[1].at, 0.7 if train.angular else 30.0))
     contacts = [each for each, keys in CONTACTS.items() if (keys["motion"] == "oscillating") == angular]
     raw = cam_with(
         contacts[rng.integers(len(contacts))],

@@ -16,7 +16,7 @@ from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.taylor import Taylor
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion import LAWS
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment
@@ -37,7 +37,7 @@ def random_turn(seed, law):
     """A tool through a random train, and its follower."""
     rng = np.random.default_rng(seed)
     _, train, _ = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends)
     start, end = low + (high - low) * np.sort(rng.uniform(0.15, 0.85, 2))
     lift = (end - start) * (180 / np.pi if train.angular else 1.0)
     turn = [MotionSegment("rise", 110.0, lift, law), MotionSegment("dwell", 40.0)]
@@ -231,7 +231,7 @@ def test_rises_of_the_pressure_angle_are_those_of_the_follower_and_tables_say_so
     for kind, side in (("rise", 1.0), ("return", -1.0)):
         steepest, fastest = np.abs(slant[side * follower > 1e-6]).max(), np.abs(tool[side * tool > 1e-6]).max()
         assert found[f"pressure_angle_max_{kind}_deg"] == pytest.approx(np.degrees(steepest), rel=1e-5)
-        assert found[f"velocity_max_{kind}_m_s"] == pytest.approx(fastest * motion_scale(setup, 1), rel=1e-5)
+        assert found[f"velocity_max_{kind}_m_s"] == pytest.approx(fastest * motion_unit_factor(setup, 1), rel=1e-5)
     rows = {row[0].text: row[-1].text for row in found.table().rows}
     for kind in ("rise", "return"):
         angle, velocity = rows[f"pressure_angle_max_{kind}_deg"], rows[f"velocity_max_{kind}_m_s"]

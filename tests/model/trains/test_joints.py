@@ -13,10 +13,10 @@ import camopt
 from camopt import Scene, certify, evaluate
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.joints import joint_programme, largest_joint_force, setup_joint_forces
+from camopt.model.effects.joints import largest_joint_force, programme_with_joint_force, setup_joint_forces
 from camopt.model.motion.load import TrainLoad
 from camopt.model.trains import TRAIN_STAGES
-from camopt.model.trains.four_bar import four_bar
+from camopt.model.trains.four_bar import assemble_four_bar
 from camopt.model.trains.train import Train
 from camopt.scene.problem.problem import resolve
 
@@ -74,7 +74,9 @@ def crank_and_slide(keys, phi, x, *, crank_asks=None, slide_asks=None):
 
 def rocker_at(keys, phi):
     """The angle of the rocker with the crank at the start."""
-    near = four_bar(*(keys[n] for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"])
+    near = assemble_four_bar(
+        *(keys[n] for n in ("crank", "coupler", "rocker", "ground", "angle")), crossed=keys["crossed"]
+    )
 
     def gap(psi):
         return abs(keys["ground"] + keys["rocker"] * mpmath.expj(psi) - keys["crank"] * mpmath.expj(phi)) ** 2
@@ -189,8 +191,8 @@ def test_forces_in_joints_are_those_of_free_bodies(seed):
     """Positions by root finding at 50 digits, accelerations by differences, each body in balance (d'Alembert)."""
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
-    y = float(train.follower(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends)
+    y = float(train.follower_displacement(Taylor([low + (high - low) * rng.uniform(0.2, 0.8)])).terms[0])
     y1, y2 = rng.uniform(-3, 3, 2)
     carried, loads = drawn_loads(rng, len(train.links))
     train = Train(train.links, train.stages, carried)
@@ -207,7 +209,10 @@ def test_forces_in_joints_are_those_of_free_bodies(seed):
                 force += each.mass * (ratio * y2 + bend * y1**2)
             own.append(force)
         found, pressed = bodies(stages, angular, here, own)
-    ours = [(force, [_force(train, parts, (y, y1, y2), loads) for parts in force.sums]) for force in train.forces]
+    ours = [
+        (force, [_force(train, parts, (y, y1, y2), loads) for parts in force.signed_sums])
+        for force in train.joint_forces
+    ]
     scale = max([abs(value) for _, values in ours for value in values], default=0.0)
     left = [(number, name, float(value)) for number, name, value in found]
     for force, values in ours:
@@ -266,8 +271,8 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
     dense = {}
     for force in setup_joint_forces(problem.setup):
         most = 0.0
-        for parts in force.sums:
-            load = joint_programme(problem.programme, parts).state(theta).load
+        for parts in force.signed_sums:
+            load = programme_with_joint_force(problem.programme, parts).state(theta).load
             most = max(most, np.abs(load.value + problem.setup.omega**2 * load.carried).max())
         worst = largest_joint_force(problem.programme, force, problem.setup.omega)
         assert most <= worst.value * (1 + 1e-12)
@@ -292,7 +297,7 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
 def test_tables_agree_with_balls_within_their_errors(contact, train):
     problem, rng = resolve(scene_through_train(contact, train, law="cycloidal")), np.random.default_rng(1)
     for force in setup_joint_forces(problem.setup):
-        programme = joint_programme(problem.programme, force.sums[0])
+        programme = programme_with_joint_force(problem.programme, force.signed_sums[0])
         turn, table = exact_motion(programme), programme.table
         for panel in rng.integers(table.centre.size, size=8):
             u = float(rng.uniform(-0.98, 0.98))

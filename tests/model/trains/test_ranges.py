@@ -51,7 +51,7 @@ def motion_ranges(stages, angular, chosen, low, high, tool):
     ranges = [LinkageInterval.from_interval(each, radicands) for each in box_variables(box, middle)]
     train = assemble_trains(with_numbers(stages, chosen, ranges), angular=angular)
     with np.errstate(all="ignore"):
-        return train, train.follower(Taylor(tool)), radicands
+        return train, train.follower_displacement(Taylor(tool)), radicands
 
 
 @pytest.mark.one_in(10)
@@ -61,31 +61,31 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
     chosen, low, high, inside = drawn_box(rng, stages, SAMPLES)
-    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach]
+    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends]
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9), 1.0, 0.3, -0.2]
     trains, follower, radicands = motion_ranges(stages, angular, chosen, low, high, tool)
     with np.errstate(all="ignore"):
         ratios = [joint.ratio for joint in trains.joints(follower)]
         travel = sorted((tool[0], ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9)))
-        angle = range_of(trains.least_transmission(*travel)) if trains.has_couplers else None
+        angle = range_of(trains.least_transmission_angle(*travel)) if trains.has_couplers else None
     seen = 0
     for values in inside.T:
         try:
             one = assemble_train(with_numbers(stages, chosen, values.tolist()), angular=angular)
         except StageFault:
             continue
-        if not one.tool_reach[0].at < tool[0] < one.tool_reach[1].at:
+        if not one.tool_travel_ends[0].at < tool[0] < one.tool_travel_ends[1].at:
             continue
         seen += 1
         assert not any((each.value.high < 0.0).any() for each in radicands)
-        moved = one.follower(Taylor(tool))
+        moved = one.follower_displacement(Taylor(tool))
         for part, whole in zip(moved.terms, follower.terms, strict=True):
             assert range_of(whole).low <= part <= range_of(whole).high
-        for joint, whole in zip(one.joints(moved), ratios, strict=True):
+        for joint, whole in zip(one.joint_motions(moved), ratios, strict=True):
             for part, over in zip(joint.ratio.terms, whole.terms, strict=True):
                 assert range_of(over).low <= part <= range_of(over).high
-        if angle is not None and one.tool_reach[0].at < travel[0] <= travel[1] < one.tool_reach[1].at:
-            assert angle.low <= one.least_transmission(*travel) <= angle.high
+        if angle is not None and one.tool_travel_ends[0].at < travel[0] <= travel[1] < one.tool_travel_ends[1].at:
+            assert angle.low <= one.least_transmission_angle(*travel) <= angle.high
     assert seen > 0 or np.max((high - low) / np.abs(low)) > 1e-3
 
 
@@ -97,12 +97,12 @@ def test_enclosures_are_close_over_narrow_boxes(seed):
     (number, key), *_ = (numbers_of(stages)[k] for k in rng.permutation(len(numbers_of(stages))))
     own = stages[number][1][key]
     low, high = np.sort([own * (1.0 - 1e-6), own * (1.0 + 1e-6)])
-    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach]
+    ends = [float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends]
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.3, 0.7), 1.0, 0.3]
     _, follower, _ = motion_ranges(stages, angular, [(number, key)], [low], [high], tool)
     sampled = [
         assemble_train(with_numbers(stages, [(number, key)], [float(x)]), angular=angular)
-        .follower(Taylor(tool))
+        .follower_displacement(Taylor(tool))
         .terms
         for x in np.linspace(low, high, 5)
     ]
@@ -118,7 +118,12 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
     rng = np.random.default_rng(7000 + seed)
     stages, train, angular = random_train(rng)
     ends = np.clip(
-        [train.follower_at(float(np.clip(end.at, -20.0, 20.0)) * 0.9) for end in train.tool_reach], -9, 9
+        [
+            train.follower_displacement_at(float(np.clip(end.at, -20.0, 20.0)) * 0.9)
+            for end in train.tool_travel_ends
+        ],
+        -9,
+        9,
     )
     start = ends[0] + (ends[1] - ends[0]) * rng.uniform(0.2, 0.8)
 
@@ -132,10 +137,12 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
         half, step = 1e-4 * abs(own), 1e-6 * abs(own)
         ranged = with_numbers(stages, [(number, key)], [Taylor([constant_interval(own - half, own + half), 1.0])])
         place = Taylor([constant_interval(start, start), constant_interval(1.0, 1.0)])
-        slopes = assemble_trains(ranged, angular=angular).tool(Taylor([place, place * 0.0])).terms[1].terms
+        slopes = (
+            assemble_trains(ranged, angular=angular).tool_displacement(Taylor([place, place * 0.0])).terms[1].terms
+        )
         at = own + rng.uniform(-0.9, 0.9) * half
         one, other = (
-            assemble_train(with_numbers(stages, [(number, key)], [at + by]), angular=angular).tool(
+            assemble_train(with_numbers(stages, [(number, key)], [at + by]), angular=angular).tool_displacement(
                 Taylor([start, 1.0])
             )
             for by in (step, -step)
@@ -151,15 +158,17 @@ def test_links_of_arrays_are_many_linkages(seed):
     rng = np.random.default_rng(9000 + seed)
     stages, train, angular = random_train(rng)
     chosen, *_, inside = drawn_box(rng, stages, SAMPLES)
-    tool = [0.5 * sum(float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach), 1.0, 0.3, -0.2]
+    tool = [0.5 * sum(float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends), 1.0, 0.3, -0.2]
     with np.errstate(all="ignore"):
-        many = assemble_trains(with_numbers(stages, chosen, inside), angular=angular).follower(Taylor(tool))
+        many = assemble_trains(with_numbers(stages, chosen, inside), angular=angular).follower_displacement(
+            Taylor(tool)
+        )
     for number, values in enumerate(inside.T.tolist()):
         try:
             one: Train = assemble_train(with_numbers(stages, chosen, values), angular=angular)
         except StageFault:
             continue
-        if not one.tool_reach[0].at < tool[0] < one.tool_reach[1].at:
+        if not one.tool_travel_ends[0].at < tool[0] < one.tool_travel_ends[1].at:
             continue
         found = [np.broadcast_to(term, SAMPLES)[number] for term in many.terms]
-        assert found == pytest.approx(one.follower(Taylor(tool)).terms, rel=1e-13, abs=1e-13)
+        assert found == pytest.approx(one.follower_displacement(Taylor(tool)).terms, rel=1e-13, abs=1e-13)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.trains import random_train
 
-from camopt.model.trains.link import value_at_end
+from camopt.model.trains.link import formula_value_at_end
 from camopt.model.trains.sketch import Port
 from camopt.model.trains.train import Train, assemble_train
 
@@ -14,9 +14,9 @@ LEVERS = [("ratio", {"ratio": each}) for each in (-2.0, -0.5, 0.5, 1.0, 3.0)]
 
 def positions(train: Train, count: int = 9) -> np.ndarray:
     """Positions of the follower over most of the tool's travel."""
-    low, high = (float(np.clip(end.at, -2.0, 2.0)) for end in train.tool_reach)
+    low, high = (float(np.clip(end.at, -2.0, 2.0)) for end in train.tool_travel_ends)
     tool = np.linspace(0.9 * low, 0.9 * high, count)
-    return np.array([value_at_end(train.follower, float(each)) for each in tool])
+    return np.array([formula_value_at_end(train.follower_displacement, float(each)) for each in tool])
 
 
 def paths(sketch):
@@ -33,7 +33,7 @@ def test_joints_of_a_train_stay_together(seed):
     sketch = train.sketch(follower, port_of(train), SIZE)
     every = paths(sketch)
     for member in sketch.members:
-        if member.shape == "bar" and (False, False) not in [link.turns for link in train.links]:
+        if member.shape == "bar" and (False, False) not in [link.driver_and_driven_angular for link in train.links]:
             for end in (member.at, member.at + member.points[1] * np.exp(1j * member.turned)):
                 near = sorted(float(np.abs(end - other).max()) for other in every)
                 assert near[1] < 1e-9 * SIZE * (1.0 + np.abs(end).max()), "no other part has this joint"
@@ -52,7 +52,7 @@ def test_a_lever_moves_its_ends_by_its_ratio(stage):
 
 def check_ends(train: Train, follower: np.ndarray) -> None:
     """Check that a part of a sketch moves as the tool does, and is turned or mirrored with its input port."""
-    tool = np.array([value_at_end(train.tool, float(each)) for each in follower])
+    tool = np.array([formula_value_at_end(train.tool_displacement, float(each)) for each in follower])
     port = port_of(train)
     for shown in (port, Port(3.0 + 4.0j, np.exp(2.1j), -port.sense)):
         sketch = train.sketch(follower, shown, SIZE)
@@ -66,4 +66,4 @@ def check_ends(train: Train, follower: np.ndarray) -> None:
 
 
 def port_of(train: Train) -> Port:
-    return Port(0.0, 1.0, -1.0) if train.links[0].turns[0] else Port(0.0, 1j)
+    return Port(0.0, 1.0, -1.0) if train.links[0].driver_and_driven_angular[0] else Port(0.0, 1j)

@@ -8,7 +8,7 @@ from support.trains import LOOPS, exact, random_train
 
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.trains import TRAIN_STAGES
-from camopt.model.trains.four_bar import four_bar
+from camopt.model.trains.four_bar import assemble_four_bar
 from camopt.model.trains.link import AssemblyFault
 from camopt.model.trains.train import StageFault, assemble_train
 
@@ -18,13 +18,13 @@ from camopt.model.trains.train import StageFault, assemble_train
 def test_trains_are_those_of_closed_loops(seed):
     rng = np.random.default_rng(seed)
     stages, train, angular = random_train(rng)
-    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_reach)
+    low, high = (float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends)
     tool = low + (high - low) * rng.uniform(0.15, 0.85)
-    follower = float(train.follower(Taylor([tool])).terms[0])
+    follower = float(train.follower_displacement(Taylor([tool])).terms[0])
     with mpmath.workdps(50):
         terms = mpmath.taylor(lambda x: exact(stages, angular, x), mpf(follower), 3)
-    found = train.tool(Taylor([follower, 1.0, 0.0, 0.0]))
-    back = train.follower(Taylor([float(each) for each in terms]))
+    found = train.tool_displacement(Taylor([follower, 1.0, 0.0, 0.0]))
+    back = train.follower_displacement(Taylor([float(each) for each in terms]))
     scale = max(map(abs, terms))
     assert [float(abs(a - b) / scale) for a, b in zip(found.terms, terms, strict=True)] == pytest.approx(
         [0.0] * 4, abs=1e-11
@@ -38,21 +38,23 @@ def test_trains_are_those_of_closed_loops(seed):
 def test_up_to_its_dead_points_a_train_goes_one_way(seed):
     """At its dead points the tool stands still, or its follower does."""
     _, train, _ = random_train(np.random.default_rng(1000 + seed))
-    low, high = (float(np.clip(end.at, -1e3, 1e3)) for end in train.tool_reach)
+    low, high = (float(np.clip(end.at, -1e3, 1e3)) for end in train.tool_travel_ends)
     near = 1e-6 * (high - low)
     tool = np.linspace(low + near, high - near, 400)
-    slope = train.follower(Taylor([tool, 0.0 * tool + 1.0])).terms[1]
+    slope = train.follower_displacement(Taylor([tool, 0.0 * tool + 1.0])).terms[1]
     assert np.isfinite(slope).all()
     assert (slope > 0.0).all() or (slope < 0.0).all()
     middle = np.median(np.abs(slope))
-    for end, there in zip(train.tool_reach, (slope[0], slope[-1]), strict=True):
+    for end, there in zip(train.tool_travel_ends, (slope[0], slope[-1]), strict=True):
         turned = "half a turn" in end.why or not np.isfinite(end.at)
         assert turned or not 1e-2 < abs(there) / middle < 1e2
 
 
 def test_a_four_bar_of_norton():
     """Norton, Design of Machinery, example 4-1: links of 100, 40, 120 and 80 mm, the crank at 40 deg."""
-    found = [four_bar(40.0, 120.0, 80.0, 100.0, 40.0, crossed=crossed).rocker_start for crossed in (False, True)]
+    found = [
+        assemble_four_bar(40.0, 120.0, 80.0, 100.0, 40.0, crossed=crossed).rocker_start for crossed in (False, True)
+    ]
     assert np.degrees(found) == pytest.approx([57.33, -98.01 + 360.0], abs=0.006)
 
 
@@ -68,8 +70,10 @@ def test_a_parallelogram_stops_where_it_is_flat():
     rng = np.random.default_rng(57)
     for _ in range(300):
         (crank, coupler), angle = rng.uniform(20.0, 120.0, 2).tolist(), float(rng.uniform(5.0, 175.0))
-        link = four_bar(crank, coupler, crank, coupler, angle, crossed=False)
-        assert [end.at for end in link.ends] == pytest.approx(nearest_angles(link.start, [0.0, np.pi]), abs=1e-6)
+        link = assemble_four_bar(crank, coupler, crank, coupler, angle, crossed=False)
+        assert [end.at for end in link.dead_points] == pytest.approx(
+            nearest_angles(link.start, [0.0, np.pi]), abs=1e-6
+        )
 
 
 def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
@@ -92,7 +96,7 @@ def test_a_slider_crank_stops_where_its_coupler_just_gets_square():
             continue
         seen += 1
         link = train.links[0]
-        assert link.ends[1].at <= nearest_angles(link.start, [np.pi / 2])[1] + 1e-6  # type: ignore[attr-defined]
+        assert link.dead_points[1].at <= nearest_angles(link.start, [np.pi / 2])[1] + 1e-6  # type: ignore[attr-defined]
     assert seen > 100
 
 
@@ -108,13 +112,13 @@ def test_a_slider_crank_is_driven_from_either_end():
     keys = {"crank": 40.0, "coupler": 120.0, "offset": 10.0, "angle": 60.0}
     forth, back = (assemble_train([("slider-crank", keys)], angular=angular) for angular in (True, False))
     turned = np.linspace(-0.4, 0.4, 9)
-    slide = forth.tool(Taylor([turned, 1.0, 0.0, 0.0]))
-    assert back.tool(slide).terms[0] == pytest.approx(turned, abs=1e-14)
+    slide = forth.tool_displacement(Taylor([turned, 1.0, 0.0, 0.0]))
+    assert back.tool_displacement(slide).terms[0] == pytest.approx(turned, abs=1e-14)
 
 
 def test_the_ratio_of_a_rocker_is_that_of_its_arms_at_the_start():
     keys = {"input_arm": 25.0, "input_angle": -10.0, "output_arm": 40.0, "output_angle": -15.0}
-    slope = assemble_train([("rocker", keys)], angular=False).tool(Taylor([0.0, 1.0])).terms[1]
+    slope = assemble_train([("rocker", keys)], angular=False).tool_displacement(Taylor([0.0, 1.0])).terms[1]
     assert slope == pytest.approx(40.0 * np.cos(np.radians(15.0)) / (25.0 * np.cos(np.radians(10.0))), rel=1e-15)
 
 

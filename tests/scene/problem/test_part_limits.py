@@ -84,7 +84,7 @@ def test_balls_hold_what_quadrature_finds(name):
     """Two ways, of Gauss's rule in doubles and of Taylor series in balls: they meet in each other's errors."""
     problem = at_rounding_error(resolve_design(find_scene(name)))
     rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), STROKE_PARTS[1])
-    found = section.run(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
+    found = section.evaluate_columns(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
     for quantity, (value, error, scale) in found.items():
         low, width = rows.columns[quantity], rows.outward[quantity]
         assert np.all(low - error <= value)
@@ -99,7 +99,7 @@ def test_balls_hold_what_quadrature_finds(name):
 def test_balls_hold_the_sections_of_all_mechanisms(contact, rotation):
     scene = scene_of(contact, "poly345", rotation).replace(**{"cam.base_radius": 85})
     problem = at_rounding_error(resolve_design(scene))
-    found = section.run(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
+    found = section.evaluate_columns(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
     widths = []
     for parts in STROKE_PARTS[1:4]:
         rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), parts)
@@ -213,7 +213,7 @@ def test_a_change_of_lift_is_a_velocity():
     assert [constraint.upper_bound() for constraint in constraints] == [
         pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)
     ]
-    assert DegreeScale(0).extreme_at(2.0, DOUBLES) == 2.0
+    assert DegreeScale(0).extreme_for_quantity(2.0, DOUBLES) == 2.0
 
 
 @pytest.mark.parametrize("hub", [{}, HUB])

@@ -6,10 +6,10 @@ import pytest
 
 from camopt.scene.problem.problem import Problem, SceneValues, resolve
 from camopt.scene.scene import Scene, find_scene
-from camopt.solve.front.plan import sweep_plan, with_objectives
+from camopt.solve.front.plan import sweep_plan, with_default_objectives
 from camopt.solve.front.sweep import sweep
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser
-from camopt.solve.synthesis.cams import smallest_design
+from camopt.solve.synthesis.cams import smallest_or_nearest_design
 from camopt.solve.synthesis.nonconvex_constraints import load_constraints_at, nonconvex_constraints_of
 
 LOADED = find_scene("roller-1000rpm").replace(
@@ -56,7 +56,7 @@ def test_a_problem_keeps_no_scene_but_for_other_numbers():
 @pytest.mark.parametrize("keep", ["pareto", "front-only"])
 def test_default_objectives_are_those_of_a_scene_that_names_them(keep, request):
     plain = find_scene("roller-1000rpm").replace(search=SEARCHED)
-    named = plain.replace(**{"search.minimise": list(with_objectives(resolve(plain)).objectives)})
+    named = plain.replace(**{"search.minimise": list(with_default_objectives(resolve(plain)).objectives)})
     expected = sweep(named, keep=keep)
     assert sweep_plan(plain, keep).scene == named
     request.getfixturevalue("unread")
@@ -75,7 +75,7 @@ def test_bounds_of_a_frontier_are_those_of_a_scene_that_sets_them(request):
     request.getfixturevalue("unread")
     least = AxisMinimiser(LOADED, ("size", *held), "size", (*held,))
     assert [
-        constraint.upper_bound() for constraint in nonconvex_constraints_of(least._problem_with_held(held))
+        constraint.upper_bound() for constraint in nonconvex_constraints_of(least._problem_with_held_limits(held))
     ] == expected
     (constraint,) = load_constraints_at(resolve(LOADED), "normal_force", 5.0)
     assert constraint.upper_bound() == 5.0
@@ -86,7 +86,7 @@ def test_a_size_that_nothing_bears_on_is_the_scenes_own(changes, own, request):
     free = find_scene("roller-1000rpm").replace(limits=None, search=None, **changes)
     request.getfixturevalue("unread")
     problem = resolve(free)
-    found = smallest_design(problem, ("jerk",)).size[0]
+    found = smallest_or_nearest_design(problem, ("jerk",)).size[0]
     assert (found == pytest.approx(free.cam.base_radius, rel=1e-9)) == own
 
 

@@ -22,7 +22,7 @@ from camopt.model.mechanisms import MECHANISMS
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.animated_figure import DISC_SIZE, SHOWN_PANELS, draw_animated_figure
 from camopt.show.drawing.animation import animated_svg
-from camopt.show.drawing.frames import ffmpeg, write_mp4
+from camopt.show.drawing.frames import find_ffmpeg, write_mp4
 from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES, TURN_TIME
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import canvas
@@ -231,7 +231,7 @@ def grey(monkeypatch):
 def test_a_video_by_ffmpeg(tmp_path):
     write_mp4(animated_scene("roller")[1], tmp_path / "turning.mp4")
     assert (tmp_path / "turning.mp4").read_bytes()[4:8] == b"ftyp"
-    command = [ffmpeg(), "-i", tmp_path / "turning.mp4", "-f", "null", "-"]
+    command = [find_ffmpeg(), "-i", tmp_path / "turning.mp4", "-f", "null", "-"]
     found = subprocess.run(command, capture_output=True, check=True)
     assert re.search(rb"frame= *100\b", found.stderr)
     assert b"900x540" in found.stderr

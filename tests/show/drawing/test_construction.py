@@ -14,7 +14,7 @@ from support.references import WORKED
 
 from camopt import BadInput, Scene, evaluate, find_scene, plot
 from camopt.model.mechanisms.geometry import cam_curves
-from camopt.show.drawing.construction.answers import peak_answers
+from camopt.show.drawing.construction.answers import stroke_peaks_with_text
 from camopt.show.drawing.construction.displacement import CONSTRUCTION_BY_LAW, DiagramScale, construct_laws
 from camopt.show.drawing.construction.inversion import Inversion
 
@@ -183,7 +183,7 @@ def test_stations_are_points_of_the_cam(kind):
         angles = np.array([each.angle for each in plan.stations])
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
         points = inversion.point_at(angles, np.array([each.displacement for each in plan.stations]))
-        size = inversion.size
+        size = inversion.drawing_reach
         shapes = {shape.name: shape.points for step in inversion.steps() for shape in step.shapes}
         for each, point, pitch in zip(plan.stations, points, curves.pitch, strict=True):
             guide = shapes[f"guide-{each.number}"]
@@ -203,9 +203,9 @@ def test_stations_are_points_of_the_cam(kind):
                 along = (guide[1] - guide[0]) / abs(guide[1] - guide[0])
                 assert abs(abs((guide[0] * along.conjugate()).imag) - abs(inversion.offset)) < 1e-12 * size
                 assert abs((guide[0] * along.conjugate()).real) < 1e-12 * size
-        if inversion.radius and not scene_has_corner(picture):
+        if inversion.roller_radius and not scene_has_corner(picture):
             for profile in curves.profile:
-                assert np.abs(np.abs(profile - points) - inversion.radius).max() < 1e-9 * size
+                assert np.abs(np.abs(profile - points) - inversion.roller_radius).max() < 1e-9 * size
     assert drawn_cams > 10
 
 
@@ -267,7 +267,7 @@ def test_letters_do_not_overlap(name, parts):
 def test_answers_are_the_peaks_of_evaluate(name):
     scene = find_scene(name)
     _, inversion = construction_of(scene)
-    found, values = peak_answers(inversion), evaluate(scene)
+    found, values = stroke_peaks_with_text(inversion), evaluate(scene)
     timed, angular = scene.cam.rpm is not None, scene.follower.motion == "oscillating"
     units = (
         ("m_s", "m_s2") if timed else ("deg_per_rad", "deg_per_rad2") if angular else ("mm_per_rad", "mm_per_rad2")
@@ -286,7 +286,7 @@ def test_letters_and_numbers_are_those_of_the_lectures():
     plan = inversion.plan
     assert [each.letter for each in plan.stations] == [*"ABCDEFGHJKLMNP"]
     assert [each.number for each in plan.stations] == [*"0123456", *(f"{k}′" for k in range(7))]
-    assert [letter for letter, _ in plan.edges] == ["A", "S", "T", "P", "X"]
+    assert [letter for letter, _ in plan.lettered_segment_ends] == ["A", "S", "T", "P", "X"]
     _, inversion = construction_of(find_scene("oscillating-roller"))
     assert [each.letter for each in inversion.plan.stations] == [*"ABCDEFGHJKLMN"]  # no dwell between the strokes
     assert len({each.letter for each in construction_of(find_scene("two-pauses"), 24)[1].plan.stations}) == 50
@@ -298,7 +298,7 @@ def test_letters_and_numbers_are_those_of_the_lectures():
 def test_a_letter_is_one_place(name):
     """Of the turn: a station and an end of a stroke have the same letter only where they are the same."""
     plan = construction_of(find_scene(name))[1].plan
-    places = [*((each.letter, each.angle) for each in plan.stations), *plan.edges]
+    places = [*((each.letter, each.angle) for each in plan.stations), *plan.lettered_segment_ends]
     angles = {letter: {round(angle, 9) for name, angle in places if name == letter} for letter, _ in places}
     assert [letter for letter, every in angles.items() if len(every) > 1] == []
 

@@ -17,7 +17,7 @@ from nbclient import NotebookClient
 import camopt
 from camopt import Design, cam_points, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli.terminal import print_sections
-from camopt.show.drawing.notebook import cam_svg
+from camopt.show.drawing.notebook import cam_profile_svg
 from camopt.solve.tables.html import HTML_ROWS
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -136,7 +136,7 @@ def pixels(svg):
 def test_the_small_picture_is_the_profile_to_scale():
     """The base circle and every point of the profile, from the points that a machine gets."""
     scene = find_scene("two-pauses")
-    body, circle, *_ = pixels(cam_svg(scene))
+    body, circle, *_ = pixels(cam_profile_svg(scene))
     scale = np.ptp(circle.real) / (2 * scene.cam.base_radius)
     assert np.ptp(circle.imag) == pytest.approx(np.ptp(circle.real), abs=0.2)
     centre = complex(circle.real.min() + np.ptp(circle.real) / 2, circle.imag.min() + np.ptp(circle.imag) / 2)
@@ -149,7 +149,7 @@ def test_the_small_picture_is_the_profile_to_scale():
 
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_every_shipped_cam_has_a_small_picture(name):
-    assert all(np.isfinite(line).all() for line in pixels(cam_svg(find_scene(name))))
+    assert all(np.isfinite(line).all() for line in pixels(cam_profile_svg(find_scene(name))))
 
 
 def test_a_design_that_no_scene_has_is_shown_without_a_picture(results):

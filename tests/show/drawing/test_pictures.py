@@ -23,7 +23,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.labels import Label, label_places, place_labels
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, STILL_KINDS, canvas, pen_of
+from camopt.show.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, STILL_KINDS, canvas, series_line_style
 from camopt.show.studies.accuracy import AccuracyCosts
 
 RISE_AND_FALL = [
@@ -256,7 +256,7 @@ def test_another_kind_of_file_is_refused(path, tmp_path):
 
 
 def test_no_two_lines_of_a_series_look_alike():
-    pens = [tuple(pen_of(place).values()) for place in range(len(SERIES) * len(DASHES))]
+    pens = [tuple(series_line_style(place).values()) for place in range(len(SERIES) * len(DASHES))]
     assert len(set(pens)) == len(pens) >= len(camopt.LAWS)
 
 

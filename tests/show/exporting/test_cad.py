@@ -126,7 +126,7 @@ def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_b
     length = np.abs(np.diff(true)).sum()
     expected = 16 * enclosed_area(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
     assert abs(shapes.shape_volume(solid) - expected) <= 16 * length * off + 1e-7 * expected
-    measured = shapes.shape_measures(solid)
+    measured = shapes.shape_counts_and_volume(solid)
     assert {key: told.about[key] for key in ("faces", "edges")} == {
         key: measured[key] for key in ("faces", "edges")
     }
@@ -253,8 +253,10 @@ def test_the_true_wall_is_on_the_solid(name, tmp_path):
     for sector in groove.sectors():
         for side in (-1.0, 1.0):
             angles = np.linspace(sector.start, sector.end, 4)[1:-1]
-            places = groove.wall(sector.span, angles, np.array([groove.inner + 0.3, groove.outer - 0.7]), side)
-            for x, y, z in groove.points(places).reshape(-1, 3).tolist():
+            places = groove.wall_points(
+                sector.span, angles, np.array([groove.inner + 0.3, groove.outer - 0.7]), side
+            )
+            for x, y, z in groove.xyz_points(places).reshape(-1, 3).tolist():
                 vertex = shapes.make_vertex((x, y, z + middle))
                 assert BRepExtrema_DistShapeShape(vertex, solid.shape).Value() <= CHORD
 

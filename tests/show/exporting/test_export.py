@@ -246,7 +246,7 @@ def test_a_development_that_is_the_mirror_image_of_the_solid_says_so(rotation, t
     """From outside, with the lift upwards, angles about the axis grow to the right, as cam angles in a file."""
     scene = scene_of("groove").replace(**{"cam.rotation": rotation, "part.groove_depth": 5.0})
     solid = workpiece_groove(Workpiece(scene, resolve_design(scene)))
-    grow = np.diff(solid.polar(np.array([0.0, 0.1])))[0] > 0.0
+    grow = np.diff(solid.polar_angle(np.array([0.0, 0.1])))[0] > 0.0
     told = [note for note in export(scene, tmp_path / "cam.svg").notes if "seen from inside" in note]
     assert len(told) == (0 if grow else 1)
 

@@ -18,7 +18,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.exporting.groove import WALL_SIDES, workpiece_groove
 from camopt.show.exporting.program import CONTROL_DIALECTS
 from camopt.show.exporting.workpiece import Workpiece
-from camopt.solve.contour.curve import cylinder_ends, disc_curves
+from camopt.solve.contour.curve import centred_cylinder_ends, disc_curves
 
 CAMS = [
     ("valve-rod-radial", "climb"),
@@ -43,7 +43,7 @@ def cutter_path_of(name):
 
 def as_cut(scene, points):
     """Points as a program has them: a cam with a hub in front is cut from behind."""
-    return -points.conjugate() if scene.whole_part.stands_on_hub else points
+    return -points.conjugate() if scene.whole_part.has_protruding_hub else points
 
 
 @pytest.mark.one_in(10)
@@ -177,14 +177,14 @@ def test_a_program_of_four_axes_cuts_the_walls_of_a_groove(tmp_path, control, ro
     high, beside = (np.interp(even, degrees, each) for each in (along_cam, across_cam))
     ways = np.pi / 2 + np.radians(even)  # of the cutter, round the cam
     groove = workpiece_groove(Workpiece(scene, resolve_design(scene)))
-    low = cylinder_ends(resolve_design(scene), scene.part.thickness)[0]
+    low = centred_cylinder_ends(resolve_design(scene), scene.part.thickness)[0]
     allowed = found.curves["cutter"].deviation_mm
     assert allowed <= (0.005 if control == "fanuc" else 0.001)
-    for radius in groove.radii[[0, -1]]:
+    for radius in groove.section_radii[[0, -1]]:
         for side in WALL_SIDES:
             for span in groove.curve.spans:
                 angles = np.linspace(span.start, span.end, 9)[1:-1]
-                x, y, z = groove.points(groove.wall(span, angles, np.array([radius]), side))[:, 0].T
+                x, y, z = groove.xyz_points(groove.wall_points(span, angles, np.array([radius]), side))[:, 0].T
                 away = np.arctan2(y, x)[:, None] - ways
                 gaps = np.hypot(radius * np.sin(away) - lateral * beside, z[:, None] - low - high)
                 gaps[np.cos(away) < 0.0] = np.inf  # behind the cam
@@ -211,7 +211,7 @@ def test_a_program_of_a_rib_goes_round_each_flank_in_the_place_of_its_roller(tmp
     assert lowest[0, 2] == pytest.approx(outer - height)
     rib, low = (
         workpiece_groove(Workpiece(scene, resolve_design(scene))),
-        cylinder_ends(resolve_design(scene), scene.part.thickness)[0],
+        centred_cylinder_ends(resolve_design(scene), scene.part.thickness)[0],
     )
     turns = np.split(lowest, np.flatnonzero(np.abs(np.diff(lowest[:, 0])) > roller) + 1)
     assert len(turns) == 2
@@ -221,8 +221,8 @@ def test_a_program_of_a_rib_goes_round_each_flank_in_the_place_of_its_roller(tmp
         high, ways = np.interp(even, turn[:, 3], turn[:, 0]), np.pi / 2 + np.radians(even)
         for span in rib.curve.spans:
             angles = np.linspace(span.start, span.end, 7)[1:-1]
-            for radius in rib.radii[[0, -1]]:
-                x, y, z = rib.points(rib.wall(span, angles, np.array([radius]), side))[:, 0].T
+            for radius in rib.section_radii[[0, -1]]:
+                x, y, z = rib.xyz_points(rib.wall_points(span, angles, np.array([radius]), side))[:, 0].T
                 away = np.arctan2(y, x)[:, None] - ways
                 gaps = np.hypot(radius * np.sin(away), z[:, None] - low - high)
                 gaps[np.cos(away) < 0.0] = np.inf

@@ -6,7 +6,7 @@ import pytest
 import camopt
 from camopt import BadInput, cam_points, evaluate, find_scene
 from camopt.cli.main import main
-from camopt.show.exporting.loads import load_column
+from camopt.show.exporting.loads import load_column_name
 
 LOADED = {
     "cam.rpm": 300,
@@ -87,13 +87,15 @@ def test_loads_along_the_turn_reach_their_extremes():
     smooth = [{**segment, "law": "cycloidal"} if "law" in segment else segment for segment in motion]
     scene = find_scene("two-pauses").replace(**LOADED, motion=smooth)  # no peak just before a jump
     found, cam = cam_points(scene, step=0.1), evaluate(scene)
-    loads = {n for n in cam if isinstance(cam[n], float) and load_column(n) in found and n != load_column(n)}
+    loads = {
+        n for n in cam if isinstance(cam[n], float) and load_column_name(n) in found and n != load_column_name(n)
+    }
     every = ["contact_force_max_N", "torque_min_N_m", "normal_force_max_N", "side_thrust_max_N", "film_ratio_min"]
     every += ["guide_reaction_max_N", "stem_bending_stress_max_MPa", "contact_stress_max_MPa", "overshoot_max_mm"]
     every += ["roller_speed_max_rpm", "contact_force_elastic_min_N", "acceleration_elastic_max_m_s2"]
     assert {*every} <= loads
     for name in loads:
-        column = found[load_column(name)]
+        column = found[load_column_name(name)]
         signed = name.startswith(("contact_force", "torque", "film"))
         largest = column if signed else np.abs(column)
         assert (largest.min() if "_min" in name else largest.max()) == pytest.approx(cam[name], rel=1e-3), name
@@ -149,14 +151,14 @@ def test_a_load_that_jumps_has_its_larger_value_and_no_point_exceeds_the_extreme
     at, near = cam_points(scene, ends), cam_points(scene, np.sort([*(ends[1:] - 1e-6), *(ends[:-1] + 1e-6)]))
     values, jumps = evaluate(scene), 0
     for column in sorted(
-        {load_column(name) for name in values if name.endswith(("_N", "_MPa", "_N_m"))} & at.keys()
+        {load_column_name(name) for name in values if name.endswith(("_N", "_MPa", "_N_m"))} & at.keys()
     ):
         sides = np.roll(near[column], 1).reshape(-1, 2)  # before and after each end, from 0 deg
         larger = np.take_along_axis(sides, np.abs(sides).argmax(axis=1)[:, None], axis=1)[:, 0]
         assert at[column][:-1] == pytest.approx(larger, rel=1e-5, abs=1e-5)
         assert at[column][0] == at[column][-1]
         jumps += np.count_nonzero(np.abs(np.diff(sides)) > 1e-3 * np.abs(sides).max())
-        most = max(abs(value) for name, value in values.items() if load_column(name) == column)
+        most = max(abs(value) for name, value in values.items() if load_column_name(name) == column)
         whole = cam_points(scene, np.unique([*ends, *np.linspace(0.0, 360.0, 3601)]))[column]
         assert np.abs(whole).max() == pytest.approx(most, rel=1e-4)
         assert np.abs(whole).max() <= most * (1.0 + 1e-12)

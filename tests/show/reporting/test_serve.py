@@ -25,7 +25,7 @@ import camopt
 from camopt.core.kernels import compile
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.reporting import search
-from camopt.show.reporting.controls import controls_of, scene_of_settings
+from camopt.show.reporting.controls import controls_of, scene_with_settings
 from camopt.show.reporting.sections import signed_text
 from camopt.show.reporting.server import MOST_BYTES, MOST_UNKNOWN_CONNECTIONS, open_server
 from camopt.show.reporting.session import Session, answer_request
@@ -64,7 +64,7 @@ def texts(answer):
 def test_each_answer_is_that_of_the_library(name):
     session, values = session_of(name), MOVES[name]
     moved = next((key for key in values if key.startswith("motion.")), "")
-    scene = scene_of_settings(session.scene, session.initial_values, values, moved)
+    scene = scene_with_settings(session.scene, session.initial_values, values, moved)
     cam = camopt.evaluate(scene)
     quick, proved = (
         answer_request(session, what, request_values(values, moved=moved)) for what in ("move", "settle")
@@ -122,11 +122,12 @@ def test_tolerances_have_sliders_and_a_line_follows_them(tmp_path):
     assert [*found] == [f"tolerances.{key}" for key in ("follower.arm_length", "phase", "profile")]
     assert [each.unit for each in found.values()] == ["mm", "deg", "mm"]
     values = {each.key: each.value for each in session.controls} | {"tolerances.follower.arm_length": 0.1}
-    moved = session.scene_of({"values": values})
+    moved = session.scene_of_request({"values": values})
     wider = {**uniform, "plus": 0.1, "minus": 0.1}
     assert moved == scene.replace(**{"tolerances.follower.arm_length": wider})
     lines = [
-        line.text for line in session.move({"values": values, "moved": "tolerances.follower.arm_length"})["lines"]
+        line.text
+        for line in session.quick_cam_answer({"values": values, "moved": "tolerances.follower.arm_length"})["lines"]
     ]
     worst = camopt.tolerance(moved).errors[0].worst
     assert any(
@@ -150,7 +151,7 @@ def test_the_yield_follows_a_slider_and_is_that_of_a_batch(tmp_path, name, given
     scene = camopt.find_scene(name).replace(part={}, tolerances=given, limits=limits)
     session, problem = Session(scene, tmp_path), resolve_design(scene)
     values = {each.key: each.value for each in session.controls}
-    lines = [line.text for line in session.move({"values": values})["lines"]]
+    lines = [line.text for line in session.quick_cam_answer({"values": values})["lines"]]
     batch = camopt.sample_cams(scene, cams=256)
     assert batch.held.share < 1.0
     told = next(line for line in lines if line.startswith("Yield: "))
@@ -175,7 +176,7 @@ def test_sliders_are_in_the_units_that_are_shown(tmp_path):
         assert law.shown_unit == ""
         assert ">base radius<small>, in</small>" in session.page()
         start = answer_request(session, "settle", request_values({}))["values"]
-        assert session.scene_of(request_values(start)) == scene
+        assert session.scene_of_request(request_values(start)) == scene
         moved = answer_request(session, "settle", request_values({**start, name: 2.5}))
     assert moved["values"][name] == 2.5
     cam = camopt.evaluate(scene.replace(**{name: 63.5}))
@@ -192,7 +193,7 @@ def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
     moving = np.array([segment.segment != "dwell" for segment in scene.motion])
     changed, refused = None, set()
     try:
-        changed = scene_of_settings(scene, own, {**own, key: angle}, key)
+        changed = scene_with_settings(scene, own, {**own, key: angle}, key)
     except camopt.BadInput as error:
         refused = {mistake.key for mistake in error.mistakes}
     short = {f"motion.{k + 1}.angle" for k in np.flatnonzero(moving & (expected < 1e-6))}
@@ -253,7 +254,7 @@ def test_what_is_saved_is_the_scene_that_is_shown(tmp_path):
     session = session_of(folder=tmp_path)
     asked = request_values({"cam.base_radius": 47.0, "law_rise": "cycloidal"}, name="my cam-1.toml")
     assert answer_request(session, "save", asked) == {"saved": str(tmp_path / "my cam-1.toml")}
-    assert camopt.Scene.from_toml(tmp_path / "my cam-1.toml") == session.scene_of(asked)
+    assert camopt.Scene.from_toml(tmp_path / "my cam-1.toml") == session.scene_of_request(asked)
     before = (tmp_path / "my cam-1.toml").read_bytes()
     other = {**asked, "values": {"cam.base_radius": 48.0}}
     assert answer_request(session, "save", other) == {"exists": "my cam-1.toml"}
@@ -284,14 +285,14 @@ def test_nothing_is_written_but_a_plain_file_in_the_folder(name, tmp_path):
 
 def test_the_page_of_a_report_is_that_of_the_scene_shown(tmp_path):
     session, asked = session_of("flat-reciprocating"), request_values({"cam.base_radius": 47.0})
-    expected = camopt.report(session.scene_of(asked), tmp_path / "cam.html").read_text(encoding="utf-8")
+    expected = camopt.report(session.scene_of_request(asked), tmp_path / "cam.html").read_text(encoding="utf-8")
     answer = answer_request(session, "report", asked)
     assert answer == {"name": "Flat-faced-reciprocating-follower.html", "text": expected}
 
 
 def test_the_smallest_cam_is_that_of_optimise():
     scene = camopt.find_scene("knife-300rpm-offset")
-    found, best = search.find_smallest_cam(scene), camopt.optimise(scene).best
+    found, best = search.find_smallest_cam_or_reason(scene), camopt.optimise(scene).best
     assert found["scene"] == best.scene.to_dict()
     assert "proved" in found["told"]
 
@@ -304,7 +305,10 @@ def test_the_smallest_cam_is_that_of_optimise():
     ],
 )
 def test_why_there_is_no_smallest_cam(changes, why):
-    assert why in search.find_smallest_cam(camopt.find_scene("knife-300rpm-radial").replace(**changes))["why"]
+    assert (
+        why
+        in search.find_smallest_cam_or_reason(camopt.find_scene("knife-300rpm-radial").replace(**changes))["why"]
+    )
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal_t
 from camopt.show.sheet.notes import note_texts
 from camopt.show.sheet.paper import A3, A4, block_fields, paper_scales, scale_name, title_block
 from camopt.show.sheet.points_table import points_table, table_columns
-from camopt.show.sheet.ring import ring_marks, spread_directions, unroll_directions
+from camopt.show.sheet.ring import ring_marks, sort_after_widest_gap, spread_directions
 from camopt.show.sheet.section import section_marks
 from camopt.show.sheet.sheet import sheet_of
 from camopt.show.sheet.true_cam import TrueCam
@@ -327,7 +327,7 @@ def test_a_section_is_where_its_groove_is(turn):
     scene = CYLINDER.replace(**{"part.keyway_angle": 90.0 - turn})
     cam = TrueCam(scene, resolve_design(scene))
     depth, outer = scene.part.groove_depth, scene.cam.mean_radius + scene.part.groove_depth / 2
-    marks = DevelopedView(cam, 1.0).section()
+    marks = DevelopedView(cam, 1.0).axial_section_marks()
     thick = [mark.points for mark in marks if isinstance(mark, Line) and mark.pen == THICK]
     points = np.concatenate(thick)
     part = scene.whole_part
@@ -348,7 +348,7 @@ def test_the_leader_to_a_flank_leaves_the_length_of_the_circumference_alone():
     scene = find_scene("feeder-with-stop").replace(
         **{"cam.mean_radius": 60, "part.profile_tolerance": 0.02, "part.roughness": 0.8}
     )
-    marks = DevelopedView(TrueCam(scene, resolve_design(scene)), 0.2).groove()
+    marks = DevelopedView(TrueCam(scene, resolve_design(scene)), 0.2).developed_cylinder_marks()
     (words,) = (mark for mark in marks if isinstance(mark, Words) and "2π" in mark.text)
     box = Polygon([(corner.real, corner.imag) for corner in words.corners])
     crossed = [
@@ -611,7 +611,7 @@ def test_names_are_spread_as_far_as_needed_and_no_further(turns, apart):
 
 @given(st.lists(st.floats(-20, 20), min_size=1, max_size=30))
 def test_names_begin_past_the_widest_gap(turns):
-    names, found = unroll_directions([(turn, str(k)) for k, turn in enumerate(turns)])
+    names, found = sort_after_widest_gap([(turn, str(k)) for k, turn in enumerate(turns)])
     assert np.all(np.diff(found) >= 0)
     assert 2 * pi - (found[-1] - found[0]) >= np.diff(found).max(initial=0.0) - 1e-9
     for name, turn in zip(names, found, strict=True):
@@ -698,7 +698,7 @@ def test_lines_of_angles_lead_to_the_ends_of_the_arcs_of_the_profile(offset):
     joints = np.sort(np.angle(np.exp(1j * (np.array(view.touch_directions[1:3]) - middle))))
     assert joints == pytest.approx(ends, abs=0.05)
     assert np.ptp(joints) == pytest.approx(np.radians(80), abs=1e-9)
-    aside = np.degrees(cam.ray_offsets)
+    aside = np.degrees(cam.contact_offsets_from_rays)
     turned = np.degrees(
         np.arctan2(offset, np.sqrt(53**2 - 12**2)) - np.arctan2(offset, np.sqrt(53**2 - 12**2) + 20)
     )

@@ -164,7 +164,7 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
         note_texts(sheets_of(thin, resolve_design(thin))[0].cam)
     )
     hubless = FEED.replace(**{"part.hub_diameter": None, "part.hub_length": None, "part.number": "SF-1"})
-    loose = TrueCam(hubless, resolve_design(hubless)).sheets
+    loose = TrueCam(hubless, resolve_design(hubless)).cam_of_each_sheet
     assert [each.part.number for each in loose] == ["SF-1/1", "SF-1/2"]
     assert [each.title for each in loose] == [f"{FEED.part.name}, disc {k}" for k in (1, 2)]
     assert {each.cam.title for each in sheets("feed")} == {FEED.part.name}  # of one part
@@ -232,11 +232,11 @@ def test_the_breadth_of_a_yoke_is_dimensioned_with_its_tolerance(name):
     assert np.ptp(sizes) < 1e-4
     assert found.value == pytest.approx(sizes.mean(), abs=1e-4)
     assert faults_of(sheet) == []
-    assert texts(sheet.marks).count(found.nominal) == 1
+    assert texts(sheet.marks).count(found.toleranced_text) == 1
     told = " ".join(note_texts(cam))
     kind = "two flat faces" if name == "flat" else "two rollers Ø16"
     assert f"For a yoke with {kind}." in told
-    assert told.count(found.nominal) == 1
+    assert told.count(found.toleranced_text) == 1
 
 
 RIBS = {
@@ -265,7 +265,7 @@ def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
     edges = rib_flanks(problem, angles)
     for gap, turn in zip(view._section_gaps, view._section_angles, strict=True):
         x = turn % (2 * np.pi) * problem.design.size[0]
-        true = [np.interp(x, edge.real, edge.imag) - view.ends[0] for edge in edges[::-1]]
+        true = [np.interp(x, edge.real, edge.imag) - view.axial_ends[0] for edge in edges[::-1]]
         assert gap == pytest.approx(true, abs=5e-3)
     if name == "nozzles":
         assert {"30", "16", "Ø224", "Ø256"} <= set(texts(sheet.marks))

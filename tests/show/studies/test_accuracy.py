@@ -10,7 +10,7 @@ from camopt import Scene, find_scene
 from camopt.cli.main import main
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.core.numerics.curves import Linear
-from camopt.core.numerics.sampling import sampled_extremes
+from camopt.core.numerics.sampling import write_sampled_extremes
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, RETURN
 from camopt.scene.problem.problem import resolve
@@ -88,10 +88,10 @@ def test_the_reference_is_stable_when_its_digits_are_doubled(name, request):
     subjects = [each for each in accuracy.subjects.subjects_of(problem) if each.name != "smallest radius"]
     assert subjects
     designs = [each.designs.take([0]) for each in subjects]
-    found = [str(each.in_digits(design)) for each, design in zip(subjects, designs, strict=True)]
+    found = [str(each.extreme_with_50_digits(design)) for each, design in zip(subjects, designs, strict=True)]
     request.getfixturevalue("twice_as_many")
     for each, design, before in zip(subjects, designs, found, strict=True):
-        finer = each.in_digits(design)
+        finer = each.extreme_with_50_digits(design)
         assert abs(finer / accuracy.digits.arithmetic().mpf(before) - 1) < 1e-30
 
 
@@ -107,8 +107,8 @@ def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola
     f = Linear(*rng.normal(size=(4, count)) * [[1.0], [1.0], [1.0], [30.0]])
     plain, polished = np.empty((2, 1, count))
     table, questions = accuracy.methods.sample_table(turn, 90), np.array([(kinds, goal)])
-    sampled_extremes(f, count, table, questions, False, plain)
-    sampled_extremes(f, count, table, questions, True, polished)
+    write_sampled_extremes(f, count, table, questions, False, plain)
+    write_sampled_extremes(f, count, table, questions, True, polished)
     stroke = np.repeat([0, 1, 2, 3], np.diff([0, 30, 43, 70, 90]))
     y = turn.motion_at(np.linspace(0, 2 * np.pi, 90, endpoint=False))
     asked = (stroke == 2) | (kinds == ALL_STROKES)

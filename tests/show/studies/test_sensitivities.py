@@ -100,7 +100,7 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
     problem = at_rounding_error(resolve_design(found.scene))
     keys = [*dict.fromkeys(key for _, key in found)]
     numbers = {key: problem.setup.given[key] for key in keys if key in NUMBER_COLUMNS}
-    setup, design = problem.with_free_numbers(numbers).setup, problem.design
+    setup, design = problem.with_numbers_per_design(numbers).setup, problem.design
     design = design.with_values({key: np.array([float(value)]) for key, value in numbers.items()})
     free = [key if key in NUMBER_COLUMNS else FIELDS[key.partition(".")[2]] for key in keys]
     box = design.with_values({name: Interval(value, value) for name, value in design.values.items()})

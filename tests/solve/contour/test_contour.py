@@ -14,7 +14,7 @@ from support.depth import covering_cases, times
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.contour.curve import disc_curves, offset_curve
-from camopt.solve.contour.deviation import deviation_bound
+from camopt.solve.contour.deviation import deviation_upper_bound
 from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import FITTERS, biarcs, check_path_options, fit_path, fit_unproved_path
 
@@ -114,7 +114,7 @@ def test_the_bound_of_a_shifted_path_is_at_least_the_shift():
     path, proved = fit_path(curve)
     for shift in (0.01, 0.01j):
         moved = ArcPath(path.vertices + shift, path.bulges, path.angles, path.spans)
-        assert 0.01 - proved <= deviation_bound(curve, moved) <= 0.03
+        assert 0.01 - proved <= deviation_upper_bound(curve, moved) <= 0.03
 
 
 def test_the_rotating_arc_of_a_dwell_is_one_arc():
@@ -178,7 +178,7 @@ def test_series_give_the_points_that_the_library_gives():
         assert hypot(first.real - points[f"{stem}_x_mm"][0], first.imag - points[f"{stem}_y_mm"][0]) < 1e-9
         span = curve.spans[0]
         middle = (span.start + span.end) / 2
-        expansion = curve.expansion([span], np.array([middle - 1e-3]), np.array([middle + 1e-3]))
+        expansion = curve.taylor_expansion([span], np.array([middle - 1e-3]), np.array([middle + 1e-3]))
         for t in (-1e-3, 0.0, 1e-3):
             x, y = (sum(c * t**k for k, c in enumerate(terms.terms)) for terms in expansion.at_middles)
             true = curve.points(span, np.array([middle + t]))

@@ -8,7 +8,7 @@ from support.balls.ball import precisely
 from support.balls.motion import exact_motion, motion_at
 
 from camopt.model.motion.programme import Programme
-from camopt.solve.contour.curve import enclose_motion, smooth_spans
+from camopt.solve.contour.curve import enclose_motion_derivatives, smooth_spans
 
 POINTS = 3
 """Of each stretch, its ends among them."""
@@ -35,7 +35,7 @@ def count_missed(seed, stretches):
     middle = start + (end - start) * rng.uniform(0.0, 1.0, stretches)
     reach = (end - start) * 10.0 ** rng.uniform(-9.0, 0.0, stretches)
     lows, highs = np.maximum(middle - reach, start), np.minimum(middle + reach, end)
-    rows, wrong = enclose_motion(programme, chosen, lows, highs), 0
+    rows, wrong = enclose_motion_derivatives(programme, chosen, lows, highs), 0
     pieces = [
         (stroke, piece, begin)
         for stroke, begin in _strokes_with_starts(exact)

@@ -28,16 +28,16 @@ from camopt.scene.problem.space import grid_space
 from camopt.solve.front import curve_numbers as numbering
 from camopt.solve.front import curve_verdicts, front_search, plan
 from camopt.solve.front.blocks import SpaceBlocks, gather_batches
-from camopt.solve.front.box_bounds import BoxBounds, are_all_bounded, is_bounded
-from camopt.solve.front.curve_numbers import curve_numbers
-from camopt.solve.front.curve_verdicts import CurveVerdicts, curves_decide_limits
+from camopt.solve.front.box_bounds import BoxBounds, can_bound_all_objectives, can_bound_objective
+from camopt.solve.front.curve_numbers import shared_pitch_curve_numbers
+from camopt.solve.front.curve_verdicts import CurveVerdicts, pitch_curves_decide_all_limits
 from camopt.solve.front.front_search import FrontSearch
 from camopt.solve.front.grid_boxes import Grid
 from camopt.solve.front.pareto import LARGEST_COST, non_dominated, row_costs
-from camopt.solve.front.plan import comparison_columns, sweep_columns, with_objectives
+from camopt.solve.front.plan import comparison_columns, sweep_columns, with_default_objectives
 from camopt.solve.verdicts import feasible_filter
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import evaluate_with_effort
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts_and_effort
 
 SPREAD = {"base_radius": 0.5, "mean_radius": 0.5, "roller_radius": 0.4, "face_radius": 0.4, "arm_length": 0.2}
 SWINGING_FACE = "swinging-face"
@@ -79,7 +79,7 @@ def mechanism(contact):
     scene = Scene.from_dict(cam_with(contact, "poly345", dynamics, materials=WORN))
     setup = resolve(scene).setup
     names = [name for name in available_quantities(setup) if QUANTITIES[name].kind is float]
-    return scene, [(name, sign) for name in names for sign in (1.0, -1.0) if is_bounded(name, sign, setup)]
+    return scene, [(name, sign) for name in names for sign in (1.0, -1.0) if can_bound_objective(name, sign, setup)]
 
 
 def sample_objectives(objectives, rng, count):
@@ -122,23 +122,23 @@ def limits_of(cam, rng):
 
 def sweep_blocks(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
-    numbers = curve_numbers(space)
-    own = not (kept or numbers) and curves_decide_limits(space.problem, frozenset(names))
+    numbers = shared_pitch_curve_numbers(space)
+    own = not (kept or numbers) and pitch_curves_decide_all_limits(space.problem, frozenset(names))
     blocks = SpaceBlocks(space, names, numbers, kept=kept, size=size, own=own)
-    batches = Threads(2).in_order(lambda numbers: blocks.evaluate_block(*numbers), range(len(blocks)))
+    batches = Threads(2).results_in_order(lambda numbers: blocks.evaluate_block(*numbers), range(len(blocks)))
     return gather_batches(space, batches, size, write, lambda done, total: None)
 
 
 def both_fronts(scene, few, together=50):
     """The front by a full sweep and that by boxes, and what the search knows of its work."""
-    problem = with_objectives(resolve(scene))
-    assert are_all_bounded(problem)
+    problem = with_default_objectives(resolve(scene))
+    assert can_bound_all_objectives(problem)
     space, names = grid_space(problem), sweep_columns(problem)
     full = sweep_blocks(space, names, 32768, lambda rows: None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(front_search, "FEW_DESIGNS", few)
         patch.setattr(front_search, "BOUNDED_AT_ONCE", together)
-        found = FrontSearch(space, names, 1, None).run()
+        found = FrontSearch(space, names, 1, None).find_front()
     return full, found, len(space)
 
 
@@ -180,7 +180,7 @@ def feasible_one_by_one(space, names):
     for problem, first, last in space.problem_ranges():
         designs = space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
-        found.append(evaluate_with_effort(problem, designs, frozenset(names))[0].select_columns(names))
+        found.append(evaluate_with_verdicts_and_effort(problem, designs, frozenset(names))[0].select_columns(names))
     rows = concatenate_rows(found)
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 
@@ -197,7 +197,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
     scene = with_repeated_sums(question(contact, seed))
     if plain and shares_curves(contact):
         scene = scene.replace(limits=plain_limits(contact))
-    problem = with_objectives(resolve(scene))
+    problem = with_default_objectives(resolve(scene))
     space, names = grid_space(problem), sweep_columns(problem)
     existing, expected = feasible_one_by_one(space, names)
     front = non_dominated(expected, problem.objectives)
@@ -226,14 +226,14 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     scene = with_repeated_sums(question(contact, seed))
     if contact == SWINGING_FACE:  # else they share none
         scene = scene.replace(limits={"curvature_radius": 1.0 + seed % 30})
-    problem = with_objectives(resolve(scene))
+    problem = with_default_objectives(resolve(scene))
     space, names, tables = grid_space(problem), sweep_columns(problem), []
     for at_once, worth in ((4, 1.0), (4096, np.inf)):
         rows = []
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(numbering, "CURVES_AT_ONCE", at_once)
             patch.setattr(numbering, "LEAST_SHARING", worth)
-            shared = curve_numbers(space) is not None
+            shared = shared_pitch_curve_numbers(space) is not None
             found = sweep_blocks(space, names, block, rows.append)
         tables.append((shared, found.existing, found.effort, found.reached, concatenate_rows(rows)))
     (shared, *counts, rows), (alone, *others, expected) = tables
@@ -246,11 +246,11 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
     """Each made columns for the motion, and what the other had written in its own was gone."""
     scene = find_scene("roller-1000rpm")
     search = {"base_radius": [144.0, 145.0, 146.0, 160.0], "roller_radius": [14.0, 15.0, 16.0, 17.0]}
-    problem = with_objectives(resolve(scene.replace(search=search)))
+    problem = with_default_objectives(resolve(scene.replace(search=search)))
     monkeypatch.setattr(numbering, "CURVES_AT_ONCE", 3)
     monkeypatch.setattr(numbering, "LEAST_SHARING", 1.0)
     space, names = grid_space(problem), sweep_columns(problem)
-    curves = CurveVerdicts(space, problem, curve_numbers(space), frozenset(names))
+    curves = CurveVerdicts(space, problem, shared_pitch_curve_numbers(space), frozenset(names))
     together = Barrier(2)
 
     def late(count):
@@ -259,13 +259,13 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
             sleep(0.05 * together.wait(10.0))
         return np.zeros(count)
 
-    alone = CurveVerdicts(space, problem, curve_numbers(space), frozenset(names))
+    alone = CurveVerdicts(space, problem, shared_pitch_curve_numbers(space), frozenset(names))
 
     def feasible(curves, first):
         """The rows of four designs, from one on."""
         _, _, surely, _, perhaps = curves.verdicts(first, first + 4, every=True)
         assert not len(perhaps)
-        return curves.feasible_rows(surely, frozenset(names))
+        return curves.evaluate_held_designs(surely, frozenset(names))
 
     expected = [feasible(alone, first) for first in (0, 12)]
     assert all(rows.count for rows in expected)
@@ -300,7 +300,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     space = grid_space(problem)
     grid, problem = Grid(space), space.problems[0]
     assume(grid.free)
-    boxes = grid.whole_boxes(len(problem.objectives)).take(slice(0, 1))
+    boxes = grid.whole_box_of_each_motion(len(problem.objectives)).take(slice(0, 1))
     while rng.random() < 0.8 and np.any(boxes.design_counts > 1):
         boxes = boxes.take(boxes.design_counts > 1)
         boxes = boxes.halve_boxes(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
@@ -376,9 +376,9 @@ def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatc
     """With the same tables: that of the designs which are kept has those on the front."""
     usual = sweep(ties, tmp_path / "usual", keep="pareto")
     tied = grid_space(resolve(ties))
-    cost = (SpaceBlocks(tied, (), curve_numbers(tied)).curve_count + plan.DESIGN_COST * len(tied)) / len(
-        tied.problems
-    )
+    cost = (
+        SpaceBlocks(tied, (), shared_pitch_curve_numbers(tied)).searched_curve_count + plan.DESIGN_COST * len(tied)
+    ) / len(tied.problems)
     monkeypatch.setattr(plan, "BOXES_OF_ONE", cost)  # the jerk is that of the motion
     boxes, same = (sweep(ties, tmp_path / name, keep=name) for name in ("pareto", "front-only"))
     assert replace(same, files=boxes.files) == boxes
@@ -397,7 +397,7 @@ def test_the_front_of_a_large_space_is_found_by_boxes(ties, tmp_path, monkeypatc
 @pytest.mark.parametrize("name", ["pressure_angle_max_deg", "pressure_angle_max_at_deg", "relative_half_width"])
 def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
     scene = ties.replace(**{"search.minimise": ["base_radius_mm"], "search.maximise": [name]})
-    assert not are_all_bounded(resolve(scene))
+    assert not can_bound_all_objectives(resolve(scene))
     usual, alone = sweep(scene, keep="pareto"), sweep(scene, keep="front-only")
     assert alone.decided_by_boxes == 0
     assert (alone.feasible, alone.front) == (usual.feasible, usual.front)
@@ -441,7 +441,7 @@ def test_points_that_come_in_parts_dominate_as_all_of_them_do(seed):
         patch.setattr(dominance, "COMPARED_AT_ONCE", 4)
         for _ in range(rng.integers(1, 8)):
             part, asked = (rng.choice(values, (rng.integers(0, 30), many)) for _ in range(2))
-            told, seen = known.add(part), np.concatenate([seen, part])
+            told, seen = known.add_and_find_dominated(part), np.concatenate([seen, part])
             expected = Dominators(seen).dominate(asked)
             assert not np.any(told & ~Dominators(seen).dominate(part))
             dominators = known.dominators(lambda: seen[~Dominators(seen).dominate(seen)])  # noqa: B023

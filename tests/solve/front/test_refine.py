@@ -138,14 +138,14 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept):
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
     for each, _, designs in grid_space(problem).designs_of_rows(few):
         pattern = PatternSearch(each, free, objective)
-        ceilings, held = pattern.costs(designs)
+        ceilings, held = pattern.worst_costs_and_feasibility(designs)
         assert held.all()
         for i in range(len(designs)):
             many = designs.take(np.full(10_000, i))
             for field, (low, high) in free.items():
                 reach = 10.0 ** random.uniform(-4, -1, 10_000) * random.uniform(-1, 1, 10_000)
                 getattr(many, field)[:] = np.clip(getattr(many, field) + reach * (high - low), low, high)
-            costs, held = pattern.costs(many)
+            costs, held = pattern.worst_costs_and_feasibility(many)
             allowed = held & np.all(costs <= ceilings[i], axis=1)
             column = pattern.objective_index(objective)
             assert costs[allowed, column].min(initial=np.inf) > ceilings[i, column] * (1 - 1e-6)
@@ -208,7 +208,7 @@ def test_the_search_finds_what_the_closed_form_proves(swept):
     problem = at_rounding_error(resolve(result.scene))
     for each, _, designs in islice(grid_space(problem).designs_of_rows(grid), times(1, deep=3)):
         pattern = PatternSearch(each, refine.free_ranges(problem), "base_radius_mm")
-        ceilings, held = pattern.costs(designs)
+        ceilings, held = pattern.worst_costs_and_feasibility(designs)
         proved, settled = smallest_by_closed_form(pattern, designs, ceilings)
         found = search_by_pattern(pattern, designs, ceilings)
         assert held.all()

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 import camopt
 from camopt.core.engines.threads import Threads
 from camopt.core.mistakes import BadInput, Stopped
-from camopt.core.storage.manifest import manifest_of
+from camopt.core.storage.manifest import read_manifest
 from camopt.core.storage.publishing import publication
 from camopt.solve.front import estimate, store
 from camopt.solve.front.blocks import merge_batches
 from camopt.solve.front.estimate import SweepEstimate, bytes_in_words, check_room, estimate_sweep
 from camopt.solve.front.plan import sweep_plan
-from camopt.solve.front.store import BrokenBatch, batch_files, interrupted_key, read_batch, write_batch
+from camopt.solve.front.store import BrokenBatch, interrupted_key, read_batch, sorted_batch_files, write_batch
 from camopt.solve.front.sweep import sweep
 from camopt.solve.front.table_certificate import certify_table
 
@@ -65,7 +65,7 @@ def files_in(folder):
 
 def kept_files(out):
     """The files of the finished work of a stopped sweep."""
-    return [path for _, path in batch_files((out / ".camopt" / "sweep").iterdir())]
+    return [path for _, path in sorted_batch_files((out / ".camopt" / "sweep").iterdir())]
 
 
 @pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
@@ -92,7 +92,7 @@ def test_who_stops_while_what_is_kept_is_read_is_told_of_all_of_it(tmp_path, sav
 def test_what_is_kept_is_not_evaluated_again(tmp_path, saving_at_once):
     with pytest.raises(Stopped, match=KEPT):
         run(tmp_path, progress=stop_after(1200))
-    done = batch_files(kept_files(tmp_path))
+    done = sorted_batch_files(kept_files(tmp_path))
     middle, lost = done.pop(4)
     lost.unlink()
     evaluated = []
@@ -100,7 +100,7 @@ def test_what_is_kept_is_not_evaluated_again(tmp_path, saving_at_once):
     class Noted(Threads):
         def in_order(self, work, items, sample=()):
             evaluated.extend(items)
-            return Threads.in_order(self, work, items, sample)
+            return Threads.results_in_order(self, work, items, sample)
 
     run(tmp_path, engine=Noted(1))
     assert sum(len(blocks) for blocks, _ in done) >= 11
@@ -253,7 +253,7 @@ def test_a_batch_is_the_same_from_its_file(tmp_path):
         [asked.blocks.evaluate_block(n) for n in (11, 12)], asked.problem.objectives
     )  # of two laws
     write_batch(batch, asked.row_quantities, tmp_path)
-    ((blocks, path),) = batch_files(tmp_path.iterdir())
+    ((blocks, path),) = sorted_batch_files(tmp_path.iterdir())
     again = read_batch(path, asked)
     assert blocks == range(batch.first, batch.last)
     for name in ("first", "last", "designs", "existing", "feasible", "effort", "reached"):
@@ -599,7 +599,7 @@ def test_it_is_done_again_unless_every_file_is_whole(done):
 
 def test_a_file_that_another_command_has_taken_over_is_computed_anew(done):
     with publication(done.folder, "synthesise", ("scene.toml",)) as unit:
-        unit.path("scene.toml").write_text("of another command")
+        unit.staged_path("scene.toml").write_text("of another command")
     assert not done()
 
 
@@ -611,7 +611,7 @@ def test_a_proof_in_a_table_stays_where_its_sweep_is_done_already(done):
 
 @pytest.mark.parametrize("answer", [{}, [], 1, "text", {"best": 1}, None])
 def test_a_manifest_that_says_odd_things_of_its_result_is_not_believed(done, answer):
-    manifest = manifest_of(done.folder)
+    manifest = read_manifest(done.folder)
     odd = manifest.results["sweep"]._replace(answer=answer)
     (done.folder / "manifest.json").write_text(manifest.with_result("sweep", odd).to_json())
     assert not done()
@@ -668,7 +668,7 @@ def test_resume_of_what_is_done_says_so_whoever_asked_it(tmp_path, command, whol
 
 def test_resume_replaces_no_result_of_which_nothing_tells_what_was_asked(tmp_path, command):
     with publication(tmp_path / "out", "sweep", ("scene.toml",)) as unit:
-        unit.path("scene.toml").write_text("of an older camopt")
+        unit.staged_path("scene.toml").write_text("of an older camopt")
     code, _, err = command("sweep", "--resume", "--out", "out")
     assert code == 2
     assert (

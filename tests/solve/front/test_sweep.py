@@ -15,7 +15,7 @@ from camopt.core.engines.threads import Threads
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.space import grid_space
-from camopt.solve.front.reported_rows import active_limits_of, next_smaller_cams, with_evaluated_columns
+from camopt.solve.front.reported_rows import active_limits_of, next_smaller_cams, with_reevaluated_columns
 
 SMALL = {
     "search.base_radius": {"start": 30, "stop": 90, "step": 4},
@@ -160,7 +160,9 @@ def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
     rows = DesignRows({name: designs[name].to_numpy() for name in designs}, len(designs))
     space = grid_space(resolve(scene))
     inside, smaller = next_smaller_cams(space, rows)
-    held = active_limits_of(rows.count, inside, *with_evaluated_columns(space, frozenset(smaller.columns), smaller))
+    held = active_limits_of(
+        rows.count, inside, *with_reevaluated_columns(space, frozenset(smaller.columns), smaller)
+    )
     for (*of_law, base), by in zip(designs[sizes].itertuples(index=False), held, strict=True):
         smaller = violated.get((*of_law, base - 4), None if base > 30 else "edge of the space")
         if smaller is not None:  # it can be assembled
@@ -269,7 +271,7 @@ def test_the_first_block_of_a_sweep_is_worked_on_where_an_interrupt_ends_it(read
     monkeypatch.setattr(threads_engine, "READY_KERNELS", ["some kernel"] if ready else [])
     space, threads = grid_space(resolve(find_scene("roller-1000rpm"))), []
     work = lambda blocks: threads.append(current_thread()) or blocks[0]  # noqa: E731
-    found = Threads(2).in_order(work, [*space.blocks(40_000)])
+    found = Threads(2).results_in_order(work, [*space.blocks(40_000)])
     assert list(found) == list(space.blocks(40_000))
     assert (threads[0] is main_thread()) is not ready
     assert main_thread() not in threads[1:]

@@ -28,22 +28,28 @@ from camopt.scene.problem.problem import resolve
 from camopt.solve.measured import dwell_likelihood, least_jerk
 from camopt.solve.measured.band_certificate import certify_band
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.dwell_likelihood import INTEGRAL_ORDERS, INTEGRAL_SIZES, FlatWindow, read_dwell
+from camopt.solve.measured.dwell_likelihood import INTEGRAL_ORDERS, INTEGRAL_SIZES, FlatWindow, likeliest_dwell
 from camopt.solve.measured.fit import fit
 from camopt.solve.measured.least_jerk import (
     LEVELLING,
     AllowedDeviation,
     OutlineNode,
-    least_band,
+    least_feasible_band,
     least_jerk_curve,
     least_jerk_motion,
     outline_nodes,
     spline_strokes,
 )
-from camopt.solve.measured.measured_points import angle_from, read_points
-from camopt.solve.measured.noise import band_factor, find_outliers, point_errors, point_noise, rms_factor
+from camopt.solve.measured.measured_points import forward_angle_deg, read_points
+from camopt.solve.measured.noise import (
+    estimate_point_errors,
+    find_outliers,
+    noise_band_factor,
+    noise_from_neighbours,
+    noise_rms_bound_factor,
+)
 from camopt.solve.measured.one_sided_stretches import one_sided_stretches
-from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, read_outline
+from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, find_outline_and_doubts
 from camopt.solve.measured.smoothing import JERK_WEIGHTS, MOST_FREEDOM_SHARE, TRACE_FACTOR, smoothing_spline
 from camopt.solve.measured.spline_chain import SplineChain
 
@@ -112,7 +118,7 @@ def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
     rows = measured_points(law=law, noise=noise, seed=7)
     fitted = fit(rows, CAM)
     assert fitted.noise == pytest.approx(noise, rel=0.25)
-    normal, largest = fitted.noise * band_factor(360), point_errors(points_of(rows)).largest
+    normal, largest = fitted.noise * noise_band_factor(360), estimate_point_errors(points_of(rows)).largest
     assert fitted.band == (normal if largest <= normal else min(1.5 * largest, 3.5 * normal)) or law in CORNERED
     assert fitted.deviation.held
     assert fitted.deviation.largest <= fitted.band
@@ -346,13 +352,13 @@ def test_peaks_are_levelled_among_errors(levelling, monkeypatch):
 
 def test_a_chain_integrates_what_it_differentiates():
     chain = SplineChain((0.1, 0.25, 0.5, 0.55, 0.9))
-    jerk = np.random.default_rng(5).normal(size=chain.count - 3)
+    jerk = np.random.default_rng(5).normal(size=chain.coefficient_count - 3)
     c = chain.integrate_jerk(jerk, (1.0, -2.0, 3.0))
     spline = BSpline(chain.knots, c[0], 5)
     x = np.linspace(0.0, 1.0, 50)[:-1]
     for order in range(4):
         np.testing.assert_allclose(chain.value_matrix(x, order) @ c[order], spline(x, order), atol=1e-10)
-    moved = chain.adjust_jerk(jerk, (1.0, -2.0, 3.0), np.array([4.0, 0.0, -1.0]))
+    moved = chain.adjust_jerk_to_end_state(jerk, (1.0, -2.0, 3.0), np.array([4.0, 0.0, -1.0]))
     assert [c[-1] for c in chain.integrate_jerk(moved, (1.0, -2.0, 3.0))[:-1]] == pytest.approx([4.0, 0.0, -1.0])
 
 
@@ -409,7 +415,7 @@ def test_outliers_near_each_other_are_found():
         rows, rng = measured_points(noise=0.005, seed=seed), np.random.default_rng(seed)
         wrong = rng.choice(360, 8, replace=False)
         rows[wrong, 1] += rng.choice([-0.2, 0.2], 8)
-        found = find_outliers(points_of(rows), point_noise(points_of(rows)))
+        found = find_outliers(points_of(rows), noise_from_neighbours(points_of(rows)))
         missed += len({*wrong} - {*found})
         extra += len({*found} - {*wrong})
     assert missed <= 0.06 * 160
@@ -446,7 +452,7 @@ def test_errors_that_are_not_normal_have_a_wider_band():
     rows = measured_points()
     rows[:, 1] += 0.005 * np.random.default_rng(2).standard_t(5, 360)
     fitted = fit(rows, CAM)
-    assert fitted.band > 1.4 * band_factor(360) * fitted.noise
+    assert fitted.band > 1.4 * noise_band_factor(360) * fitted.noise
     assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
     assert fitted.price < 1.2
     assert fitted.after["acceleration"] == pytest.approx(derivative_peak(turn_of(LOBE), 2, ALL_STROKES), rel=0.1)
@@ -457,20 +463,20 @@ def test_a_corner_or_a_rounded_lift_is_no_outlier(law):
     rows = measured_points(law=law)
     for digits in (3, 4) if law in CORNERED else (2, 3, 4):
         points = points_of(np.column_stack([rows[:, 0], np.round(rows[:, 1], digits)]))
-        assert point_noise(points) >= 10.0**-digits / 12**0.5
-        assert find_outliers(points, point_noise(points)) == []
+        assert noise_from_neighbours(points) >= 10.0**-digits / 12**0.5
+        assert find_outliers(points, noise_from_neighbours(points)) == []
 
 
 def test_the_usual_band_leaves_all_points_in_it_nineteen_times_of_twenty():
     errors = np.random.default_rng(11).normal(size=(4000, 360))
-    share = np.mean(np.abs(errors).max(axis=1) <= band_factor(360))
+    share = np.mean(np.abs(errors).max(axis=1) <= noise_band_factor(360))
     assert share == pytest.approx(0.95, abs=0.015)
 
 
 def test_the_root_mean_square_leaves_all_errors_in_it_nineteen_times_of_twenty():
     for count in (40, 360, 3600):
         errors = np.random.default_rng(12).normal(size=(4000, count))
-        share = np.mean(np.sqrt(np.mean(errors**2, axis=1)) <= rms_factor(count))
+        share = np.mean(np.sqrt(np.mean(errors**2, axis=1)) <= noise_rms_bound_factor(count))
         assert share == pytest.approx(0.95, abs=0.012)
 
 
@@ -478,8 +484,8 @@ def test_the_root_mean_square_is_that_of_the_noise():
     """A band alone is filled; with the root mean square of the noise the errors stay errors."""
     rows = measured_points(noise=0.02)
     fitted = fit(rows, CAM)
-    assert fitted.deviation_rms == pytest.approx(point_errors(points_of(rows)).rms, rel=1e-3)
-    assert fitted.noise < fitted.deviation_rms <= fitted.noise * rms_factor(360)
+    assert fitted.deviation_rms == pytest.approx(estimate_point_errors(points_of(rows)).rms, rel=1e-3)
+    assert fitted.noise < fitted.deviation_rms <= fitted.noise * noise_rms_bound_factor(360)
     assert fit(rows, CAM, band=fitted.band).deviation_rms > 1.3 * fitted.deviation_rms
     true = derivative_peak(turn_of(LOBE), 2, ALL_STROKES)
     assert abs(fitted.after["acceleration"] / true - 1.0) < 0.03
@@ -552,7 +558,7 @@ def test_errors_are_within_their_root_mean_square_nineteen_times_of_twenty():
     """Those of each file themselves, not of all files with its noise; found to 1.5 %."""
     files = [random_file(seed) for seed in range(1000, 1012)]
     true = np.array([np.sqrt(np.mean(file.errors**2)) for file in files])
-    found = [point_errors(points_of(file.rows)) for file in files]
+    found = [estimate_point_errors(points_of(file.rows)) for file in files]
     assert np.sum([each.rms for each in found] >= true) >= 10
     ratios = np.array([each.noise for each in found]) / true
     assert np.abs(ratios - 1.0).max() < 0.06
@@ -715,7 +721,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
     noise, angles = 0.02, np.arange(0.0, 40.0, 2.3)
     lifts = 5.0 - 2e-4 * (np.maximum(12.0 - angles, 0.0) ** 3 + np.maximum(angles - 28.0, 0.0) ** 3)
     lifts += np.random.default_rng(3).normal(0.0, noise, angles.size)
-    found = read_dwell(FlatWindow(angles, lifts, (8.0, 32.0), (8.0, 32.0)), noise, 0.0, 3.0)
+    found = likeliest_dwell(FlatWindow(angles, lifts, (8.0, 32.0), (8.0, 32.0)), noise, 0.0, 3.0)
     inside = (angles >= 8.0) & (angles <= 32.0)
     off, some = lifts - np.median(lifts[inside]), 2.0 * noise / np.sqrt(inside.sum())
 
@@ -768,7 +774,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
 def test_dwells_end_before_the_motion_begins_and_little_earlier():
     for law in ("cycloidal", "poly345", "modified-sine"):
         points = points_of(measured_points(law=law, noise=0.002))
-        (dwell, turn) = read_outline(points, 0.008, 0.008, 0.002, LIKELY_DROP, None)[0]
+        (dwell, turn) = find_outline_and_doubts(points, 0.008, 0.008, 0.002, LIKELY_DROP, None)[0]
         assert isinstance(dwell, Dwell)
         assert isinstance(turn, TurningPoint)
         assert dwell.start == pytest.approx(181.5, abs=2.0)
@@ -781,7 +787,7 @@ def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
     """Also where a dwell starts or ends at a point, or next to it."""
     points = points_of(measured_points())
     start, end = (round(angle, 0 if whole else 4) for angle in (start, end))
-    inside = np.flatnonzero(angle_from(start - 1e-9, points.angles) <= end - start + 2e-9)
+    inside = np.flatnonzero(forward_angle_deg(start - 1e-9, points.angles) <= end - start + 2e-9)
     nodes = [OutlineNode(start, end, inside, 0.0), OutlineNode(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
     places = np.concatenate([*(stroke.places for stroke in spline_strokes(points, nodes)), inside])
     assert sorted(places) == list(range(360))
@@ -807,7 +813,7 @@ def test_knots_are_apart_and_strokes_have_all_points():
     points = points_of(measured_points(noise=0.01))
     nodes = outline_nodes(
         points,
-        read_outline(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
+        find_outline_and_doubts(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
         least_jerk_curve(points, AllowedDeviation(0.04)),
     )
     strokes = spline_strokes(points, nodes)
@@ -835,15 +841,15 @@ def test_what_cannot_be_held_is_told_with_its_rows():
     points = points_of(measured_points(noise=0.01))
     nodes = outline_nodes(
         points,
-        read_outline(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
+        find_outline_and_doubts(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
         least_jerk_curve(points, AllowedDeviation(0.04)),
     )
-    least, places = least_band(points, nodes, JERK)
+    least, places = least_feasible_band(points, nodes, JERK)
     assert least_jerk_motion(points, nodes, AllowedDeviation(0.99 * least), JERK) is None
     assert least_jerk_motion(points, nodes, AllowedDeviation(1.01 * least), JERK) is not None
     others = points.drop_places(places)
     again = [node._replace(places=np.flatnonzero(np.isin(others.rows, points.rows[node.places]))) for node in nodes]
-    assert least_band(others, again, JERK)[0] < least
+    assert least_feasible_band(others, again, JERK)[0] < least
 
 
 def test_points_that_turn_back_everywhere_are_refused():

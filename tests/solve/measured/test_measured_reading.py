@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from camopt import BadInput
 from camopt.model.motion import LAWS
 from camopt.solve.measured.columns import TableColumns
-from camopt.solve.measured.measured_points import angle_from, read_points
+from camopt.solve.measured.measured_points import forward_angle_deg, read_points
 from camopt.solve.measured.workbook import workbook_rows
 
 ANGLES = np.arange(0.0, 360.0, 5.0)
@@ -335,7 +335,7 @@ def test_a_workbook_without_its_reader(tmp_path, monkeypatch):
 
 
 def test_what_is_a_little_less_than_an_angle_of_0_is_not_a_turn():
-    assert angle_from(0.0, np.array([-1e-20, 0.0, 359.0, 360.0])).tolist() == [0.0, 0.0, 359.0, 0.0]
+    assert forward_angle_deg(0.0, np.array([-1e-20, 0.0, 359.0, 360.0])).tolist() == [0.0, 0.0, 359.0, 0.0]
 
 
 def with_row(place, text):

@@ -38,7 +38,7 @@ from camopt.scene.problem.problem import resolve
 from camopt.solve.measured.columns import POLAR_TABLE, XY_TABLE, TableColumns
 from camopt.solve.measured.fit import fit
 from camopt.solve.measured.measured_points import read_points
-from camopt.solve.measured.noise import band_factor
+from camopt.solve.measured.noise import noise_band_factor
 from camopt.solve.measured.profile import base_radius_at, contacts_at_points
 
 DATA = Path(__file__).parents[2] / "data" / "measured"
@@ -438,7 +438,7 @@ def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
     assert fitted.scene.cam.base_radius == pytest.approx(base, abs=0.01)
     kept = np.setdiff1d(np.arange(300), [each.row - 1 for each in fitted.left_out])
     assert fitted.distances.size == kept.size >= 298
-    assert np.abs(fitted.distances).max() < 4.5 * 0.003 * fitted.band / (band_factor(300) * fitted.noise)
+    assert np.abs(fitted.distances).max() < 4.5 * 0.003 * fitted.band / (noise_band_factor(300) * fitted.noise)
 
 
 # --------------------------------------------------------------------------------------- far from the profile
@@ -540,7 +540,7 @@ def test_few_points_on_a_sharp_nose_are_enough(count):
 
 def test_the_usual_band_is_that_of_the_noise():
     fitted = fit(MeasuredProfile(DATA / "inlet-profile.csv", "polar", 1.5), cam_of(FLAT))
-    assert fitted.band == pytest.approx(fitted.noise * band_factor(360), rel=1e-12)
+    assert fitted.band == pytest.approx(fitted.noise * noise_band_factor(360), rel=1e-12)
     assert fitted.deviation_rms < 1.1 * fitted.noise
 
 

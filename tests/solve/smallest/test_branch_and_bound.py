@@ -11,12 +11,12 @@ from camopt import Scene
 from camopt.core.numerics import LARGEST, curve_kernels
 from camopt.core.numerics.extremes import search_curve
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.loads import contact_load
+from camopt.model.effects.loads import contact_load_curve
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import BoxSearch
-from camopt.solve.smallest.result import allowed_gap
+from camopt.solve.smallest.result import allowed_proof_gap
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
@@ -46,7 +46,7 @@ def smaller_than(design, bounds):
     free = [name for name, (low, high) in bounds.items() if name != "size" and high > low]
     sizes = {n: np.clip(near.sizes[n] * (1.0 + step * rng.uniform(-1, 1, count)), *bounds[n]) for n in free}
     return replace(
-        near, **sizes, size=near.size - allowed_gap(design) - near.size * step * rng.uniform(0, 1, count)
+        near, **sizes, size=near.size - allowed_proof_gap(design) - near.size * step * rng.uniform(0, 1, count)
     )
 
 
@@ -54,12 +54,12 @@ def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
     problem = at_rounding_error(resolve(Scene.from_dict(random_scene(129)[1])))
     undercut = replace(problem.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
-    parts, looked_at = [], curve_kernels.part_jets
-    monkeypatch.setattr(curve_kernels, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
+    parts, looked_at = [], curve_kernels.state_jets_over_part
+    monkeypatch.setattr(curve_kernels, "state_jets_over_part", lambda *given: parts.append(1) or looked_at(*given))
     plain = getattr(search_curve, "py_func", search_curve)
     monkeypatch.setattr("camopt.core.numerics.extremes.search_curve", plain)
     found = EvaluationBlock(problem.setup, problem.programme, undercut).extremes(
-        partial(contact_load, problem.setup), [(ALL_STROKES, LARGEST)]
+        partial(contact_load_curve, problem.setup), [(ALL_STROKES, LARGEST)]
     )
     assert np.isinf(found.width).all()
     assert len(parts) < 4000

@@ -19,10 +19,10 @@ from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest import cutting_planes
 from camopt.solve.smallest.branch_and_bound import BoxSearch, branch_and_bound
-from camopt.solve.smallest.closed_form import least_size
+from camopt.solve.smallest.closed_form import size_lower_bound
 from camopt.solve.smallest.cutting_planes import cutting_plane_optimum
 from camopt.solve.smallest.linear_forms import ARM_FORM, FACE_FORM
-from camopt.solve.smallest.result import RELATIVE_GAP, allowed_gap
+from camopt.solve.smallest.result import RELATIVE_GAP, allowed_proof_gap
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
@@ -84,7 +84,7 @@ def problem_and_bounds(raw):
     """The question of a scene, and its one box of sizes."""
     problem = at_rounding_error(resolve(Scene.from_dict(raw)))
     bounds = search_boxes(problem)[0]
-    return problem, {**bounds, "size": (least_size(problem, bounds), bounds["size"][1])}
+    return problem, {**bounds, "size": (size_lower_bound(problem, bounds), bounds["size"][1])}
 
 
 def random_scene(name, seed):
@@ -240,7 +240,7 @@ def test_no_sampled_design_undercuts_the_floor(name, seed):
     if design is not None:
         assert feasible_designs(problem, design)[0]
         assert all(low <= design.sizes[key][0] <= high for key, (low, high) in bounds.items())
-        assert design.size[0] <= cut.floor + allowed_gap(design)
+        assert design.size[0] <= cut.floor + allowed_proof_gap(design)
     top = min(
         cut.floor * (1.0 - RELATIVE_GAP),
         2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset")),
@@ -273,9 +273,9 @@ def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
         helped = branch_and_bound(problem, bounds, cut.floor)
         assert alone.design.size[0] >= cut.floor
         assert helped.is_proved
-        assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * allowed_gap(cut.design))
+        assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * allowed_proof_gap(cut.design))
         if alone.is_proved:
-            assert alone.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * allowed_gap(cut.design))
+            assert alone.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * allowed_proof_gap(cut.design))
             compared += 1
     assert compared >= 2
 
@@ -407,10 +407,10 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
     for less in (1e-15, 1e-14, 1e-13, 1e-12, 1e-10):
         smallest_between(1.0, size * (1.0 - less))
     for more in (0.0, 1e-15, 1e-13, 1e-12, 0.1, 0.3):
-        assert smallest_between(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + allowed_gap(
+        assert smallest_between(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + allowed_proof_gap(
             smallest_cam
         )
-    assert smallest_between(1.0, size).size[0] == pytest.approx(size, abs=allowed_gap(smallest_cam))
+    assert smallest_between(1.0, size).size[0] == pytest.approx(size, abs=allowed_proof_gap(smallest_cam))
     assert smallest_between(1.0, size - 1e-6) is None
 
 

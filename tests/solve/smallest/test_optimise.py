@@ -15,12 +15,12 @@ from support.smallest_cams import CASES, VALVE, scene, size_of
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.model.mechanisms import Designs
 from camopt.model.motion import LAWS
-from camopt.model.motion.programme import weighted_range
+from camopt.model.motion.programme import weighted_derivative_range
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
 from camopt.scene.problem.limits import unset_build_limits
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.solve.verdicts.feasible_filter import feasible_designs
-from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 
 
 @pytest.mark.parametrize(("law", "radius"), [("cycloidal", 82.5472265), ("harmonic", 60.1387819)])
@@ -203,8 +203,8 @@ def test_the_closed_form_holds_its_limits_and_touches_one(law, limit, other, ris
     s0 = np.sqrt(best["prime_radius_mm"] ** 2 - lead**2)
     problem = at_rounding_error(resolve(case))
     for tangent, kinds in ((tan(radians(limit)), RISE | DWELL), (tan(radians(other)), RETURN)):
-        rises = weighted_range(problem.programme, (-tangent, 1.0), kinds)[1]
-        falls = -weighted_range(problem.programme, (tangent, 1.0), kinds)[0]
+        rises = weighted_derivative_range(problem.programme, (-tangent, 1.0), kinds)[1]
+        falls = -weighted_derivative_range(problem.programme, (tangent, 1.0), kinds)[0]
         assert lead + tangent * s0 >= rises - 1e-9 * lift
         assert -lead + tangent * s0 >= falls - 1e-9 * lift
 
@@ -236,7 +236,7 @@ def test_default_scene_names_its_laws_best_first():
 
 def test_limits_are_judged_on_every_row_the_same_way():
     problem = at_rounding_error(resolve(CASES["pressure binds, offset free"]))
-    rows = evaluate_rows(problem, problem.design, frozenset())
+    rows = evaluate_with_verdicts(problem, problem.design, frozenset())
     assert rows.records()[0]["feasible"] is False
 
 

@@ -9,7 +9,7 @@ from support.depth import times
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise, prices
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.problem import at_rounding_error, resolve
-from camopt.scene.problem.settings import problem_with_free_numbers
+from camopt.scene.problem.settings import problem_with_numbers_per_design
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.result import SmallestCam
@@ -76,14 +76,14 @@ PROVED = [name for name in QUESTIONS if name != "four-bar"]
 
 
 def search_of(scene: Scene) -> TrainBoxSearch:
-    problem = problem_with_free_numbers(at_rounding_error(resolve(scene)))
+    problem = problem_with_numbers_per_design(at_rounding_error(resolve(scene)))
     return TrainBoxSearch(problem, search_boxes(problem)[0], TrainOptimum(problem, SmallestCam(None, 0.0)), np.inf)
 
 
 def feasible_cams(search: TrainBoxSearch, count: int) -> list[dict[str, float]]:
     """Feasible cams of random trains: their free numbers by field."""
     rng, found = np.random.default_rng(5), []
-    ends = search.search_ends()
+    ends = search.search_ranges()
     for _ in range(count):
         numbers = {key: float(rng.uniform(*ends[key])) for key in search.motion_fields}
         problem = search.problem.with_numbers(numbers)
@@ -113,7 +113,7 @@ def test_no_box_loses_a_feasible_cam(name):
         search.limits.added_angles = rng.uniform(0.0, 2 * np.pi, 9).tolist()
         for _ in range(4):
             ends = {}
-            for key, (low, high) in search.search_ends().items():
+            for key, (low, high) in search.search_ranges().items():
                 low, high = (low, min(high, 300.0)) if key == "size" else (low, high)
                 width = (high - low) * 10.0 ** rng.uniform(-4.0, 0.0)
                 start = cam[key] - rng.uniform() * width
@@ -140,7 +140,7 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     """Every linkage of a grid, and near the best, by the search for one linkage, which knows nothing of others."""
     scene = QUESTIONS[name]
     best, search = optimise(scene, seconds=300.0).best, search_of(scene)
-    size, ends = best[search.problem.size_name], search.search_ends()
+    size, ends = best[search.problem.size_name], search.search_ranges()
     assert best["proved"]
     assert best["gap_mm"] <= 1e-9 * (size + best.get("roller_radius_mm", 0.0))
     assert evaluate(best.scene)["feasible"]

@@ -12,15 +12,15 @@ from support.smallest_cams import ANGLES, BASE, CASES, FREE, OFFSET, scene, size
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
 from camopt.model.mechanisms import SIZE_FIELDS, Designs
-from camopt.model.motion.programme import weighted_range
+from camopt.model.motion.programme import weighted_derivative_range
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.solve.smallest.boxes import DesignBoxes
-from camopt.solve.smallest.closed_form import least_size
+from camopt.solve.smallest.closed_form import size_lower_bound
 from camopt.solve.smallest.optimise import search_boxes
 from camopt.solve.smallest.result import SmallestCam
-from camopt.solve.smallest.smallest import solve_small_cam, solve_smallest_cam
-from camopt.solve.smallest.smallest_turn import convex_floor
+from camopt.solve.smallest.smallest import solve_small_cam_unproved, solve_smallest_cam
+from camopt.solve.smallest.smallest_turn import convex_lower_bound
 from camopt.solve.smallest.turn_boxes import TurnBoxSearch
 from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum
 from camopt.solve.verdicts.feasible_filter import feasible_designs
@@ -44,7 +44,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     case = FREE[name]
     best, problem = optimise(case).best, at_rounding_error(resolve(case))
     turns = SegmentAngles(problem, (None, None))
-    box, total = turns.box, turns.scene_angles.sum()
+    box, total = turns.angle_box, turns.scene_angles.sum()
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     near = best["angles_deg"][turns.freed_segments[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
@@ -52,7 +52,9 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     for angle in np.clip(
         [*np.linspace(box.low[0], box.high[0], times(3, deep=40)), *near], box.low[0], box.high[0]
     ):
-        answer = solve_smallest_cam(turns.problem_of(np.array([angle, total - angle])), search_boxes(problem)[0])
+        answer = solve_smallest_cam(
+            turns.problem_with_angles(np.array([angle, total - angle])), search_boxes(problem)[0]
+        )
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
     assert size_of(best) <= min(sizes) + 1e-7
     assert size_of(best) - best["gap_mm"] <= min(sizes)
@@ -72,12 +74,12 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     assert best["angles_deg"][3] == 0.0
     sizes = []
     for rise, fall in ((160, 160), (140, 150)):
-        turn = turns.programme_of(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
+        turn = turns.programme_with_angles(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
         sizes.append(solve_smallest_cam(problem.with_programme(turn), search_boxes(problem)[0]).size)
     assert size_of(best) <= min(sizes) * (1.0 + 1e-8)
     assert size_of(best) < 29.0
-    rests = turns.programme_of(np.array([159.9, 40.0, 159.9, 0.2]))
-    assert least_size(problem.with_programme(rests), search_boxes(problem)[0]) == 30.0
+    rests = turns.programme_with_angles(np.array([159.9, 40.0, 159.9, 0.2]))
+    assert size_lower_bound(problem.with_programme(rests), search_boxes(problem)[0]) == 30.0
 
 
 def test_rise_against_return_is_where_two_monotone_functions_cross():
@@ -87,9 +89,9 @@ def test_rise_against_return_is_where_two_monotone_functions_cross():
 
     def needed_radius(rise, kinds, limit, sign):
         weights = (-tan(radians(limit)), sign)
-        return weighted_range(turns.programme_of(np.array([rise, 210.0 - rise])), weights, kinds)[1] / tan(
-            radians(limit)
-        )
+        return weighted_derivative_range(
+            turns.programme_with_angles(np.array([rise, 210.0 - rise])), weights, kinds
+        )[1] / tan(radians(limit))
 
     def difference(rise):
         return needed_radius(rise, RISE, 38, 1.0) - needed_radius(rise, RETURN, 30, -1.0)
@@ -162,13 +164,13 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(1)
-    own, box = np.array(best["angles_deg"])[list(turns.freed_segments)], turns.box
+    own, box = np.array(best["angles_deg"])[list(turns.freed_segments)], turns.angle_box
     shares = rng.uniform(size=(times(4, deep=100), own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
-        turn = turns.programme_of(turns.turn_at_shares(share, box))
+        turn = turns.programme_with_angles(turns.angles_at_shares(share, box))
         assert (
-            solve_small_cam(problem.with_programme(turn), search_boxes(problem)[0]).size
+            solve_small_cam_unproved(problem.with_programme(turn), search_boxes(problem)[0]).size
             >= size_of(best) - best["gap_mm"]
         )
     assert evaluate(scene_of_optimum(MANY[name], best))["feasible"]
@@ -178,7 +180,7 @@ def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
     problem, rng, found = turns.problem, np.random.default_rng(2), []
     for _ in range(times(8, deep=25)):
-        freed = turns.turn_at_shares(rng.uniform(size=len(turns.freed_segments)), turns.box)
+        freed = turns.angles_at_shares(rng.uniform(size=len(turns.freed_segments)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZE_FIELDS}, sense=problem.design.sense)
         designs = designs.take(feasible_designs(turns.problem_of(freed), designs))
@@ -194,7 +196,7 @@ def test_no_box_loses_a_feasible_cam(name):
     problem = at_rounding_error(resolve((FREE | MANY)[name]))
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(3)
     search = TurnBoxSearch(turns, search_boxes(problem)[0], TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles))
-    ends = search.search_ends()
+    ends = search.search_ranges()
     low, high = ends["size"]
     cams = feasible_cams(turns, {**ends, "size": (low, min(high, 10.0 * (low + 30.0)))})
     boxes = DesignBoxes.single_box({**ends, "size": (low, min(high, 1e4))}, 10.0)
@@ -206,8 +208,10 @@ def test_no_box_loses_a_feasible_cam(name):
     below = {n: np.maximum(cams[n] - shares[n] * widths[n], boxes.low[n]) for n in boxes.free}
     above = {n: np.minimum(cams[n] + (1.0 - shares[n]) * widths[n], boxes.high[n]) for n in boxes.free}
     for number in range(0, count, max(1, count // times(12, deep=200))):
-        one = boxes.with_ends(*({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side)
-        left = search.contract_by_limits(search.possible_boxes(one))
+        one = boxes.with_ends_and_cut_side(
+            *({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side
+        )
+        left = search.contract_by_limits(search.boxes_with_possible_motion(one))
         assert len(left) == 1
         for n in boxes.free:
             assert left.low[n][0] <= cams[n][number] <= left.high[n][0]
@@ -226,7 +230,7 @@ def test_lines_through_neighbours_bound_a_convex_function(places, bend, lowest):
     def convex(x):
         return bend * (x - lowest) ** 2 + np.maximum(3.0 * (x - 1.0), 0.0)
 
-    floor = convex_floor(places, [convex(x) for x in places[1:-1]])
+    floor = convex_lower_bound(places, [convex(x) for x in places[1:-1]])
     least = convex(np.linspace(places[0], places[-1], 4001)).min()
     assert floor <= least + 1e-9
 
@@ -295,10 +299,10 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
     if turns is None:
         assert told
     else:
-        middle = turns.turn_at_shares(np.full(len(turns.freed_segments), 0.5), turns.box)
-        assert np.all(middle >= turns.box.low - 1e-9)
-        assert np.all(middle <= turns.box.high + 1e-9)
-        assert sum(turns.all_angles(middle)) == pytest.approx(360.0, rel=1e-12)
+        middle = turns.angles_at_shares(np.full(len(turns.freed_segments), 0.5), turns.angle_box)
+        assert np.all(middle >= turns.angle_box.low - 1e-9)
+        assert np.all(middle <= turns.angle_box.high + 1e-9)
+        assert sum(turns.all_segment_angles(middle)) == pytest.approx(360.0, rel=1e-12)
 
 
 def test_a_sweep_leaves_angles_to_optimise():

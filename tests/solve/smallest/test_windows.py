@@ -18,7 +18,7 @@ from camopt.solve.smallest.grid_search import find_nearest_miss
 from camopt.solve.smallest.infeasibility import round_size_up
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.certify import certify_limits
-from camopt.solve.verdicts.limit_verdicts import bound_excesses, evaluate_rows
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts, quantities_with_excess_bounds
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 TURN = [
@@ -46,7 +46,7 @@ def bucket(limits, **changes):
 def rows_at_sizes(problem, sizes):
     """The rows of a scene's design at other sizes of the cam."""
     designs = problem.design.take(np.zeros(len(sizes), dtype=int))
-    return evaluate_rows(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
+    return evaluate_with_verdicts(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
 
 
 @pytest.mark.long
@@ -277,7 +277,7 @@ def test_the_nearest_miss_is_looked_for_as_long_as_there_is_time():
     (bounds,) = search_boxes(problem)
     near, start = find_nearest_miss(problem, bounds, problem.design), problem.design
     assert find_nearest_miss(problem, bounds, start, clock_seconds()) is start
-    worst = [bound_excesses(problem, design, frozenset()).outer.max() for design in (near, start)]
+    worst = [quantities_with_excess_bounds(problem, design, frozenset()).outer.max() for design in (near, start)]
     assert worst[0] < worst[1]
 
 

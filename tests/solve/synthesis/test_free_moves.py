@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from support.depth import times
 
 from camopt import BadInput, Scene, Unmet, certify, evaluate, find_scene, frontier, synthesise
-from camopt.model.effects.vibration import vibration
+from camopt.model.effects.vibration import vibration_extremes
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.cams import programme_with_laws
-from camopt.solve.synthesis.iterate import free_motions, without_solver_error
+from camopt.solve.synthesis.iterate import free_stroke_motions, without_solver_error
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.solver import SOLVED, solve
@@ -84,7 +84,7 @@ def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_veloc
         if not one.is_free:
             assert np.allclose(at_first[number], at_last[number], rtol=1e-12, atol=1e-12)
             continue
-        for asked in one.required_conditions(before.strokes[0].low):
+        for asked in one.conditions_in_mm_or_rad(before.strokes[0].low):
             values = other.motion(np.linspace(asked.start, asked.end, 101))[asked.order]
             room = 1e-9 * max(np.abs(at_first[:, asked.order]).max(), np.abs(values).max())
             assert asked.low - room <= values.min()
@@ -261,10 +261,10 @@ def test_the_residual_vibration_of_moves_is_linear_in_their_coefficients(name):
     random = np.random.default_rng(5)
     noisy = [c + 0.05 * random.normal(size=c.size) for c in start.coefficients]
     found = start._replace(coefficients=without_solver_error(problem, noisy))
-    for motion, coefficients in zip(free_motions(model), found.coefficients, strict=True):
+    for motion, coefficients in zip(free_stroke_motions(model), found.coefficients, strict=True):
         motion.coefficients.value = coefficients
     programme = programme_with_laws(problem, found)
-    wanted = vibration(programme, *problem.train_frequency_and_damping).residual
+    wanted = vibration_extremes(programme, *problem.train_frequency_and_damping).residual
     assert model.unit * float(model.objective.value) == pytest.approx(wanted, rel=1e-6)
 
 

@@ -19,7 +19,7 @@ from camopt.solve.synthesis import frontier as searches
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser
 from camopt.solve.synthesis.cams import motion_holds_limits
 from camopt.solve.synthesis.files import write_frontier
-from camopt.solve.synthesis.frontier import _axis_ends, _check_axes
+from camopt.solve.synthesis.frontier import _axis_ends_and_known_cams, _check_axes_and_add_outputs
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.solver import CompiledProgramme
@@ -93,7 +93,7 @@ def excludes(found, row):
 )
 def test_no_certified_cam_lies_where_no_motion_is_said_to_be(name, changes, axes, monkeypatch):
     """Few points leave wide gaps between bounds; the cams of other points fall between them."""
-    monkeypatch.setattr("camopt.solve.synthesis.frontier._axis_ends", cache(_axis_ends))
+    monkeypatch.setattr("camopt.solve.synthesis.frontier._axis_ends", cache(_axis_ends_and_known_cams))
     scene = find_scene(name).replace(**{"search.law": ["poly345"], **changes})
     coarse, fine = (frontier(scene, axes, points=n, workers=1) for n in (3, 5))
     cams = [*coarse.rows, *fine.rows, *(row for row in (*coarse.known, *fine.known) if row["within"])]
@@ -353,15 +353,15 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
         materials={"cam": "steel", "follower": "steel", "face_width": 10},
         outputs=["force"],
     )
-    scene, axes = _check_axes(scene, ("size", "torque_peak_N_m"))  # calls for sizes and torque too
+    scene, axes = _check_axes_and_add_outputs(scene, ("size", "torque_peak_N_m"))  # calls for sizes and torque too
     gentle = AxisMinimiser(scene, axes, axes[1], ("size",)).minimise_at({"size": 248.0}, bounded=False)
     least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
-    constraints = nonconvex_constraints_of(least._problem_with_held(value))
+    constraints = nonconvex_constraints_of(least._problem_with_held_limits(value))
     solve = CompiledProgramme.solve
     monkeypatch.setattr(CompiledProgramme, "solve", lambda *given: solved.append(given) or solve(*given))
     reached = least.convex_steps.find_local_optimum(gentle.laws, constraints)
-    assert least.convex_steps._highest_levels(reached, constraints, ())[0] <= 1.0
+    assert least.convex_steps._largest_ratios_to_bounds(reached, constraints, ())[0] <= 1.0
     assert reached.height < gentle.laws.height
     assert len(solved) <= 8
 
@@ -474,7 +474,7 @@ def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, 
     monkeypatch.setattr(searches, "clock_seconds", lambda: next(times))
     foreseen = searches.SearchTimeEstimate(kinds, workers, found.append)
     for _ in clock:
-        foreseen.finish_kind()
+        foreseen.record_kind_and_announce_time()
     ends = "in all; fewer points take less"
     assert found == [f"{count} more searches for a motion, about {time} {ends}" for count, time in told]
 

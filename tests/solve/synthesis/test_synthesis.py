@@ -24,20 +24,26 @@ from camopt import BadInput, Scene, Unmet, Unsolved, evaluate, find_scene, optim
 from camopt.cli.main import main
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.motion import LAWS
-from camopt.model.motion.programme import Programme, derivative_peak, law_peaks, root_mean_square, weighted_range
+from camopt.model.motion.programme import (
+    Programme,
+    derivative_peak,
+    derivative_root_mean_square,
+    law_peaks,
+    weighted_derivative_range,
+)
 from camopt.model.motion.stroke import ALL_STROKES, RISE, Stroke
 from camopt.scene.problem.problem import resolve
 from camopt.scene.synthesis import AXIS_TERMS, SynthesisSettings
 from camopt.solve.front.sweep import sweep
-from camopt.solve.synthesis.cams import scene_with_laws, smallest_cams, smallest_known_cams
+from camopt.solve.synthesis.cams import scene_with_laws, smallest_cams_or_own_size, smallest_designs_by_known_law
 from camopt.solve.synthesis.convex_model import build_convex_model
-from camopt.solve.synthesis.iterate import Iterate, free_motions, without_solver_error
-from camopt.solve.synthesis.known_law_cams import known_laws_of
+from camopt.solve.synthesis.iterate import Iterate, free_stroke_motions, without_solver_error
+from camopt.solve.synthesis.known_law_cams import build_known_law_cams
 from camopt.solve.synthesis.law_infeasibility import no_cam_error
 from camopt.solve.synthesis.nonconvex_constraints import (
     SampledConstraints,
     nonconvex_constraints_of,
-    stroke_samples,
+    stroke_sample_positions,
 )
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peaks
 from camopt.solve.synthesis.ramps import ramps_in_words
@@ -104,7 +110,7 @@ def free(scene):
 
 
 def span_of(programme, order, kinds=ALL_STROKES):
-    return weighted_range(programme, (0.0,) * order + (1.0,), kinds)
+    return weighted_derivative_range(programme, (0.0,) * order + (1.0,), kinds)
 
 
 def sound(result):
@@ -121,7 +127,7 @@ def sound(result):
     assert not [jump for jump in programme.jumps if jump.order <= rest]
     for stroke in programme.strokes:
         if stroke.law:
-            least, largest = weighted_range(Programme((stroke,)), (1.0,), ALL_STROKES)
+            least, largest = weighted_derivative_range(Programme((stroke,)), (1.0,), ALL_STROKES)
             assert min(stroke.low, stroke.high) - 1e-12 * 50 <= least
             assert largest <= max(stroke.low, stroke.high) + 1e-12 * 50
     return found
@@ -233,7 +239,7 @@ def random_laws(draw):
     if draw(st.booleans()):
         both = [sorted(each) for each in both]
     each = zip(("free-rise", "free-return"), both, strict=True)
-    return [splines.law(name, np.array([0.0, 0, 0, *c, 1, 1, 1])) for name, c in each]
+    return [splines.unit_stroke_law(name, np.array([0.0, 0, 0, *c, 1, 1, 1])) for name, c in each]
 
 
 @st.composite
@@ -297,7 +303,7 @@ def test_no_motion_passes_the_bound(case):
     angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in problem.strokes]
     fixed = []
     for stroke, motion, at in zip(programme.strokes, relaxed.motions, angles, strict=True):
-        if stroke.is_free:
+        if stroke.is_law_replaceable:
             x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / problem.motion_unit
             s = stroke.law
             for unknown, value, room in (
@@ -401,9 +407,9 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     problem = build_synthesis_problem(asked)
     model = build_convex_model(replace(problem, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
-    each = [np.sort(random.random(problem.splines.count)) for _ in free_motions(model)]
+    each = [np.sort(random.random(problem.splines.count)) for _ in free_stroke_motions(model)]
     found = Iterate(0.0, 1.0, without_solver_error(problem, each))
-    for stroke, coefficients in zip(free_motions(model), found.coefficients, strict=True):
+    for stroke, coefficients in zip(free_stroke_motions(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
     scene = scene_with_laws(asked, problem, found).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
@@ -477,7 +483,7 @@ def test_root_mean_squares_by_a_fine_sum(order):
     programme = resolve(result.scene).programme
     angles = (np.arange(200000) + 0.5) * (2 * pi / 200000)
     fine = np.sqrt(np.mean(programme.motion_at(angles)[order] ** 2))
-    assert root_mean_square(programme, order) == pytest.approx(fine, rel=1e-5)
+    assert derivative_root_mean_square(programme, order) == pytest.approx(fine, rel=1e-5)
 
 
 # --------------------------------------------------------------------------------------------------- limits
@@ -654,7 +660,11 @@ def test_planes_are_tangent_to_the_curves_of_limits(base):
     for stroke in problem.strokes:
         sampled = SampledConstraints(problem, stroke)
         orders = np.arange(4)[:, None]
-        state = unit * random.uniform(0.3, 0.7, (4, stroke_samples(problem, stroke).size)) / stroke.angle**orders
+        state = (
+            unit
+            * random.uniform(0.3, 0.7, (4, stroke_sample_positions(problem, stroke).size))
+            / stroke.angle**orders
+        )
         away = random.normal(size=state.shape) / stroke.angle**orders
         sizes, aside = np.array([4.0, 90.0]), random.normal(size=2)
         planes = sampled.tangent_planes(constraints, state, tuple(sizes))
@@ -787,7 +797,7 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
     assert result.design["base_radius_mm"] == 80
     assert result.gap < 1e-5
     assert result.peaks["free-rise"]["peak_velocity"] == pytest.approx(1.875, rel=1e-3)
-    known = smallest_known_cams(changed_scene(limits=None, synthesis__minimise="jerk_rms"))
+    known = smallest_designs_by_known_law(changed_scene(limits=None, synthesis__minimise="jerk_rms"))
     assert {row["base_radius_mm"] for row in known.values()} == {80}
 
 
@@ -968,7 +978,7 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
             "synthesis": {"minimise": "acceleration"},
         }
     )
-    problem, own = build_synthesis_problem(scene), smallest_cams(scene)
+    problem, own = build_synthesis_problem(scene), smallest_cams_or_own_size(scene)
     least = own.best["base_radius_mm"]
     assert least > 21.5
     why = str(no_cam_error(scene, problem, [own]))
@@ -978,16 +988,16 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
     jerk = 1.25 * derivative_peak(moves, 3, ALL_STROKES) * (3000 * pi / 30) ** 3 / 1e3
     assert f"default limits: jerk of at most {number_text(jerk)} m/s³" in why
     asked = scene.replace(**{"limits.jerk": 2e7})
-    known = known_laws_of(asked)
+    known = build_known_law_cams(asked)
     assert known.broken_limits == {"own moves": "cam.base_radius of at most 21.5 mm"}
     assert evaluate(known.rows["own moves"].scene)["feasible"]  # of its own size
     assert "default limits" not in str(no_cam_error(asked, build_synthesis_problem(asked), [own]))
 
 
 def test_known_laws_are_those_of_the_search_and_the_scenes_own():
-    assert list(smallest_known_cams(changed_scene(search__law=["poly345"]))) == ["poly345"]
-    assert set(smallest_known_cams(changed_scene(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
-    assert set(smallest_known_cams(changed_scene())) <= set(LAWS)
+    assert list(smallest_designs_by_known_law(changed_scene(search__law=["poly345"]))) == ["poly345"]
+    assert set(smallest_designs_by_known_law(changed_scene(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
+    assert set(smallest_designs_by_known_law(changed_scene())) <= set(LAWS)
 
 
 ASKED = {"motion": [segment | ({"law": "cycloidal"} if "law" in segment else {}) for segment in MOTION]}
@@ -996,7 +1006,7 @@ SMOOTH = {"synthesis__peak_jerk": "modified-sine", "synthesis__peak_acceleration
 
 def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_and_with_the_scenes_own():
     """The caps of acceleration and jerk here let the scene's own law through, and others that make smaller cams."""
-    known = known_laws_of(changed_scene(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
+    known = build_known_law_cams(changed_scene(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
     assert known.own_law == "cycloidal"
     assert {law: row["within"] for law, row in known.rows.items()} == {
         "modified-sine": True, "cycloidal": True, "poly4567": False,
@@ -1011,7 +1021,7 @@ def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_a
 
 
 def test_the_scenes_own_law_is_the_best_where_it_is_better():
-    known = known_laws_of(changed_scene(search__law=["cycloidal"]))  # the caps are those of 3-4-5
+    known = build_known_law_cams(changed_scene(search__law=["cycloidal"]))  # the caps are those of 3-4-5
     assert (known.own_law, known.best) == ("poly345", "poly345")
 
 
@@ -1019,9 +1029,11 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     scene = changed_scene(
         search__law=["harmonic", "cycloidal"], synthesis__peak_jerk=45, synthesis__peak_acceleration=7
     )
-    known = known_laws_of(scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION]))
+    known = build_known_law_cams(
+        scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION])
+    )
     assert known.best == "cycloidal"
-    known = known_laws_of(
+    known = build_known_law_cams(
         changed_scene(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7)
     )
     assert (known.own_law, known.best) == ("poly345", None)

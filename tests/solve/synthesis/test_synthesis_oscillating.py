@@ -10,13 +10,13 @@ from test_synthesis import free, sound
 from camopt import Scene, find_scene, optimise
 from camopt.core.mistakes import Unmet
 from camopt.core.numerics import LARGEST_MAGNITUDE
-from camopt.model.motion.programme import root_mean_square
+from camopt.model.motion.programme import derivative_root_mean_square
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.frontier import frontier
 from camopt.solve.synthesis.nonconvex_constraints import (
     SampledConstraints,
     nonconvex_constraints_of,
-    stroke_samples,
+    stroke_sample_positions,
 )
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.synthesise import synthesise
@@ -107,7 +107,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(name):
     assert constraints
     for stroke in problem.strokes:
         sampled, orders = SampledConstraints(problem, stroke), np.arange(4)[:, None]
-        state = random.uniform(0.1, 0.25, (4, stroke_samples(problem, stroke).size)) / stroke.angle**orders
+        state = random.uniform(0.1, 0.25, (4, stroke_sample_positions(problem, stroke).size)) / stroke.angle**orders
         away = random.normal(size=state.shape) / stroke.angle**orders
         sizes, aside = np.array([0.0, 60.0]), np.array([0.0, random.normal()])
         planes = sampled.tangent_planes(constraints, state, tuple(sizes))
@@ -143,7 +143,7 @@ def test_the_least_residual_vibration_is_the_effects_own():
         }
     )
     result = free(scene)
-    jerk = 1e-6 * root_mean_square(resolve(result.scene).programme, 3) * (600 * pi / 30) ** 3
+    jerk = 1e-6 * derivative_root_mean_square(resolve(result.scene).programme, 3) * (600 * pi / 30) ** 3
     assert result.objective - jerk == pytest.approx(result.design["residual_vibration_max_deg"], rel=1e-9)
 
 

@@ -10,7 +10,7 @@ from camopt.model.effects.motion import motion_table_unit
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis import term_units as objective_units
 from camopt.solve.synthesis.cams import motion_holds_limits, programme_with_laws, smallest_cam_for_laws
-from camopt.solve.synthesis.iterate import sampled_motions
+from camopt.solve.synthesis.iterate import spline_and_fixed_motions
 from camopt.solve.synthesis.nonconvex_constraints import SampledConstraints, nonconvex_constraints_of
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -92,13 +92,13 @@ def test_planes_through_a_linkage_are_those_of_the_curves():
     model, start, _ = solve_free_laws(problem)
     constraints, rng = nonconvex_constraints_of(problem), np.random.default_rng(1)
     assert constraints
-    for stroke, motion in zip(problem.strokes, sampled_motions(model), strict=True):
+    for stroke, motion in zip(problem.strokes, spline_and_fixed_motions(model), strict=True):
         sampled = SampledConstraints(problem, stroke)
-        if not any(map(sampled.is_limited_by, constraints)) or not stroke.is_free:
+        if not any(map(sampled.is_limited_by, constraints)) or not stroke.is_law_replaceable:
             continue
         x = (np.arange(288) + 0.5) / 288
         state = problem.motion_unit * np.array(
-            [by @ motion.coefficients.value + rest for by, rest in motion.derivatives_at(x)]
+            [by @ motion.coefficients.value + rest for by, rest in motion.derivative_matrices_at(x)]
         )
         sizes = 0.0, problem.size_unit * start.height + 40.0
         planes = sampled.tangent_planes(constraints, state, sizes)

@@ -16,7 +16,7 @@ import camopt
 from camopt import BadInput, check, find_scene, sweep
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
-from camopt.core.storage.manifest import manifest_of
+from camopt.core.storage.manifest import read_manifest
 from camopt.core.storage.tables import read_table
 from camopt.solve.front.table_certificate import certify_table
 
@@ -243,7 +243,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
     def fail_to_read(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.solve.tables.file_checks.regular_file", fail_to_read)
+    monkeypatch.setattr("camopt.solve.tables.file_checks.open_regular_file", fail_to_read)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 
@@ -259,5 +259,5 @@ def test_names_with_escapes_are_told_in_a_line(tmp_path, capsys):
 
 
 def test_a_manifest_names_each_file_of_a_result(result):
-    assert {*manifest_of(result).files} == {*FILES} - {"manifest.json"}
+    assert {*read_manifest(result).files} == {*FILES} - {"manifest.json"}
     assert camopt.check is check

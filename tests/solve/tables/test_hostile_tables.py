@@ -93,7 +93,7 @@ def published(table, tmp_path_factory):
     """A table in a folder with its manifest."""
     folder = tmp_path_factory.mktemp("published")
     with publication(folder, "sweep", ("t.parquet",)) as unit:
-        write_table(table, unit.path("t.parquet"))
+        write_table(table, unit.staged_path("t.parquet"))
     return folder / "t.parquet"
 
 

@@ -14,7 +14,12 @@ from camopt.show.drawing.picture import four_digits
 from camopt.show.reporting.sections import limits_table, signed_text
 from camopt.show.sheet.marks import decimal_text as sheet_number
 from camopt.solve.tables.cells import number_text, quantity_text
-from camopt.solve.tables.designs import bounds_shown, columns_of, is_zero_column, with_law
+from camopt.solve.tables.designs import (
+    design_table_columns,
+    is_unsearched_zero_column,
+    limit_texts_by_quantity,
+    with_law_column,
+)
 from camopt.solve.tables.result import ABOUT, NUMERIC, VALUE, Cell, Table, table_of
 
 ZEROS = [
@@ -115,7 +120,7 @@ def test_limited_quantities_stand_beside_their_limits(capsys):
         "jump_speed_rpm": "≥ 400",
         "contact_stress_max_MPa": "≤ 150",
     }
-    assert bounds_shown(resolve(flat())) == bounds
+    assert limit_texts_by_quantity(resolve(flat())) == bounds
     for command in ("optimise", "sweep"):
         text = printed_table(capsys, flat(), command)
         assert all(bound in text for bound in bounds.values())
@@ -129,9 +134,9 @@ def test_no_column_is_zero_whatever_the_design(name):
     row = evaluate(scene)
     zero = {"roller_radius_mm"} if name.startswith("knife") else {n for n in row if n.startswith("pressure_angle")}
     assert {n for n in row if n != "offset_mm" and n in row and not isinstance(row[n], (str, bool))
-            and is_zero_column(scene.search.sizes, n, [row])} == zero  # fmt: skip
+            and is_unsearched_zero_column(scene.search.sizes, n, [row])} == zero  # fmt: skip
     assert zero
-    assert not zero & set(columns_of(resolve(scene), [row]))
+    assert not zero & set(design_table_columns(resolve(scene), [row]))
 
 
 def test_a_pressure_angle_is_no_objective_of_a_flat_face():
@@ -142,13 +147,13 @@ def test_a_pressure_angle_is_no_objective_of_a_flat_face():
 
 def test_an_angle_over_the_turn_is_one_column():
     scene = find_scene("roller-1000rpm").replace(limits={"pressure_angle": 40}, search={})
-    problem, rows = resolve(scene), with_law([evaluate(scene)])
+    problem, rows = resolve(scene), with_law_column([evaluate(scene)])
     parts = ["pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"]
-    assert [n for n in columns_of(problem, rows) if "pressure" in n] == parts
+    assert [n for n in design_table_columns(problem, rows) if "pressure" in n] == parts
     whole = "pressure_angle_max_deg"
-    assert [n for n in columns_of(problem, rows, [whole]) if "pressure" in n] == [whole]
+    assert [n for n in design_table_columns(problem, rows, [whole]) if "pressure" in n] == [whole]
     other = resolve(scene.replace(**{"limits.pressure_angle_return": 50}))
-    assert {n for n in columns_of(other, rows, [whole]) if "pressure" in n} == {whole, *parts}
+    assert {n for n in design_table_columns(other, rows, [whole]) if "pressure" in n} == {whole, *parts}
 
 
 def test_outputs_have_columns(capsys):
@@ -171,7 +176,7 @@ def test_a_miss_shows_each_value_beside_its_limit(capsys):
 
 @pytest.mark.parametrize("width", [40, 80, 130])
 def test_nothing_is_cut_off_at_any_width(capsys, monkeypatch, width):
-    monkeypatch.setattr("camopt.cli.terminal.row_width", lambda: width)
+    monkeypatch.setattr("camopt.cli.terminal.largest_row_width", lambda: width)
     laws = ["modified-trapezoid", "cycloidal"]
     rows = [
         {"law": law, "base_radius_mm": 43.75, "binding": "pressure_angle, pressure_angle_return"} for law in laws

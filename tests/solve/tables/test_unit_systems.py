@@ -40,7 +40,7 @@ from camopt.core.quantities.unit_systems import (
     to_shown_unit,
 )
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.figures import shown_panels
+from camopt.show.drawing.figures import all_panels_in_shown_units
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM_COLUMNS
 from camopt.show.exporting.program import CONTROL_DIALECTS
@@ -48,8 +48,8 @@ from camopt.show.sheet.marks import Words
 from camopt.show.sheet.sheet import sheet_of
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.solve.contour.curve import disc_curves
-from camopt.solve.synthesis.files import write_comparison
-from camopt.solve.synthesis.known_law_cams import known_laws_of
+from camopt.solve.synthesis.files import write_known_cam_and_summary
+from camopt.solve.synthesis.known_law_cams import build_known_law_cams
 from camopt.solve.tables.cells import shown_column_name, suffix_of
 
 PINT = UnitRegistry()
@@ -207,9 +207,9 @@ def test_the_table_of_a_design_has_the_same_numbers(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_diagrams_have_the_same_curves_peaks_and_limits(name):
     picture = Picture(SCENES[name], resolve_design(SCENES[name]))
-    plain = shown_panels(picture)
+    plain = all_panels_in_shown_units(picture)
     with shown_in("inch"):
-        panels = shown_panels(picture)
+        panels = all_panels_in_shown_units(picture)
     for panel, other in zip(panels, plain, strict=True):
         one = convert_by_pint(1.0, other.unit or "1", panel.unit or "1")
         numbers = {
@@ -474,7 +474,7 @@ def test_options_take_lengths_and_feeds_with_a_unit(capsys, tmp_path):
 
 def test_a_synthesis_is_told_in_both_systems_for_pages_of_either(tmp_path):
     result = synthesise(find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12}))
-    write_comparison(result, known_laws_of(result.asked), tmp_path)
+    write_known_cam_and_summary(result, build_known_law_cams(result.asked), tmp_path)
     summary = json.loads((tmp_path / "synthesis.json").read_text())
     for key, unit in (("told", "mm"), ("told_in_inch", "in")):
         numbers = [number_in(text) for text in re.findall(rf"([\d.]+) {unit}\b", summary[key])]

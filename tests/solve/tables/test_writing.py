@@ -22,10 +22,10 @@ def rows(*values):
 def test_batches_are_written_in_their_order(tmp_path, monkeypatch):
     monkeypatch.setattr("camopt.solve.tables.table.ROWS_IN_GROUP", 8)
     with table_file(tmp_path / "a.parquet", COLUMNS, "") as table:
-        table.describe("told", "before")
+        table.add_metadata_text("told", "before")
         for k in range(0, 30, 3):
             table.append(rows(k, k + 1.0, k + 2.0))
-        table.end()
+        table.take_no_more_rows()
     found = pq.read_table(tmp_path / "a.parquet")
     assert (found[NAMES[0]].to_pylist(), found.schema.metadata[b"told"]) == ([*range(30)], b"before")
 
@@ -41,7 +41,7 @@ def test_trouble_of_the_thread_names_its_own_table_and_leaves_none(tmp_path, mon
     def write():
         with table_file(paths[0], COLUMNS, "") as table, table_file(paths[1], COLUMNS, ""):
             table.append(rows(1.0))
-            table.finish()
+            table.wait_until_written()
 
     with pytest.raises(OSError, match="space") as caught:
         write()

@@ -13,7 +13,7 @@ from support.trains import exact
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.tool_drive import tool_position
 from camopt.model.trains import TRAIN_STAGES
 from camopt.scene.problem.problem import resolve_design
@@ -23,9 +23,9 @@ from camopt.solve.tolerances import dwells_and_passages, worst_case
 from camopt.solve.tolerances.error_samples import sample_errors
 from camopt.solve.tolerances.errors import contact_errors, error_ranges, flat_errors
 from camopt.solve.tolerances.margins import ToleranceBox
-from camopt.solve.tolerances.real_cam import RealCam, follower_start
+from camopt.solve.tolerances.real_cam import RealCam, follower_offset_in_train
 from camopt.solve.tolerances.response import ToolResponse
-from camopt.solve.tolerances.turn_errors import TurnErrors, variances
+from camopt.solve.tolerances.turn_errors import TurnErrors, variance_by_tolerance
 from tests.solve.tolerances.test_tolerance import TRAINS, scene_of
 
 STAGES = {
@@ -100,8 +100,8 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
         assert abs(still.error[0]) < 1e-12
         if is_deep() or stage in QUICK:
             bound = bound_of(stage).bound
-            assert abs(known) * motion_scale(problem.setup, 0) <= bound
-            most = max(most, abs(known) * motion_scale(problem.setup, 0) / bound)
+            assert abs(known) * motion_unit_factor(problem.setup, 0) <= bound
+            most = max(most, abs(known) * motion_unit_factor(problem.setup, 0) / bound)
     assert most > (0.3 if is_deep() else 0.0)
     for stage in QUICK:
         found = bound_of(stage)
@@ -116,7 +116,7 @@ def test_responses_to_links_are_the_slopes_of_their_closed_loops(stage):
     """The displacement in 40 digits; velocity and acceleration by differences over cam angles."""
     scene, problem = scene_with_stage(stage)
     step, angles = 1e-4, np.array([0.9, 0.9 - 1e-4, 0.9 + 1e-4, 2.0])
-    answers, start = ToolResponse(problem, angles), follower_start(problem)
+    answers, start = ToolResponse(problem, angles), follower_offset_in_train(problem)
     for key in (key for key in scene.tolerances.numbers if key.startswith("train")):
         found = answers.number_response(key)
         for place in (0, 3):
@@ -370,12 +370,12 @@ def test_errors_of_one_batch_go_together(one, other):
     found = TurnErrors(scene, problem).contributions_at(np.array([0.8, 1.2]))
     off = sample_errors(scene, problem.nominal_numbers, 2**15, 4)
     errors = sum(np.outer(off[each.key], each.response[0]) for each in found)
-    np.testing.assert_allclose(errors.var(axis=0), variances(found, 0).sum(axis=0), rtol=0.01)
+    np.testing.assert_allclose(errors.var(axis=0), variance_by_tolerance(found, 0).sum(axis=0), rtol=0.01)
     np.testing.assert_allclose(errors.mean(axis=0), sum(each.mean[0] for each in found), atol=1e-5)
     if not (one or other):
         first, second = (each.response[0] * sigma for each, sigma in zip(found, (0.02 / 3, 0.025 / 3), strict=True))
         known = first**2 + second**2 + 2 * np.sqrt(0.8 * 0.5) * first * second
-        np.testing.assert_allclose(variances(found, 0).sum(axis=0), known, rtol=1e-9)
+        np.testing.assert_allclose(variance_by_tolerance(found, 0).sum(axis=0), known, rtol=1e-9)
         assert np.corrcoef(*off.values())[0, 1] == pytest.approx(np.sqrt(0.4), abs=0.01)
 
 

@@ -14,7 +14,7 @@ from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.constraints import ConstantBound, Constraint
 from camopt.scene.problem.problem import at_rounding_error, resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.verdicts.constraint_boxes import constraint_over_box
+from camopt.solve.verdicts.constraint_boxes import constraint_verdict_over_box
 from camopt.solve.verdicts.effect_runs import run_effects
 
 LIMITS = {"pressure_angle": 40, "curvature_radius": 2, "contact_stress": 3000, "contact_force_min": 1, "torque": 60}
@@ -86,12 +86,12 @@ def test_a_cam_inside_the_box_that_is_worse_than_all_corners_is_found():
 
     lift, ends = problem.programme.lift, {"offset": (10.5, 12.5), "roller_radius": (13.6, 14.4)}
     constraint = Constraint(hill, ALL_STROKES, LARGEST, ConstantBound(lift - 1e-6))
-    found = constraint_over_box(problem, constraint, problem.design, ends)
+    found = constraint_verdict_over_box(problem, constraint, problem.design, ends)
     assert found.verdict == "broken"
     assert abs(found.witness.offset[0] - 11.3) < 2e-3
     assert abs(found.witness.roller_radius[0] - 14.1) < 2e-3
     constraint = constraint._replace(bound=ConstantBound(lift + 1e-9))
-    assert constraint_over_box(problem, constraint, problem.design, ends).verdict == "held"
+    assert constraint_verdict_over_box(problem, constraint, problem.design, ends).verdict == "held"
 
 
 def test_the_verdict_changes_where_the_worst_cam_meets_the_bound():

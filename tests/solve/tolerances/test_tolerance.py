@@ -12,13 +12,13 @@ from support.real_cams import RealCams
 import camopt
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.response import ToolResponse
 from camopt.solve.tolerances.turn_errors import TurnErrors, root_sum_square_magnitude, worst_case_magnitude
-from camopt.solve.tolerances.worst_case import worst_search
+from camopt.solve.tolerances.worst_case import make_worst_cam_search
 
 GIVEN = {
     "follower.roller_radius": "h6",
@@ -204,7 +204,7 @@ def test_a_dwell_wobbles_as_much_as_the_displacement_changes_in_it(contact):
         angles = np.linspace(stroke.start + 1e-9, stroke.start + stroke.angle - 1e-9, 200)
         first, second = ToolResponse(turn.problem, angles).bore_responses
         swings = [0.02 * np.ptp(first[0] * np.cos(w) + second[0] * np.sin(w)) for w in np.linspace(0, np.pi, 361)]
-        assert dwell.change == pytest.approx(motion_scale(turn.problem.setup, 0) * max(swings), rel=1e-3)
+        assert dwell.change == pytest.approx(motion_unit_factor(turn.problem.setup, 0) * max(swings), rel=1e-3)
 
 
 def test_waves_wobble_in_a_dwell_no_more_than_a_cosine():
@@ -311,8 +311,8 @@ def test_tolerances_too_large_for_contact_are_refused_with_the_largest_possible(
     if key:
         size = float(allowed)
         assert most is None or size == pytest.approx(most, rel=0.01)
-        smaller = worst_search(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
-        assert np.isfinite(smaller.largest_error(smaller.nearly_worst_errors())).all()
+        smaller = make_worst_cam_search(turn_errors(scene.replace(tolerances={key: 0.99 * size})))
+        assert np.isfinite(smaller.place_and_largest_error(smaller.errors_of_nearly_worst_cam())).all()
     else:
         assert allowed.endswith("% of each")
         assert 0.0 < float(allowed.split()[0]) < 100.0

@@ -10,7 +10,7 @@ from support.real_cams import PairCams, RealPairs
 import camopt
 from camopt.core.mistakes import BadInput
 from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_by_contact
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
@@ -21,7 +21,7 @@ from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, Int
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import PairResponse, separation_range
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_magnitude
-from camopt.solve.tolerances.worst_case import tool_error, worst_search
+from camopt.solve.tolerances.worst_case import exact_tool_error, make_worst_cam_search
 from camopt.solve.verdicts.constraint_boxes import BoxParts
 from tests.solve.measured.test_pair_inspection import drawn_pair as pair_drawn
 from tests.solve.measured.test_pair_inspection import lift_off_profile
@@ -168,7 +168,7 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     scene = camopt.find_scene(name).replace(part={}, limits={}, tolerances=given)
     if kind == "rib":
         scene = scene.replace(motion=JUMPING)
-    search = worst_search(TurnErrors(scene, resolve_design(scene)))
+    search = make_worst_cam_search(TurnErrors(scene, resolve_design(scene)))
     problem, rng = search.problem, np.random.default_rng(8)
     panels = np.arange(problem.programme.table.half_width.size)
     errors = {key: rng.uniform(*search.error_ranges[key], panels.size) for key in search.error_ranges}
@@ -178,7 +178,7 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     parts = BoxParts(panels, np.ones(panels.size), rows, rows, np.ones((len(rows), 1)))
     half, middle = (getattr(problem.programme.table, each) for each in ("half_width", "centre"))
     with np.errstate(all="ignore"):
-        value = search.bound_search(tool_error(search.cam, 0)).enclose_quantity(parts).value
+        value = search.bound_search(exact_tool_error(search.cam, 0)).enclose_quantity(parts).value
     places = middle + u * half
     own = dict(errors)
     if "bore_eccentricity_way" in own:  # in the ground where the first contact touches, to the frame of the cam
@@ -204,8 +204,8 @@ def test_no_cam_exceeds_what_is_proved_of_both_contacts_and_one_nearly_has_it(ki
     name, given = PROVED[kind]
     scene = camopt.find_scene(name).replace(part={}, limits={}, tolerances=given)
     turn = TurnErrors(scene, resolve_design(scene))
-    search, rng, cams = worst_search(turn), np.random.default_rng(9), 20_000
-    bound = search.run().bound / motion_scale(turn.problem.setup, 0)
+    search, rng, cams = make_worst_cam_search(turn), np.random.default_rng(9), 20_000
+    bound = search.find_worst_cam().bound / motion_unit_factor(turn.problem.setup, 0)
     way = "bore_eccentricity_way"
     errors = {key: rng.choice(ends, cams) for key, ends in search.error_ranges.items()}
     if way in errors:
@@ -361,7 +361,7 @@ def test_limits_with_several_interferences_are_those_of_each_alone(key):
     designs = designs.with_values({field: designs.values[field] + by for field, by in off.items()})
     interferences = np.linspace([0.005, 0.02], [0.03, 0.01], cams, axis=1)
     by_number = LimitsByNumber(box.problem, limits, INTERFERENCE_KEY)
-    for found, own in zip(by_number.evaluate_numbers(designs, interferences), interferences, strict=True):
+    for found, own in zip(by_number.evaluate_limits_by_number(designs, interferences), interferences, strict=True):
         alone = evaluate_limits(box.problem, limits, designs.with_values({INTERFERENCE_KEY: own}))
         np.testing.assert_array_equal(found.values, alone.values)
         np.testing.assert_array_equal(found.excess, alone.excess)
@@ -377,7 +377,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
     scene = pair_of().replace(train=[FOUR_BAR], limits={}, tolerances=given)
     problem, places, step = resolve_design(scene), np.array([0.7, 1.9, 3.2, 4.4, 5.8]), 1e-4
     off = sample_errors(scene, problem.nominal_numbers, places.size, 3, partial(error_keys, problem))
-    cams, search = RealPairs(problem, 0), worst_search(TurnErrors(scene, problem))
+    cams, search = RealPairs(problem, 0), make_worst_cam_search(TurnErrors(scene, problem))
     angles, bore = cams.motion(off, places, 0).angle.terms[0], off["bore_eccentricity"]
 
     def exact(theta):
@@ -415,12 +415,12 @@ def test_a_profile_tolerance_that_uses_up_the_preload_is_reported(command, tmp_p
     thin = {"drive.interference": 0.004, "limits": {}}
     scene = camopt.find_scene("press-feed-by-pair").replace(**thin)
     found = camopt.tolerance(scene)
-    assert found.plays == camopt.tolerance(scene.toleranced).plays
-    assert scene.toleranced.tolerances.profile == scene.part.profile_tolerance
+    assert found.plays == camopt.tolerance(scene.with_profile_tolerance_moved).plays
+    assert scene.with_profile_tolerance_moved.tolerances.profile == scene.part.profile_tolerance
     sheet = contact_distance(TrueCam(scene, resolve_design(scene)))
     clearance = sheet.variation - 0.004
     assert -found.plays[1].least == pytest.approx(clearance, rel=1e-4)
-    assert sheet.clearance == pytest.approx(clearance)
+    assert sheet.largest_clearance == pytest.approx(clearance)
     said = f"the worst has a clearance of {-found.plays[1].least:.6g} deg"
     assert said in found.plays_table().note
     (tmp_path / "thin.toml").write_text(scene.to_toml())

@@ -13,7 +13,7 @@ from support.recontact import displacement
 
 import camopt
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances import worst_case
@@ -22,8 +22,8 @@ from camopt.solve.tolerances.errors import (
     BORE_DIRECTION,
     contact_errors,
     error_ranges,
-    errors_at_places,
     flat_errors,
+    repeat_cam_errors,
 )
 from camopt.solve.tolerances.real_cam import RealCam
 from tests.solve.tolerances.test_response import DIGITS, SIZES, scene_of
@@ -110,7 +110,7 @@ def test_no_cam_exceeds_the_bound_and_the_worst_cam_nearly_has_it(contact, law):
     """By 200,000 cams, half of them at corners, at random places, and a local search from the worst of them."""
     scene, rng = scene_with_tolerances(contact, law), np.random.default_rng(2)
     found, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
-    unit, zones = motion_scale(problem.setup, 0), error_ranges(scene, problem)
+    unit, zones = motion_unit_factor(problem.setup, 0), error_ranges(scene, problem)
     ends = np.array([*zones.values()])
     assert 0.0 <= found.gap <= 2e-5 * found.bound
     assert abs(found.bound - camopt.tolerance(scene).errors[0].worst) < 1e-4
@@ -147,7 +147,9 @@ def test_the_worst_cam_has_its_error_by_exact_contact_in_40_digits(contact):
         known["bore"] = known.pop(BORE) * mp.expj(np.radians(known.pop(BORE_DIRECTION)))
         theta = mp.mpf(np.radians(found.at_deg))
         exact = displacement(tables, known, theta) - displacement(tables, {}, theta)
-    assert found.error == pytest.approx(float(exact) * motion_scale(resolve_design(scene).setup, 0), abs=1e-11)
+    assert found.error == pytest.approx(
+        float(exact) * motion_unit_factor(resolve_design(scene).setup, 0), abs=1e-11
+    )
 
 
 def test_random_cams_within_their_tolerances_are_within_the_bound():
@@ -164,7 +166,7 @@ def test_random_cams_within_their_tolerances_are_within_the_bound():
         place = rng.uniform(0.1, 6.1)
         found = RealCam(problem).contact_error(flat_errors(errors), np.array([place]))
         exact = exact_error(scene, errors, place, found.angle[0])
-        unit = motion_scale(problem.setup, 0)
+        unit = motion_unit_factor(problem.setup, 0)
         assert abs(found.error[0] - exact) < 1e-12
         assert abs(exact) * unit <= bound
         most = max(most, abs(exact) * unit / bound)
@@ -212,8 +214,8 @@ def test_the_worst_cam_with_its_reported_errors_has_its_reported_motion_error(co
     scene = Scene.from_dict({**scene_of(contact, "ccw"), "tolerances": given})
     worst, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
     places = np.linspace(0.0, 2 * np.pi, 20_001)[:-1]
-    errors = motion_scale(problem.setup, 0) * RealCams(problem).motion_errors(
-        errors_at_places(worst.errors, places.size), places, 0
+    errors = motion_unit_factor(problem.setup, 0) * RealCams(problem).motion_errors(
+        repeat_cam_errors(worst.errors, places.size), places, 0
     )
     assert np.abs(errors).max() == pytest.approx(abs(worst.error), rel=1e-6)
     assert errors[np.abs(errors).argmax()] * worst.error > 0.0

@@ -11,13 +11,13 @@ from support.real_cams import cams_of
 from support.recontact import displacement
 
 import camopt
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.studies.timing import _passage_events
+from camopt.show.studies.timing import _passage_ends
 from camopt.solve.tolerances import dwells_and_passages
 from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, contact_error_ranges
 from camopt.solve.tolerances.turn_errors import TurnErrors
-from camopt.solve.tolerances.worst_case import worst_search
+from camopt.solve.tolerances.worst_case import make_worst_cam_search
 from tests.solve.tolerances.test_response import DIGITS
 from tests.solve.tolerances.test_worst_case import scene_with_tolerances
 from tests.solve.tolerances.test_worst_wobble import cam_of
@@ -28,11 +28,11 @@ KINDS = ["offset-roller", "arm", "flat", "swinging-face", "groove-arm", "train",
 def passages(scene):
     """The events of half of the lift, however long they take."""
     (passage,) = camopt.timing(scene.replace(tolerances={})).passages
-    turn = TurnErrors(scene.toleranced, resolve_design(scene))
-    of, unit = worst_search(turn), turn.problem.programme.tool.unit
+    turn = TurnErrors(scene.with_profile_tolerance_moved, resolve_design(scene))
+    of, unit = make_worst_cam_search(turn), turn.problem.programme.tool.unit
     return [
         dwells_and_passages._worst_passage(of, each, end, np.inf)
-        for each in _passage_events(passage, unit)
+        for each in _passage_ends(passage, unit)
         for end in dwells_and_passages.PASSAGE_DIRECTIONS
     ]
 
@@ -44,7 +44,7 @@ def test_no_cam_passes_beyond_the_bound(kind):
     scene, rng, count = cam_of(kind), np.random.default_rng(5), 10_000
     problem = resolve_design(scene)
     zones, cams, programme = (
-        contact_error_ranges(scene.toleranced, problem),
+        contact_error_ranges(scene.with_profile_tolerance_moved, problem),
         cams_of(problem, 0),
         problem.programme.tool,
     )
@@ -72,7 +72,7 @@ def angle_of(scene, found):
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "groove-arm"])
 def test_the_first_and_the_last_cam_are_at_the_lift_by_exact_contact_in_40_digits(contact):
     scene = scene_with_tolerances(contact)
-    tables, unit = scene.to_dict(), motion_scale(resolve_design(scene).setup, 0)
+    tables, unit = scene.to_dict(), motion_unit_factor(resolve_design(scene).setup, 0)
     for found in passages(scene)[:: 1 if contact == "offset-roller" or is_deep() else 3]:
         known = {key.removeprefix("follower."): each for key, each in found.errors.items()}
         known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}

@@ -12,12 +12,12 @@ from support.recontact import displacement
 
 import camopt
 from camopt.core.numerics.stretches import stretch_ranges
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, direction_key, errors_at_places, is_direction
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, direction_key, is_direction, repeat_cam_errors
 from camopt.solve.tolerances.turn_errors import TurnErrors
-from camopt.solve.tolerances.worst_case import worst_search
+from camopt.solve.tolerances.worst_case import make_worst_cam_search
 from tests.solve.tolerances.test_recontact import slope
 from tests.solve.tolerances.test_worst_case import DIGITS, KINDS, scene_with_tolerances
 
@@ -29,7 +29,7 @@ def with_waves(contact, law="poly345", **more):
 
 
 def search_of(scene, order):
-    return worst_search(TurnErrors(scene, resolve_design(scene)), order)
+    return make_worst_cam_search(TurnErrors(scene, resolve_design(scene)), order)
 
 
 def real_off(search, errors, places, turned):
@@ -87,7 +87,7 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
 def test_no_cam_exceeds_the_bounds_of_rates_and_the_worst_cam_nearly_has_them(contact, law, order):
     """By 20,000 cams, half of them at corners, and a local search from the worst of them."""
     search, rng = search_of(with_waves(contact, law), order), np.random.default_rng(order)
-    found, unit = search.run(), motion_scale(search.problem.setup, order)
+    found, unit = search.run(), motion_unit_factor(search.problem.setup, order)
     errors, places = random_errors(search, rng, 10_000), rng.uniform(0.0, 2 * np.pi, 20_000)
     sampled = np.abs(exact(search, errors, places)) * unit
     assert sampled.max() <= found.bound
@@ -125,7 +125,9 @@ def test_the_worst_cams_have_their_rates_by_exact_contact_in_40_digits(contact):
             known["waves"] = WAVES
             theta = mp.mpf(np.radians(found.at_deg))
             exactly = [slope(lambda at, e=e: displacement(tables, e, at), theta, order) for e in (known, {})]
-        assert found.error == pytest.approx(float(exactly[0] - exactly[1]) * motion_scale(setup, order), rel=1e-6)
+        assert found.error == pytest.approx(
+            float(exactly[0] - exactly[1]) * motion_unit_factor(setup, order), rel=1e-6
+        )
 
 
 def test_a_phase_alone_moves_a_motion_along():
@@ -135,12 +137,12 @@ def test_a_phase_alone_moves_a_motion_along():
     theta = np.linspace(0.0, 2 * np.pi, 100_001)
     before, after = (programme.motion_at(np.mod(theta + way, 2 * np.pi)) for way in (0.0, np.radians(0.1)))
     for order in range(3):
-        most = np.abs(after[order] - before[order]).max() * motion_scale(resolve_design(scene).setup, order)
+        most = np.abs(after[order] - before[order]).max() * motion_unit_factor(resolve_design(scene).setup, order)
         assert abs(bounds[order].error) == pytest.approx(most, rel=1e-3)
         assert most <= bounds[order].bound <= most * 1.012
     jumping = scene_with_tolerances("flat", "parabolic").replace(tolerances={"phase": 0.1})
     found, problem = camopt.tolerance(jumping), resolve_design(jumping)
-    largest = max(abs(each.size) for each in problem.programme.jumps) * motion_scale(problem.setup, 2)
+    largest = max(abs(each.size) for each in problem.programme.jumps) * motion_unit_factor(problem.setup, 2)
     assert abs(found.worst_cases[2].error) == pytest.approx(largest, rel=1e-9)
     assert largest <= found.worst_cases[2].bound <= 1.0012 * largest
     assert "a late or early cam has the whole jump as its error" in found.table().note
@@ -155,7 +157,7 @@ def test_two_contacts_have_bounds_of_rates(name, order):
     """By exact re-contact of random cams at corners."""
     given = {"bore_eccentricity": 0.02, "profile": 0.01, "waves": 7}
     search = search_of(camopt.find_scene(name).replace(part={}, limits={}, tolerances=given), order)
-    rng, found, unit = np.random.default_rng(1), search.run(), motion_scale(search.problem.setup, order)
+    rng, found, unit = np.random.default_rng(1), search.run(), motion_unit_factor(search.problem.setup, order)
     errors, places = random_errors(search, rng, 100), rng.uniform(0.1, 6.1, 200)
     known = exact(search, errors, places)
     np.testing.assert_allclose(search.motion_errors(errors, places), known, rtol=0, atol=1e-9 * np.abs(known).max())
@@ -179,8 +181,8 @@ def test_a_bound_of_a_pair_counts_jumps_with_cams_whose_contacts_have_passed_the
         "disc_phase": 0.02,
     }
     search = search_of(feed.replace(part={}, tolerances=tolerances, motion=motion), order)
-    most = abs(search.largest_error(search.nearly_worst_errors())[1])
-    assert search.prove_bound(most, gap, np.inf).high <= most * (1.0 + gap)
+    most = abs(search.place_and_largest_error(search.errors_of_nearly_worst_cam())[1])
+    assert search.prove_error_bound(most, gap, np.inf).high <= most * (1.0 + gap)
     rng, cams = np.random.default_rng(order), 20_000
     ends = {
         key: rng.uniform(-0.2, 1.2, cams).clip(0.0, 1.0) * (high - low) + low
@@ -235,8 +237,8 @@ def test_the_worst_cams_with_their_reported_errors_have_their_reported_rates():
     scene = with_waves("groove-arm", "cycloidal")
     problem, places = resolve_design(scene), np.linspace(0.0, 2 * np.pi, 5_001)[:-1]
     for order, worst in enumerate(camopt.tolerance(scene).worst_cases[1:], start=1):
-        off = errors_at_places(worst.errors, places.size)
-        known = np.abs(RealCams(problem, WAVES).motion_errors(off, places, order)).max() * motion_scale(
+        off = repeat_cam_errors(worst.errors, places.size)
+        known = np.abs(RealCams(problem, WAVES).motion_errors(off, places, order)).max() * motion_unit_factor(
             problem.setup, order
         )
         assert known == pytest.approx(abs(worst.error), rel=1e-4)

@@ -10,7 +10,7 @@ from support.real_cams import cams_of
 from support.recontact import displacement
 
 import camopt
-from camopt.model.effects.motion import motion_scale
+from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -18,7 +18,7 @@ from camopt.solve.tolerances import dwells_and_passages
 from camopt.solve.tolerances.dwells_and_passages import WobbleSearch
 from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, contact_error_ranges
 from camopt.solve.tolerances.turn_errors import TurnErrors
-from camopt.solve.tolerances.worst_case import worst_search
+from camopt.solve.tolerances.worst_case import make_worst_cam_search
 from tests.solve.tolerances.test_response import DIGITS
 from tests.solve.tolerances.test_worst_case import scene_with_tolerances
 
@@ -37,9 +37,9 @@ def cam_of(kind):
 
 def first_dwell_error(scene):
     """The first dwell of a scene, with what cams wobble in it at most, however long that takes."""
-    turn = TurnErrors(scene.toleranced, resolve_design(scene))
+    turn = TurnErrors(scene.with_profile_tolerance_moved, resolve_design(scene))
     stroke = next(each for each in turn.problem.programme.tool.strokes if each.kind == DWELL)
-    return stroke, WobbleSearch(worst_search(turn), stroke).run(np.inf)
+    return stroke, WobbleSearch(make_worst_cam_search(turn), stroke).find_worst_wobble(np.inf)
 
 
 @pytest.mark.one_in(6)
@@ -49,9 +49,9 @@ def test_no_cam_wobbles_more_than_the_bound_and_the_worst_cam_nearly_does(kind):
     scene, rng, count = cam_of(kind), np.random.default_rng(2), 20_000
     (stroke, found), problem = first_dwell_error(scene), resolve_design(scene)
     zones, cams, unit = (
-        contact_error_ranges(scene.toleranced, problem),
+        contact_error_ranges(scene.with_profile_tolerance_moved, problem),
         cams_of(problem, 0),
-        motion_scale(problem.setup, 0),
+        motion_unit_factor(problem.setup, 0),
     )
     profiles = [key for key in zones if key.startswith("profile")]
     ends = np.array([*(zones[key] for key in zones if key != BORE_DIRECTION), *(zones[key] for key in profiles)])
@@ -93,7 +93,9 @@ def test_the_worst_cam_of_a_dwell_has_its_places_by_exact_contact_in_40_digits(c
             return displacement(tables, known, mp.mpf(np.radians(theta)))
 
         exact = place(found.errors, found.highest_deg) - place(found.errors | found.at_lowest, found.lowest_deg)
-    assert found.change == pytest.approx(float(exact) * motion_scale(resolve_design(scene).setup, 0), abs=1e-10)
+    assert found.change == pytest.approx(
+        float(exact) * motion_unit_factor(resolve_design(scene).setup, 0), abs=1e-10
+    )
 
 
 def dwelling_scene(contact, angle, tolerances):

@@ -13,8 +13,8 @@ from camopt.model.motion.stroke import DWELL, RETURN, RISE
 from camopt.scene.problem.constraints import merge_stroke_kinds
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.sample import sweep_space
-from camopt.solve.verdicts.feasible_filter import holds_by_extremes, with_extremes
-from camopt.solve.verdicts.limit_verdicts import evaluate_rows
+from camopt.solve.verdicts.feasible_filter import known_extremes_with_curve, may_hold_and_holds_by_extremes
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 
 SEARCH = {"search.base_radius": {"start": 40, "stop": 160, "step": 8}, "search.offset": [-20, 0, 20]}
 KINDS = ("rise", "dwell", "return")
@@ -40,11 +40,11 @@ def test_constraints_are_held_where_their_quantities_hold_the_bounds(limits, apa
         constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
     )
     assert len(constraints) == len(limits)
-    known = with_extremes(case, constraints, [(constraints[0].curve, kinds) for kinds in apart])
+    known = known_extremes_with_curve(case, constraints, [(constraints[0].curve, kinds) for kinds in apart])
     assert len(known.by_curve[constraints[0].curve]) == (3 if apart else len(limits))
-    possible, held = holds_by_extremes(known, constraints, case)
+    possible, held = may_hold_and_holds_by_extremes(known, constraints, case)
     names = [f"pressure_angle_max_{kind}_deg" for kind in KINDS]
-    rows = evaluate_rows(problem, designs, frozenset(names))
+    rows = evaluate_with_verdicts(problem, designs, frozenset(names))
     bounds = {"rise": 30.0, "dwell": 30.0, "return": 30.0} if len(limits) == 1 else {"rise": 25.0, "return": 40.0}
     expected = np.all([rows.column(f"pressure_angle_max_{kind}_deg") <= bounds[kind] for kind in bounds], axis=0)
     np.testing.assert_array_equal(possible, expected)
@@ -56,14 +56,18 @@ def test_a_design_at_its_bound_is_neither_held_nor_broken():
     problem, designs = problem_of(pressure_angle=30.0)
     one = designs.take(np.array([20]))
     angle = float(
-        evaluate_rows(problem, one, frozenset({"pressure_angle_max_deg"})).column("pressure_angle_max_deg")[0]
+        evaluate_with_verdicts(problem, one, frozenset({"pressure_angle_max_deg"})).column(
+            "pressure_angle_max_deg"
+        )[0]
     )
     problem, _ = problem_of(pressure_angle=angle, pressure_angle_return=angle)
     constraints = merge_stroke_kinds(
         constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
     )
     case = EvaluationBlock(problem.setup, problem.programme, one)
-    possible, held = holds_by_extremes(with_extremes(case, constraints, ()), constraints, case)
+    possible, held = may_hold_and_holds_by_extremes(
+        known_extremes_with_curve(case, constraints, ()), constraints, case
+    )
     assert possible[0]
     assert not held[0]
 

@@ -36,7 +36,7 @@ from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
 from camopt.scene.problem.limits import PART_LIMITS as PART_KEYS
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.synthesis import SynthesisSettings
-from camopt.solve.smallest.enclosure import constraints_on_size, enclose_limits, mean_constraints_on_size
+from camopt.solve.smallest.enclosure import enclose_limits, size_constraints_with_variants, size_mean_constraints
 from camopt.solve.synthesis import nonconvex_constraints
 from camopt.solve.synthesis.linear_constraints import is_linear
 from camopt.solve.synthesis.problem_from_scene import problem_from_settings
@@ -222,7 +222,7 @@ def in_ranges(problem):
     sizes = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box = problem.design.with_values(sizes)
     found = enclose_limits(
-        problem, [*constraints_on_size(problem), *mean_constraints_on_size(problem)], box, ["size"]
+        problem, [*size_constraints_with_variants(problem), *size_mean_constraints(problem)], box, ["size"]
     )
     assert bool(found.empty[0]) != bool(found.within_rounding[0])
     return bool(found.empty[0])

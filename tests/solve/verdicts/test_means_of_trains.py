@@ -7,7 +7,7 @@ import camopt
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.tolerances import margins
 from camopt.solve.tolerances.margins import ToleranceBox
-from camopt.solve.verdicts.limit_boxes import limit_over_box
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box
 
 LEVER = "pusher-by-lever"
 OFF = {"train.1.ratio": 0.02, "follower.dynamics.mass": 0.02, "cam.rpm": 0.5, "follower.roller_radius": 0.02}
@@ -61,7 +61,7 @@ def test_the_verdict_on_a_mean_changes_where_the_worst_cam_meets_the_bound(found
     scene = scene_of(**{name: float(found[1][name].worst) * share})
     box = ToleranceBox.from_scene(scene, resolve_design(scene))
     (limit,) = (each for each in box.problem.limits if each.name == name)
-    answer = limit_over_box(box.problem, limit, box.problem.design, box.number_ranges)
+    answer = limit_verdict_over_box(box.problem, limit, box.problem.design, box.number_ranges)
     assert answer.verdict == ("held" if share > 1.0 else "broken")
 
 

@@ -39,9 +39,9 @@ from camopt.scene.problem.limits import LOAD_LIMITS
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.problem.space import grid_space
 from camopt.solve.front.table_certificate import certify_table
-from camopt.solve.verdicts.certify import certify_design, certify_limits, verdict_of_design
-from camopt.solve.verdicts.limit_boxes import limit_over_box
-from camopt.solve.verdicts.limit_verdicts import evaluate_rows, evaluate_with_effort
+from camopt.solve.verdicts.certify import certify_limits, certify_limits_and_self_crossing, verdict_of_design
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box
+from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts, evaluate_with_verdicts_and_effort
 
 DATA = json.loads((Path(__file__).parents[2] / "data" / "reference.json").read_text())
 REFERENCE = {cam["id"]: cam for cam in DATA}
@@ -248,7 +248,7 @@ def test_corners_break_curvature_limits():
 def test_a_design_that_cannot_be_assembled_is_broken():
     problem = resolve(find_scene("roller-1000rpm"))
     design = replace(problem.design, offset=np.array([80.0]))
-    assert certify_design(problem, design) == {"assembly": "broken"}
+    assert certify_limits_and_self_crossing(problem, design) == {"assembly": "broken"}
 
 
 def test_a_face_that_swings_faster_than_the_cam_turns_is_broken_everywhere():
@@ -335,11 +335,11 @@ def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
         limits = {"limits.pressure_angle_return": float(bound)}
         here, there = resolve(scene.replace(**limits)), resolve(written.replace(**limits))
         names = frozenset({"feasible", "violated", "status"})
-        rows, effort = evaluate_with_effort(here.with_programme(there.programme), here.design, names)
+        rows, effort = evaluate_with_verdicts_and_effort(here.with_programme(there.programme), here.design, names)
         assert effort.again == 1
         assert (
             rows.select_columns(names).records()
-            == evaluate_rows(there, there.design, names).select_columns(names).records()
+            == evaluate_with_verdicts(there, there.design, names).select_columns(names).records()
         )
 
 
@@ -499,4 +499,6 @@ def test_a_mean_is_decided_over_a_box_of_nothing(share):
     length = evaluate(scene.replace(outputs=["groove_length_mm"]))["groove_length_mm"]
     problem = at_rounding_error(resolve(scene.replace(limits={"groove_length_mm": length * share})))
     (limit,) = (each for each in problem.limits if each.name == "groove_length_mm")
-    assert limit_over_box(problem, limit, problem.design, {}).verdict == ("held" if share > 1.0 else "broken")
+    assert limit_verdict_over_box(problem, limit, problem.design, {}).verdict == (
+        "held" if share > 1.0 else "broken"
+    )

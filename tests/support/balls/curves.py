@@ -18,8 +18,8 @@ from camopt.core.numerics.curves import (
     CURVE_FORMULAS,
     curve_derivatives,
     derivative_formula,
-    pair_formula,
     value_and_slope,
+    value_and_slope_formula,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
 from camopt.model.effects.peak import Derivative, NumberKind
@@ -80,7 +80,7 @@ class Close:
         return getattr(self.curve, name)
 
 
-@pair_formula(Close)
+@value_and_slope_formula(Close)
 def curve_ball(f: Any, i: Any, at: State) -> tuple[Ball, Ball]:
     value, slope = map(as_arb, value_and_slope(f.curve, i, at))
     if not f.by:

@@ -51,7 +51,7 @@ class DrivenPiece:
         """The displacement from where the stroke starts, and its derivatives by x, over a ball of x."""
         rows = narrow_derivatives(self.tool, count, x)
         terms = [self.size * row / factorial(k) for k, row in enumerate(rows)]
-        series = self.train.follower(arb_series([self.low + terms[0], *terms[1:]], count))
+        series = self.train.follower_displacement(arb_series([self.low + terms[0], *terms[1:]], count))
         first, *rest = (series[k] * factorial(k) for k in range(count))
         return [first - self.begins, *rest]
 
@@ -91,5 +91,5 @@ def _in_balls(value: Any) -> Any:
 
 def follower_at(train: Train, tool: arb) -> arb:
     """Where the follower is, of a train in balls."""
-    found: arb = train.follower(arb_series([tool], 1))[0]
+    found: arb = train.follower_displacement(arb_series([tool], 1))[0]
     return found

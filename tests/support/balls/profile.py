@@ -13,11 +13,11 @@ from flint import arb, arb_series
 from camopt.core.numerics.taylor import (
     Direction,
     Taylor,
-    angle_of,
     direction,
     series_quotient,
     series_root,
     series_slope,
+    vector_angle,
 )
 from camopt.model.motion.profile_law import ProfileLaw
 from support.balls.ball import Ball, precisely
@@ -39,14 +39,14 @@ class ProfilePiece:
 
     def derivatives(self, count: int, x: arb) -> list[arb]:
         """The displacement from where it starts, and its derivatives by x, over a ball of x: of one series."""
-        series = self.law.position(arb_series([self.law.first + self.turn * x, self.turn], count))
+        series = self.law.follower_position(arb_series([self.law.first + self.turn * x, self.turn], count))
         value, *rest = (series[k] * factorial(k) for k in range(count))
         return [value - self.begins, *rest]
 
     @cached_property
     def begins(self) -> arb:
         """The position where the element starts."""
-        found: arb = self.law.position(arb_series([self.law.first], 1))[0]
+        found: arb = self.law.follower_position(arb_series([self.law.first], 1))[0]
         return found
 
 
@@ -85,7 +85,7 @@ def _(angle: arb_series) -> Direction:
     return Direction(cosine, sine)
 
 
-@angle_of.register
+@vector_angle.register
 def _(x: arb_series, y: arb_series) -> arb_series:
     rate = (x * y.derivative() - y * x.derivative()) * (x * x + y * y).inv()
     return rate.integral() + arb.atan2(y[0], x[0])

@@ -114,7 +114,7 @@ def _without_curves(
 
 def _quantity_verdict(limit: Limit, rows: DesignRows, design: Designs) -> str:
     """The verdict on a limit from the enclosures of its quantities."""
-    outer, inner = (limit.excess(rows.shifted_columns(share), design)[0] for share in (1.0, -1.0))
+    outer, inner = (limit.excess(rows.columns_shifted_by_width_share(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
 
@@ -131,7 +131,7 @@ def verdicts_in_balls(problem: Problem, design: Designs, until: float = inf) -> 
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
         found = [constraint_verdict(problem, constraint, exact, motion, until) for constraint in limit.constraints]
-        if (presumed := verdicts.get(limit.presumed_limit, HELD)) != HELD:
+        if (presumed := verdicts.get(limit.prerequisite_limit_name, HELD)) != HELD:
             found = [presumed]
         elif limit.mean_constraint is not None:
             found = [mean_verdict(limit.mean_constraint, exact, motion, until)]

@@ -25,33 +25,39 @@ FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
 """Formulas of the largest velocity and acceleration by law: in symbols, and with places for numbers."""
 
 
-def answer_lines(inversion: Inversion) -> list[str]:
+def cam_speed_and_peak_lines(inversion: Inversion) -> list[str]:
     """Lines of the answers: angular velocity, then velocity and acceleration of each stroke."""
-    rpm, (omega, _) = inversion.picture.scene.cam.rpm, _cam_speed(inversion.picture)
+    rpm, (omega, _) = inversion.picture.scene.cam.rpm, _cam_speed_and_time_unit(inversion.picture)
     lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digits(omega)} rad/s"]
-    return lines + [text for _, text in peak_answers(inversion)]
+    return lines + [text for _, text in stroke_peaks_with_text(inversion)]
 
 
-def _cam_speed(picture: Picture) -> tuple[float, str]:
+def _cam_speed_and_time_unit(picture: Picture) -> tuple[float, str]:
     """Angular velocity of the cam [rad/s] and unit of time; 1 and rad without a speed."""
     rpm = picture.scene.cam.rpm
     return (1.0, "rad") if rpm is None else (2.0 * pi * rpm / 60.0, "s")
 
 
-def peak_answers(inversion: Inversion) -> list[tuple[float, str]]:
+def stroke_peaks_with_text(inversion: Inversion) -> list[tuple[float, str]]:
     """Velocity and acceleration of each stroke with a law: numbers in the shown unit, and lines of text.
 
     With a train there are none, since the laws are those of the tool.
     """
     divisions = inversion.plan.divisions if inversion.problem.programme.tool_programme is None else []
-    return [answer for division in divisions for answer in _stroke_answers(inversion.picture, division)]
+    return [
+        answer for division in divisions for answer in _velocity_and_acceleration_peaks(inversion.picture, division)
+    ]
 
 
-def _stroke_answers(picture: Picture, division: Division) -> Iterator[tuple[float, str]]:
+def _velocity_and_acceleration_peaks(picture: Picture, division: Division) -> Iterator[tuple[float, str]]:
     stroke = division.stroke
     if stroke is None or stroke.law is None:
         return
-    (omega, time), angular, length = _cam_speed(picture), picture.problem.setup.angular, shown_unit("mm")
+    (omega, time), angular, length = (
+        _cam_speed_and_time_unit(picture),
+        picture.problem.setup.angular,
+        shown_unit("mm"),
+    )
     metres = time == "s" and length == "mm"
     travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)
     travel = travel if angular or metres else to_shown_unit(travel, "mm")

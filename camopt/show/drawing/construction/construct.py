@@ -60,7 +60,8 @@ class Construction(Result, Drawable):
         )
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
         points = (
-            _coordinate_pairs(each, inversion) for each in (inversion.point_at(angles, levels), curves.profile[0])
+            _polar_or_developed_coordinates(each, inversion)
+            for each in (inversion.point_at(angles, levels), curves.profile[0])
         )
         unit = degrees(1.0) if inversion.angular else 1.0
         return [
@@ -133,7 +134,7 @@ def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
     return construction
 
 
-def _coordinate_pairs(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
+def _polar_or_developed_coordinates(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
     """Radius [mm] and polar angle [deg, from 0 below 360] of points; on a developed surface x and y [mm]."""
     polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
     columns = (points.real, points.imag) if inversion.is_developed else polar

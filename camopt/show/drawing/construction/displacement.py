@@ -43,7 +43,9 @@ SMALL_LETTERS = " abcdefghijklmnopqrstuvwxyz"
 """a for 1, b for 2, …"""
 
 
-def _stroke_frame(scale: DiagramScale, division: Division) -> tuple[complex, complex, FloatArray, list[str]]:
+def _stroke_ends_and_stations(
+    scale: DiagramScale, division: Division
+) -> tuple[complex, complex, FloatArray, list[str]]:
     """Both ends of a stroke on the paper, the abscissae of its stations, and their numbers."""
     places = [scale.place(each.angle, each.displacement) for each in division.stations]
     return places[0], places[-1], np.real(places), [each.number for each in division.stations]
@@ -51,14 +53,14 @@ def _stroke_frame(scale: DiagramScale, division: Division) -> tuple[complex, com
 
 def straight_line(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform velocity: one straight line from end to end."""
-    start, end, x, _ = _stroke_frame(scale, division)
+    start, end, x, _ = _stroke_ends_and_stations(scale, division)
     points = start + (end - start) * (x - x[0]) / (x[-1] - x[0])
     return LawConstruction("Uniform velocity: join both ends of the stroke by a straight line.", [], [], points)
 
 
 def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
     """Simple harmonic motion: horizontals from equal parts of a semicircle on the stroke."""
-    start, end, x, number = _stroke_frame(scale, division)
+    start, end, x, number = _stroke_ends_and_stations(scale, division)
     count = len(number) - 1
     low, high = sorted((start.imag, end.imag))
     middle, radius = 1j * (low + high) / 2, (high - low) / 2
@@ -87,7 +89,7 @@ def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
 
 def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform acceleration and retardation: rays from both ends to equal parts of the middle vertical."""
-    start, end, x, number = _stroke_frame(scale, division)
+    start, end, x, number = _stroke_ends_and_stations(scale, division)
     count = len(number) - 1
     half, middle = count // 2, (x[0] + x[-1]) / 2
     marks = middle + 1j * (start.imag + (end.imag - start.imag) * np.arange(count + 1) / count)
@@ -113,7 +115,7 @@ def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
 
 def generating_circle(scale: DiagramScale, division: Division) -> LawConstruction:
     """Cycloidal motion: parallels to the diagonal from the projected points of the circle that generates it."""
-    start, end, x, number = _stroke_frame(scale, division)
+    start, end, x, number = _stroke_ends_and_stations(scale, division)
     count = len(number) - 1
     rising = end.imag > start.imag
     centre = start if rising else end
@@ -185,8 +187,8 @@ def displacement_text(displacement: float, angular: bool) -> str:
 
 def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     """The step of the axes: cam angle, stroke, and verticals of the stations."""
-    ends = [scale.place(angle, 0.0) for _, angle in plan.edges]
-    letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.edges, ends, strict=True)]
+    ends = [scale.place(angle, 0.0) for _, angle in plan.lettered_segment_ends]
+    letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.lettered_segment_ends, ends, strict=True)]
     for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False):
         letters.append(Letter(f"{four_digits(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note"))
     lift = plan.programme.lift
@@ -202,7 +204,7 @@ def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     divided = f"Divide each stroke into {plan.parts} equal parts, and draw a vertical at each point."
     return [
         Step(
-            f"Draw AX = 360° to scale. Mark {plan.segment_words()}.",
+            f"Draw AX = 360° to scale. Mark {plan.segment_angle_words()}.",
             [line_through("axis-AX", (0.0, right), "axis")],
             letters,
         ),
@@ -241,4 +243,4 @@ def _curve_step(plan: StationPlan, scale: DiagramScale, constructed: list[LawCon
         line_through(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()
     ]
     letters = [Letter(letter, point, UP) for letter, point in points.items()]
-    return Step(f"{plan.curve_words}: the displacement diagram.", shapes, letters)
+    return Step(f"{plan.join_stations_sentence}: the displacement diagram.", shapes, letters)

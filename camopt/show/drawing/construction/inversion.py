@@ -68,7 +68,7 @@ class Inversion:
         why = None
         if len(self.picture.contacts) > 1:
             why = "a follower with one contact: this one has two"
-        elif not self.picture.exists:
+        elif not self.picture.can_assemble:
             why = "a mechanism that can be put together at every cam angle"
         if why:
             raise BadInput([Mistake("camopt", "construction", self.picture.scene.name, why)])
@@ -95,7 +95,7 @@ class Inversion:
         return float(self.problem.design.size[0])
 
     @property
-    def radius(self) -> float:
+    def roller_radius(self) -> float:
         """Radius of the roller or spherical face [mm]; 0 for a knife edge and a flat face."""
         return float(self.problem.design.roller_radius[0])
 
@@ -106,19 +106,19 @@ class Inversion:
         return 0.0 if none else float(self.problem.design.offset[0])
 
     @cached_property
-    def _lowest_contact(self) -> Any:
+    def _contact_at_lowest_position(self) -> Any:
         """The contact at displacement 0 and cam angle 0, at rest."""
         return self.mechanism.contact(self.problem.design, self.problem.programme.lift, *np.zeros((3, 1)))
 
     @property
-    def lowest(self) -> complex:
+    def lowest_follower_point(self) -> complex:
         """The follower's point at its lowest, at cam angle 0 [mm]: the trace point, or the foot on a flat face."""
-        return complex(self._lowest_contact.x[0], self._lowest_contact.y[0])
+        return complex(self._contact_at_lowest_position.x[0], self._contact_at_lowest_position.y[0])
 
     @property
-    def face(self) -> complex:
+    def face_direction(self) -> complex:
         """The direction of a flat face at its lowest, at cam angle 0."""
-        normal = complex(self._lowest_contact.across[0], self._lowest_contact.up[0])
+        normal = complex(self._contact_at_lowest_position.across[0], self._contact_at_lowest_position.up[0])
         return -1j * normal / abs(normal)
 
     @cached_property
@@ -140,10 +140,10 @@ class Inversion:
 
     def point_at(self, angle: Any, displacement: Any) -> Any:
         """The follower's point at a displacement, in the frame of the cam [mm]."""
-        return self.seen_from_cam(self.displace(self.lowest, displacement), angle)
+        return self.seen_from_cam(self.displace(self.lowest_follower_point, displacement), angle)
 
     @cached_property
-    def size(self) -> float:
+    def drawing_reach(self) -> float:
         """Reach of the drawing from the axis, or along a cylinder [mm]."""
         return float(max(np.abs(piece.pitch).max() for piece in self.picture.curves))
 
@@ -151,24 +151,28 @@ class Inversion:
 
     def steps(self) -> list[Step]:
         """Steps of the profile; points in mm of the cam, in its own frame."""
-        begin = [self._surface_step()] if self.is_developed else [*self._circle_steps(), self._angle_step()]
+        begin = (
+            [self._developed_surface_step()]
+            if self.is_developed
+            else [*self._circle_steps(), self._segment_angle_step()]
+        )
         found = [*begin, self._division_step(), self._guide_step(), self._ordinate_step(), self._pitch_curve_step()]
         return [step for step in [*found, self._follower_step(), self._profile_step()] if step is not None]
 
     @cached_property
-    def _free_direction(self) -> complex:
+    def _widest_gap_direction(self) -> complex:
         """Direction from O of the middle of the longest dwell, or of the widest gap between stations."""
         angles = np.array([each.angle for each in self.plan.stations])
         gaps = np.diff(np.append(angles, angles[0] + 2.0 * pi))
         widest = int(np.argmax(gaps))
-        middle = self.seen_from_cam(self.lowest, angles[widest] + 0.5 * gaps[widest])
+        middle = self.seen_from_cam(self.lowest_follower_point, angles[widest] + 0.5 * gaps[widest])
         return complex(middle / abs(middle))
 
     def _named_circle(self, name: str, radius: float) -> tuple[PenLine, Letter]:
         """A circle about O, with its name where the drawing has most room."""
         text = f"{name.replace('-', ' ')}, R {length_in_digits(radius)}"
         return circle_about(name, 0.0, radius, "reference"), Letter(
-            text, radius * self._free_direction, phase(self._free_direction), "note"
+            text, radius * self._widest_gap_direction, phase(self._widest_gap_direction), "note"
         )
 
     def _circle_steps(self) -> list[Step]:
@@ -183,12 +187,12 @@ class Inversion:
             sentence += f" The camshaft has a radius of {value_with_unit(shaft)}."
         steps, sentence = [Step(sentence, shapes, letters)], ""
         named = list[tuple[PenLine, Letter]]()
-        if self.radius > 0.0:
+        if self.roller_radius > 0.0:
             where = "prime circle"
-            named.append(self._named_circle("prime-circle", base + self.radius))
-            sum_text = f"{value_with_unit(base)} + {value_with_unit(self.radius)}"
-            sentence = f"Draw the prime circle: {sum_text} = {value_with_unit(base + self.radius)}. "
-        start, (mark, _) = self.lowest, self.plan.edges[0]
+            named.append(self._named_circle("prime-circle", base + self.roller_radius))
+            sum_text = f"{value_with_unit(base)} + {value_with_unit(self.roller_radius)}"
+            sentence = f"Draw the prime circle: {sum_text} = {value_with_unit(base + self.roller_radius)}. "
+        start, (mark, _) = self.lowest_follower_point, self.plan.lettered_segment_ends[0]
         letters = [Letter(mark, start, phase(start))]
         if self.angular:
             distance, arm = abs(self.pivot), value_with_unit(abs(self.pivot - start))
@@ -209,7 +213,9 @@ class Inversion:
                 sentence += f"Draw the offset circle: radius {apart}. "
             more = [
                 line_through(
-                    "follower-axis", (complex(self.offset), start + 1j * OVERRUN_SHARE * self.size), "reference"
+                    "follower-axis",
+                    (complex(self.offset), start + 1j * OVERRUN_SHARE * self.drawing_reach),
+                    "reference",
                 )
             ]
             sentence += (
@@ -220,15 +226,15 @@ class Inversion:
         shapes, names = (list(each) for each in zip(*named, strict=True)) if named else ([], [])
         return [*steps, Step(sentence, [*shapes, *more], [*letters, *names])]
 
-    def _angle_step(self) -> Step:
+    def _segment_angle_step(self) -> Step:
         """The step of the angles of strokes and dwells about O, against the rotation of the cam."""
-        (first, _), sense = self.plan.edges[0], self.problem.design.sense
-        mark, name = (self.pivot, "A₁") if self.angular else (self.lowest, first)
+        (first, _), sense = self.plan.lettered_segment_ends[0], self.problem.design.sense
+        mark, name = (self.pivot, "A₁") if self.angular else (self.lowest_follower_point, first)
         shapes, letters = (
             [self._rotation_arrow()],
             [Letter("follower", self._rotation_arrow().points[0], 0.0, "note")],
         )
-        for (letter, angle), (_, after) in pairwise(self.plan.edges):
+        for (letter, angle), (_, after) in pairwise(self.plan.lettered_segment_ends):
             end = complex(self.seen_from_cam(mark, angle))
             about, turn = end / abs(end) * ANGLE_ARC * self.base, -sense * (after - angle)
             shapes += [line_through(f"angle-{letter}", (0.0, end), "angle")]
@@ -240,27 +246,27 @@ class Inversion:
             "Imagine that the cam is fixed, and that the follower turns about O "
             f"{'clockwise' if sense > 0 else 'anticlockwise'}, against the rotation of the cam. From O{name} "
             "mark the angles "
-            f"{self.plan.segment_words('O', name, name)}."
+            f"{self.plan.segment_angle_words('O', name, name)}."
         )
         return Step(sentence, shapes, letters)
 
     def _rotation_arrow(self) -> PenLine:
         """An arrow outside of the cam in the direction in which the follower turns about it."""
         radius, turn = (
-            (self.size + self.radius) * (1.0 + 0.6 * OVERRUN_SHARE),
+            (self.drawing_reach + self.roller_radius) * (1.0 + 0.6 * OVERRUN_SHARE),
             -self.problem.design.sense * np.radians(24.0),
         )
-        shaft = arc_about("way-round", 0.0, radius * self._free_direction, turn, "arrow").points
+        shaft = arc_about("way-round", 0.0, radius * self._widest_gap_direction, turn, "arrow").points
         tip, back = shaft[-1], 0.04 * radius * np.exp(1j * np.angle(shaft[-3] - shaft[-1]))
         head = [tip, tip + back * np.exp(0.4j), tip, tip + back * np.exp(-0.4j)]
         return PenLine("way-round", np.concatenate([shaft, head]), "arrow")
 
-    def _surface_step(self) -> Step:
+    def _developed_surface_step(self) -> Step:
         """The step of the developed surface of a cylinder."""
         around, known = 2.0 * pi * self.base, {each.letter for each in self.plan.stations}
         heights = np.concatenate([piece.pitch.imag for piece in self.picture.curves])
-        low, high = heights.min() - self.radius, heights.max() + self.radius
-        start, room = self.lowest, 0.1 * (high - low)
+        low, high = heights.min() - self.roller_radius, heights.max() + self.roller_radius
+        start, room = self.lowest_follower_point, 0.1 * (high - low)
         corner, width, height = complex(start.real, low - room), around, 1j * (high - low + 2.0 * room)
         edge = (corner, corner + width, corner + width + height, corner + height, corner)
         shapes = [
@@ -268,12 +274,14 @@ class Inversion:
             line_through("base-line", (start, start + around), "reference"),
         ]
         letters = [
-            Letter(name, start + self.base * angle, -pi / 2) for name, angle in self.plan.edges if name not in known
+            Letter(name, start + self.base * angle, -pi / 2)
+            for name, angle in self.plan.lettered_segment_ends
+            if name not in known
         ]
         sentence = (
             f"Develop the cylinder: 2π × {value_with_unit(self.base)} = {value_with_unit(around)} for 360°, "
             "and draw the base line through A. "
-            f"On it mark {self.plan.segment_words()}."
+            f"On it mark {self.plan.segment_angle_words()}."
         )
         if self.angular:
             pivots, side = self.pivot, "right" if self.pivot.real > start.real else "left"
@@ -287,22 +295,25 @@ class Inversion:
         return Step(sentence, shapes, letters)
 
     @property
-    def _first_line(self) -> str:
+    def _start_curve_name(self) -> str:
         """Name of the circle or line on which the follower's point begins."""
-        return "base line" if self.is_developed else "prime circle" if self.radius > 0.0 else "base circle"
+        return "base line" if self.is_developed else "prime circle" if self.roller_radius > 0.0 else "base circle"
 
     def _division_step(self) -> Step:
         """The step of the numbers of stations, at the starts of ordinates and of the pivot."""
         shapes, letters = [], []
         for each in self.plan.stations:
-            start, pivot = (complex(p) for p in self.seen_from_cam(np.array([self.lowest, self.pivot]), each.angle))
+            start, pivot = (
+                complex(p)
+                for p in self.seen_from_cam(np.array([self.lowest_follower_point, self.pivot]), each.angle)
+            )
             places = [("start", start, -pi / 2 if self.is_developed else phase(-start))]
             places += [("pivot", pivot, pi / 2 if self.is_developed else phase(pivot))] if self.angular else []
             for name, place, direction in places:
                 shapes.append(PenLine(f"{name}-{each.number}", np.array([place]), "point"))
                 letters += [] if each.number == "0" else [Letter(each.number, place, direction, "number")]
         pivots = "pivots 1, 2, 3 … on the " + ("line of pivots" if self.is_developed else "pivot circle")
-        where = pivots if self.angular else f"1, 2, 3 … on the {self._first_line}"
+        where = pivots if self.angular else f"1, 2, 3 … on the {self._start_curve_name}"
         return Step(
             f"Divide each stroke into {self.plan.parts} equal parts, as in the diagram: {where}.", shapes, letters
         )
@@ -311,9 +322,10 @@ class Inversion:
         """The step of the lines or arcs along which the follower's point moves at each station."""
         shapes = [self._guide_line(each.number, each.angle) for each in self.plan.stations]
         if self.angular:
-            arm = value_with_unit(abs(self.pivot - self.lowest))
+            arm = value_with_unit(abs(self.pivot - self.lowest_follower_point))
             sentence = (
-                f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, to cut the {self._first_line} in 1, 2, 3 …"
+                f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, to cut the {self._start_curve_name} "
+                "in 1, 2, 3 …"
             )
         elif self.is_developed:
             sentence = "Draw lines along the cylinder through 1, 2, 3 …"
@@ -328,13 +340,13 @@ class Inversion:
         return Step(sentence, shapes, [])
 
     def _guide_line(self, number: str, angle: float) -> PenLine:
-        reach, low = float(self.problem.programme.motion_at(np.array([angle]), 0)[0, 0]), self.lowest
+        reach, low = float(self.problem.programme.motion_at(np.array([angle]), 0)[0, 0]), self.lowest_follower_point
         if self.angular:
-            beyond = OVERRUN_SHARE * self.size / abs(self.pivot - low)
+            beyond = OVERRUN_SHARE * self.drawing_reach / abs(self.pivot - low)
             share = np.linspace(0.0, reach + beyond, SHAPE_ARC_POINTS)
             return PenLine(f"guide-{number}", np.asarray(self.point_at(angle, share)), "guide")
         foot = low if self.is_developed else complex(self.offset)
-        end = low + 1j * (reach + OVERRUN_SHARE * self.size)
+        end = low + 1j * (reach + OVERRUN_SHARE * self.drawing_reach)
         return PenLine(f"guide-{number}", np.asarray(self.seen_from_cam(np.array([foot, end]), angle)), "guide")
 
     def _ordinate_step(self) -> Step:
@@ -347,10 +359,10 @@ class Inversion:
             end = complex(points[-1])
             shapes += [PenLine(f"set-off-{each.number}", points, "ordinate")]
             shapes += [PenLine(f"station-{each.number}", points[-1:], "station")]
-            known = not self.is_developed and each.letter in {name for name, _ in self.plan.edges}
+            known = not self.is_developed and each.letter in {name for name, _ in self.plan.lettered_segment_ends}
             letters += [] if known else [Letter(each.letter, end, pi / 2 if self.is_developed else phase(end))]
         names = ", ".join(f"{each.number}{each.letter}" for each in self.plan.stations[1:4])
-        arm = abs(self.pivot - self.lowest)
+        arm = abs(self.pivot - self.lowest_follower_point)
         arcs = (
             f" as arcs: each is {value_with_unit(arm)} × the angle × π/180, the whole stroke "
             f"{value_with_unit(arm * self.problem.programme.lift)} "
@@ -365,18 +377,18 @@ class Inversion:
         if self.mechanism.flat_faced:
             return None
         pitch = self._close_curve(np.concatenate([piece.pitch for piece in self.picture.curves]))
-        knife = self.radius == 0.0
+        knife = self.roller_radius == 0.0
         what = "the profile of the cam" if knife else "the pitch curve"
         shape = PenLine("profile" if knife else "pitch-curve", pitch, "curve" if knife else "pitch")
         dwells = "" if self.is_developed else " In dwells it is an arc about O."
-        return Step(f"{self.plan.curve_words}: {what}.{dwells}", [shape], [])
+        return Step(f"{self.plan.join_stations_sentence}: {what}.{dwells}", [shape], [])
 
     def _close_curve(self, points: ComplexArray) -> ComplexArray:
         return points if self.is_developed else np.append(points, points[0])
 
     def _flank_points(self, flank: int) -> ComplexArray:
         """A flank over the turn, with the arcs of the roller at corners of the pitch curve."""
-        curves, radius = self.picture.curves, -self.mechanism.flanks[flank].side * self.radius
+        curves, radius = self.picture.curves, -self.mechanism.flanks[flank].side * self.roller_radius
         before = [curves[-1], *curves[:-1]]
         parts = [
             part
@@ -389,20 +401,27 @@ class Inversion:
         """The step of rollers, spherical faces or flat faces at the stations."""
         if self.mechanism.flat_faced:
             return self._flat_face_step()
-        if self.radius == 0.0:
+        if self.roller_radius == 0.0:
             return None
         shapes = [
             circle_about(
-                f"roller-{each.number}", complex(self.point_at(each.angle, each.displacement)), self.radius, "body"
+                f"roller-{each.number}",
+                complex(self.point_at(each.angle, each.displacement)),
+                self.roller_radius,
+                "body",
             )
             for each in self.plan.stations
         ]
         what = "the roller" if self.picture.scene.follower.contact == "roller" else "the spherical face"
-        return Step(f"Draw {what}, radius {value_with_unit(self.radius)}, about each of these points.", shapes, [])
+        return Step(
+            f"Draw {what}, radius {value_with_unit(self.roller_radius)}, about each of these points.", shapes, []
+        )
 
     def _flat_face_step(self) -> Step:
         shapes = []
-        half = FACE_MARGIN * self.base + max(abs(self._contact_distance(each)) for each in self.plan.stations)
+        half = FACE_MARGIN * self.base + max(
+            abs(self._contact_distance_along_face(each)) for each in self.plan.stations
+        )
         for each in self.plan.stations:
             point = complex(self.point_at(each.angle, each.displacement))
             along = self._face_direction_at(each)
@@ -412,10 +431,12 @@ class Inversion:
 
     def _face_direction_at(self, station: Station) -> complex:
         """Direction of a flat face at a station, in the frame of the cam."""
-        turned = self.face * np.exp(1j * outward_turn_sense(self.problem) * station.displacement * self.angular)
+        turned = self.face_direction * np.exp(
+            1j * outward_turn_sense(self.problem) * station.displacement * self.angular
+        )
         return complex(self.seen_from_cam(turned, station.angle))
 
-    def _contact_distance(self, station: Station) -> float:
+    def _contact_distance_along_face(self, station: Station) -> float:
         """Distance of the contact along a flat face from the constructed point [mm]."""
         angle = np.array([station.angle])
         touched = self.mechanism.travel(self.problem.design, self.problem.programme, angle).trace
@@ -424,7 +445,7 @@ class Inversion:
 
     def _profile_step(self) -> Step | None:
         """The step of the curve that touches all rollers or faces; with undercut also of the remaining cam."""
-        if self.radius == 0.0 and not self.mechanism.flat_faced:
+        if self.roller_radius == 0.0 and not self.mechanism.flat_faced:
             return None
         flanks = range(len(self.mechanism.flanks))
         shapes = []

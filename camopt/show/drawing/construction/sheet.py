@@ -10,12 +10,12 @@ from camopt.core.storage.files import checked_suffix
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.drawing import diagrams
 from camopt.show.drawing.cam import draw_rotation
-from camopt.show.drawing.construction.answers import answer_lines, motion_in_words
+from camopt.show.drawing.construction.answers import cam_speed_and_peak_lines, motion_in_words
 from camopt.show.drawing.construction.construct import Construction
 from camopt.show.drawing.construction.displacement import DiagramScale, displacement_steps
 from camopt.show.drawing.construction.inversion import Inversion
 from camopt.show.drawing.construction.shapes import PenLine, Step
-from camopt.show.drawing.figures import results_in_words, sizes_in_words
+from camopt.show.drawing.figures import geometry_results_line, mechanism_and_sizes_line
 from camopt.show.drawing.frames import write_still_gif
 from camopt.show.drawing.labels import Label, label_places, place_labels
 from camopt.show.drawing.panels import motion_panels
@@ -146,11 +146,11 @@ def draw(construction: Construction, path: Target = None, steps: bool = False) -
     """Draw a construction on one sheet; with ``steps`` a page (PDF) or frame (GIF) for each step."""
     inversion = construction.inversion
     if steps:
-        return _draw_pages(inversion, path)
+        return _draw_step_pages(inversion, path)
     picture, layout = inversion.picture, LAYOUT_BELOW if inversion.is_developed else LAYOUT_BESIDE
     with figure_pages(path, [(A3[0] / MM_PER_INCH, A3[1] / MM_PER_INCH)]) as (figure,):
         page = PaperPage(figure, A3)
-        given = f"Given:  {motion_in_words(inversion)};  {sizes_in_words(picture)}"
+        given = f"Given:  {motion_in_words(inversion)};  {mechanism_and_sizes_line(picture)}"
         page.write(HEADING_PLACE, picture.scene.name, [given], TEXT_SIZE)
         diagram, profile = displacement_steps(inversion.plan, _diagram_scale(picture)), inversion.steps()
         labels = draw_steps(page.scaled_axes(layout["diagram"], -30.0 - 15.0j), diagram)
@@ -158,7 +158,12 @@ def draw(construction: Construction, path: Target = None, steps: bool = False) -
         shown = [panel.in_shown_units() for panel in motion_panels(picture)[1:3]]
         labels += diagrams.draw_diagrams(rates, picture, shown, (), (1,))
         labels += _draw_profile(page, inversion, profile, layout["profile"])
-        page.write(layout["answers"], "Answers", [*answer_lines(inversion), results_in_words(picture)], TEXT_SIZE)
+        page.write(
+            layout["answers"],
+            "Answers",
+            [*cam_speed_and_peak_lines(inversion), geometry_results_line(picture)],
+            TEXT_SIZE,
+        )
         lines = [f"{number}. {step.sentence}" for number, step in enumerate([*diagram, *profile], start=1)]
         page.write(layout["steps"], "Steps", lines, SMALL_SIZE - 0.5)
         _write_table(page, construction.table(), layout["table"])
@@ -171,12 +176,12 @@ def _diagram_scale(picture: Picture, factor: float = 1.0) -> DiagramScale:
     return DiagramScale(factor * TURN_WIDTH / (2.0 * np.pi), factor * STROKE_HEIGHT / lift)
 
 
-def draw_steps(axes: Any, steps: Sequence[Step], new: int | None = None) -> list[Label]:
-    """Draw the lines of steps, and return their letters; the step ``new`` has another colour."""
+def draw_steps(axes: Any, steps: Sequence[Step], highlighted_step: int | None = None) -> list[Label]:
+    """Draw the lines of steps, and return their letters; the step ``highlighted_step`` has another colour."""
     labels = []
     for place, step in enumerate(steps):
         for shape in step.shapes:
-            _draw_shape(axes, shape, NEW_STEP_COLOUR if place == new else None)
+            _draw_shape(axes, shape, NEW_STEP_COLOUR if place == highlighted_step else None)
         for letter in step.letters:
             style, point = dict(LETTER_STYLES[letter.pen]), (letter.point.real, letter.point.imag)
             labels.append(
@@ -200,9 +205,12 @@ def _draw_shape(axes: Any, shape: PenLine, colour: str | None) -> None:
 
 
 def _draw_profile(
-    page: PaperPage, inversion: Inversion, steps: list[Step], place: PaperArea, new: int | None = None
+    page: PaperPage, inversion: Inversion, steps: list[Step], place: PaperArea, newest_step: int | None = None
 ) -> list[Label]:
-    """Draw the profile at a round scale, with an arrow for the cam. Steps after ``new`` only reserve their room."""
+    """Draw the profile at a round scale, with an arrow for the cam.
+
+    Steps after ``newest_step`` only reserve their room.
+    """
     points = np.concatenate([shape.points for step in steps for shape in step.shapes])
     low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
     extent, room = high - low, 8.0
@@ -212,7 +220,7 @@ def _draw_profile(
     sense = [] if inversion.is_developed else [draw_rotation(axes, inversion.picture)]
     ratio = f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
     page.write_at(place.left, place.bottom + place.height, f"Scale {ratio}", fontsize=TEXT_SIZE)
-    return [*sense, *draw_steps(axes, steps if new is None else steps[: new + 1], new)]
+    return [*sense, *draw_steps(axes, steps if newest_step is None else steps[: newest_step + 1], newest_step)]
 
 
 def round_scale(largest: float) -> float:
@@ -236,7 +244,7 @@ def _write_table(page: PaperPage, table: Table, place: PaperArea) -> None:
             page.write_at(place.left + right, top, cell.text, ha="right", **style)
 
 
-def _draw_pages(inversion: Inversion, path: Target) -> "Figure":
+def _draw_step_pages(inversion: Inversion, path: Target) -> "Figure":
     """Draw a page for each step, with the lines of the step in red."""
     animated = path is not None and checked_suffix(path, "path", STEPWISE_SUFFIXES) == ".gif"
     diagram, profile = displacement_steps(inversion.plan, _diagram_scale(inversion.picture, 1.5)), inversion.steps()

@@ -128,7 +128,7 @@ class StationPlan:
         return list({each.letter: each for each in reversed(every)}.values())[::-1]
 
     @cached_property
-    def edges(self) -> list[tuple[str, float]]:
+    def lettered_segment_ends(self) -> list[tuple[str, float]]:
         """Letters and cam angles [rad] of the ends of all rises, returns and dwells, from A to X.
 
         An end at the lowest position has the letter of its station, but not on the pivot circle of an arm. A turn
@@ -146,17 +146,21 @@ class StationPlan:
             ("X", TURN_ANGLE),
         ]
 
-    def segment_words(self, middle: str = "", first: str = "", last: str = "X") -> str:
-        """The segments as text, "AS = 60° (rise)"; with ``middle`` as angles about O, "AOS = 60°"."""
-        names = [first or self.edges[0][0], *(name for name, _ in self.edges[1:-1]), last]
+    def segment_angle_words(self, vertex_letter: str = "", first_letter: str = "", last_letter: str = "X") -> str:
+        """The segments as text, "AS = 60° (rise)"; with ``vertex_letter`` as angles about O, "AOS = 60°"."""
+        names = [
+            first_letter or self.lettered_segment_ends[0][0],
+            *(name for name, _ in self.lettered_segment_ends[1:-1]),
+            last_letter,
+        ]
         parts = [
-            f"{one}{middle}{other} = {four_digits(degrees(end - start))}° ({name})"
+            f"{one}{vertex_letter}{other} = {four_digits(degrees(end - start))}° ({name})"
             for (one, other), (name, start, end) in zip(pairwise(names), self.segments, strict=True)
         ]
         return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
 
     @property
-    def curve_words(self) -> str:
+    def join_stations_sentence(self) -> str:
         """ "Join A, B, C … P by a smooth curve"; with corners where the velocity jumps."""
         names = [each.letter for each in self.stations]
         corners = ", with corners where the velocity jumps" if self.programme.corners else ""

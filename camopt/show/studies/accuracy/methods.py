@@ -10,7 +10,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.extremes import Precision, extremes
 from camopt.core.numerics.piecewise import MotionTable
-from camopt.core.numerics.sampling import sampled_extremes
+from camopt.core.numerics.sampling import write_sampled_extremes
 from camopt.model.motion.programme import Programme
 
 ANGLE_COUNTS = (36, 72, 180, 360, 720, 1800, 3600)
@@ -26,28 +26,28 @@ class Method:
 
     name: str
     setting: float
-    run: Callable[[Any, int, Programme, Any], Extremal]
+    find_extremes: Callable[[Any, int, Programme, Any], Extremal]
 
 
 def sampling_method(angles: int, polish: bool = False) -> Method:
     """Sampling; ``polish`` fits a parabola through the peak."""
 
-    def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
+    def sample_extremes(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         value = np.empty((len(questions), count))
-        sampled_extremes(f, count, sample_table(programme, angles), questions, polish, value)
+        write_sampled_extremes(f, count, sample_table(programme, angles), questions, polish, value)
         return value, np.zeros_like(value)
 
-    return Method("sampling, polished" if polish else "sampling", angles, run)
+    return Method("sampling, polished" if polish else "sampling", angles, sample_extremes)
 
 
 def enclosure_method(relative_error: float) -> Method:
     """Enclosures with a relative error."""
 
-    def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
+    def enclose_extremes(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         result = extremes(f, count, programme.table, questions, Precision(relative_error, np.inf))
         return result.value, result.width
 
-    return Method("enclosure", relative_error, run)
+    return Method("enclosure", relative_error, enclose_extremes)
 
 
 METHODS = (

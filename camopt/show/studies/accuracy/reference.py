@@ -24,24 +24,26 @@ SEARCH_WIDTH, PANEL_OVERLAP = 1e-3, 1e-9
 MOST_ROOT_STEPS = 200
 
 
-def extreme_near(make: Any, kinds: int, goal: int, design: Designs, programme: Programme, where: float) -> Any:
+def extreme_near(
+    make_curve: Any, kinds: int, goal: int, design: Designs, programme: Programme, cam_angle: float
+) -> Any:
     """The extreme of a curve of one design near a cam angle [rad], as a number of mpmath."""
-    curve, table = make(design, programme), programme.table
-    u = (where - table.centre) / table.half_width
+    curve, table = make_curve(design, programme), programme.table
+    u = (cam_angle - table.centre) / table.half_width
     values = []
-    for panel in np.flatnonzero(programme.panels_of(kinds) & (np.abs(u) <= 1.0 + PANEL_OVERLAP)):
+    for panel in np.flatnonzero(programme.panels_with_kinds(kinds) & (np.abs(u) <= 1.0 + PANEL_OVERLAP)):
         low, high = (
             arithmetic().mpf(float(end))
             for end in np.clip([u[panel] - SEARCH_WIDTH, u[panel] + SEARCH_WIDTH], -1.0, 1.0)
         )
-        places = [low, high, *_stationary_points(curve, table, panel, low, high)]
+        places = [low, high, *_root_of_slope(curve, table, panel, low, high)]
         values += [_value_and_slope(curve, table, panel, place)[0] for place in places]
     if goal == LARGEST_MAGNITUDE:
         return max(map(abs, values))
     return min(values) if goal == LEAST else max(values)
 
 
-def _stationary_points(curve: Any, table: Any, panel: Any, low: Any, high: Any) -> list[Any]:
+def _root_of_slope(curve: Any, table: Any, panel: Any, low: Any, high: Any) -> list[Any]:
     """The root of the slope of a curve between two places of a panel, by the Illinois method; empty without one."""
     before, after = (_value_and_slope(curve, table, panel, place)[1] for place in (low, high))
     if before * after >= 0:

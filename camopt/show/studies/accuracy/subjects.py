@@ -11,7 +11,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.extremes import Extremes, Precision, extremes
 from camopt.model.effects.peak import Peak
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.limits import first_peak
+from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem
 from camopt.scene.problem.sample import sweep_space
 from camopt.show.studies.accuracy.digits import Digits, arithmetic, as_number, digit_numbers
@@ -46,7 +46,7 @@ class PeakSubject:
         return -1.0 if self.peak.is_least else 1.0
 
     @cached_property
-    def _exact(self) -> FloatArray:
+    def _extremes_in_doubles(self) -> FloatArray:
         """Extremes to the precision of doubles."""
         return np.asarray(self._extremes(self.designs).value[0])
 
@@ -65,16 +65,23 @@ class PeakSubject:
     @property
     def truth(self) -> FloatArray:
         """The quantity of each design, to the precision of doubles."""
-        return np.asarray(self.peak.scale.quantity(self._exact, self.designs))
+        return np.asarray(self.peak.scale.quantity_from_extreme(self._extremes_in_doubles, self.designs))
 
-    def answer(self, method: Method, side: float = 0.0, designs: Designs | None = None) -> FloatArray:
-        """The result of a method for each design; ``side`` ±1 gives the far or near end of its enclosure."""
+    def result_by_method(
+        self, method: Method, enclosure_side: float = 0.0, designs: Designs | None = None
+    ) -> FloatArray:
+        """The result of a method for each design.
+
+        ``enclosure_side`` ±1 gives the far or near end of its enclosure.
+        """
         designs = self.designs if designs is None else designs
         curve, questions = self._curve_question(designs)
-        value, width = method.run(curve, len(designs), self.problem.programme, questions)
-        return np.asarray(self.peak.scale.quantity(value[0] + side * self.sign * width[0], designs))
+        value, width = method.find_extremes(curve, len(designs), self.problem.programme, questions)
+        return np.asarray(
+            self.peak.scale.quantity_from_extreme(value[0] + enclosure_side * self.sign * width[0], designs)
+        )
 
-    def in_digits(self, design: Designs, size: Any = None) -> Any:
+    def extreme_with_50_digits(self, design: Designs, size: Any = None) -> Any:
         """The extreme of a design with 50 digits; ``size`` replaces its size."""
         exact = design.with_values({name: Digits(as_number(value)) for name, value in design.sizes.items()})
         if size is not None:
@@ -83,10 +90,12 @@ class PeakSubject:
         ((make, kinds),), (where,) = self.peak.curves, self._extremes(design).where[0]
         return extreme_near(make, kinds, self.peak.goal, exact, self.problem.programme, float(where))
 
-    def reference(self, number: int) -> float:
+    def reference_with_50_digits(self, design_number: int) -> float:
         """The quantity of one design, computed with 50 digits."""
-        design = self.designs.take([number])
-        return float(self.peak.scale.quantity(np.array([float(self.in_digits(design))]), design)[0])
+        design = self.designs.take([design_number])
+        return float(
+            self.peak.scale.quantity_from_extreme(np.array([float(self.extreme_with_50_digits(design))]), design)[0]
+        )
 
 
 @dataclass(frozen=True)
@@ -112,11 +121,13 @@ class RadiusSubject:
     def truth(self) -> FloatArray:
         return self.designs.size
 
-    def answer(self, method: Method, side: float = 0.0) -> FloatArray:
-        """As for a peak; the result of a method is the far end."""
-        return np.asarray(self.root(method, side or 1.0).bracket[int(side >= 0.0)])
+    def result_by_method(self, method: Method, enclosure_side: float = 0.0) -> FloatArray:
+        """The smallest radius of each design by a method: by default the far end of its bracket."""
+        return np.asarray(
+            self.find_size_at_limit(method, enclosure_side or 1.0).bracket[int(enclosure_side >= 0.0)]
+        )
 
-    def root(self, method: Method, side: float = 0.0) -> Any:
+    def find_size_at_limit(self, method: Method, enclosure_side: float = 0.0) -> Any:
         """The size at which the peak reaches its limit, by a method.
 
         Enclosures and bracket have a quarter of the required error, since their errors add up in the size. Samples
@@ -130,27 +141,30 @@ class RadiusSubject:
             places = index.astype(int)
             sized = replace(self.designs.take(places), size=size)
             return np.asarray(
-                self.peak_subject.sign * (self.peak_subject.answer(used, side, sized) - limit[places])
+                self.peak_subject.sign
+                * (self.peak_subject.result_by_method(used, enclosure_side, sized) - limit[places])
             )
 
-        ends = tuple(each.size for each in self.ends)
+        ends = tuple(each.size for each in self.designs_at_range_ends)
         return find_root(excess, ends, args=(np.arange(len(self.designs)),), tolerances={"xrtol": relative_error})
 
     @property
-    def ends(self) -> list[Designs]:
+    def designs_at_range_ends(self) -> list[Designs]:
         """Designs at both ends of the search range."""
         return [
             replace(self.designs, size=self.designs.size * share) for share in (1.0 - SIZE_ROOM, 1.0 + SIZE_ROOM)
         ]
 
-    def has_smallest_radius(self) -> Any:
+    def smallest_radius_mask(self) -> Any:
         """Mask of designs with a smallest radius in the search range, whose ends can be assembled."""
         exists = partial(
             self.peak_subject.problem.setup.mechanism.can_assemble, programme=self.peak_subject.problem.programme
         )
-        return self.root(enclosure_method(SINGLE_DESIGN_ERROR)).success & np.logical_and(*map(exists, self.ends))
+        return self.find_size_at_limit(enclosure_method(SINGLE_DESIGN_ERROR)).success & np.logical_and(
+            *map(exists, self.designs_at_range_ends)
+        )
 
-    def reference(self, number: int) -> float:
+    def reference_with_50_digits(self, design_number: int) -> float:
         """The smallest radius by the secant method with 50 digits, to half of them.
 
         Raises
@@ -158,11 +172,13 @@ class RadiusSubject:
         ArithmeticError
             If the secant method does not converge.
         """
-        place, design = self.numbers[number], self.designs.take([number])
-        bound = self.peak_subject.peak.scale.extreme_at(float(self.peak_subject.truth[place]), digit_numbers())
+        place, design = self.numbers[design_number], self.designs.take([design_number])
+        bound = self.peak_subject.peak.scale.extreme_for_quantity(
+            float(self.peak_subject.truth[place]), digit_numbers()
+        )
 
         def limit_excess(size: Any) -> Any:
-            return self.peak_subject.in_digits(design, size) - bound
+            return self.peak_subject.extreme_with_50_digits(design, size) - bound
 
         one = arithmetic().mpf(float(design.size[0]))
         other = one * (1 + arithmetic().mpf(FIRST_STEP))
@@ -181,17 +197,19 @@ Subject = PeakSubject | RadiusSubject
 
 def subjects_of(problem: Problem) -> list[Subject]:
     """Pressure angle, curvature of pitch curve or profile, and the smallest radius of the first one that has it."""
-    designs, mechanism = designs_of(problem), problem.setup.mechanism
+    designs, mechanism = random_designs(problem), problem.setup.mechanism
     found: list[Subject] = []
     radius: RadiusSubject | None = None
     for name in ("pressure angle", "curvature" if mechanism.curvature else "radius of curvature"):
-        peak = first_peak(QUANTITY_OF[name], problem.setup)
+        peak = peak_at_first_contact(QUANTITY_OF[name], problem.setup)
         assert peak is not None
         of = PeakSubject(name, problem, peak.as_magnitude() if mechanism.two_sided else peak, designs)
         if np.all(np.abs(of.truth) > 0.0):  # a flat face that translates has no pressure angle
             found.append(of)
             inside = (
-                None if radius else np.flatnonzero(RadiusSubject(of, np.arange(len(designs))).has_smallest_radius())
+                None
+                if radius
+                else np.flatnonzero(RadiusSubject(of, np.arange(len(designs))).smallest_radius_mask())
             )
             if inside is not None and inside.size:
                 radius = RadiusSubject(of, inside[: DESIGN_COUNT // 4])
@@ -199,7 +217,7 @@ def subjects_of(problem: Problem) -> list[Subject]:
     return found
 
 
-def designs_of(problem: Problem, seed: int = 0) -> Designs:
+def random_designs(problem: Problem, seed: int = 0) -> Designs:
     """Random designs of the search space of a scene; without one, its design with sizes varied a little."""
     rng, space = np.random.default_rng(seed), sweep_space(problem)
     count = 4 * DESIGN_COUNT  # some cannot be assembled

@@ -86,7 +86,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     or on workers of an engine.
     """
     found, count = [], len(problems_by_motion(resolve(scene)))
-    measured = (engine or Threads(1)).in_order(partial(_measure_programmes, scene.to_toml()), range(count))
+    measured = (engine or Threads(1)).results_in_order(partial(_measure_programmes, scene.to_toml()), range(count))
     for done, rows in enumerate(chain.from_iterable(measured), start=1):
         found += rows
         report_progress(progress, done, count)
@@ -94,7 +94,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
 
 
 def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
-    """Rows of the programmes of a scene with these numbers."""
+    """Rows of cost and error for some programmes of a scene (TOML), given by number."""
     problems = problems_by_motion(resolve(Scene.from_dict(tomllib.loads(scene))))
     return [
         [row for subject in subjects_of(problems[number]) for row in _subject_rows(subject)] for number in numbers
@@ -104,7 +104,7 @@ def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[st
 def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
     """Rows of one quantity under one programme; the reference of 50 digits first."""
     some, start = range(max(min(REFERENCE_COUNT // subject.cost_factor, len(subject.designs)), 1)), perf_counter()
-    expected = np.array([subject.reference(number) for number in some])
+    expected = np.array([subject.reference_with_50_digits(number) for number in some])
     spent, alike, none = perf_counter() - start, EQUAL_DIGITS, np.zeros(1, dtype=bool)
     rows = [
         _method_row(
@@ -113,9 +113,11 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
     ]
     limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
-        value, seconds = time_runs(partial(subject.answer, method), TIMED_RUNS)
+        value, seconds = time_runs(partial(subject.result_by_method, method), TIMED_RUNS)
         far, near = (
-            (subject.answer(method, side) for side in (1.0, -1.0)) if method.setting < 1.0 else (value, value)
+            (subject.result_by_method(method, side) for side in (1.0, -1.0))
+            if method.setting < 1.0
+            else (value, value)
         )
         held, possible = (subject.sign * (each - limit) <= 0.0 for each in (far, near))
         errors = np.abs(value[: len(some)] / expected - 1.0)
@@ -126,17 +128,22 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
 
 
 def _method_row(
-    asked: tuple[str, str, float], seconds: float, errors: FloatArray, achieved: float, held: Any, possible: Any
+    row_key: tuple[str, str, float],
+    seconds: float,
+    errors: FloatArray,
+    achieved: float,
+    proved_within_limit: Any,
+    possibly_within_limit: Any,
 ) -> dict[str, Any]:
-    """A row; ``asked`` is quantity, method and setting."""
+    """A row; ``row_key`` is quantity, method and setting."""
     return {
-        **dict(zip(("quantity", "method", "setting"), asked, strict=True)),
+        **dict(zip(("quantity", "method", "setting"), row_key, strict=True)),
         "ns_per_design": seconds * 1e9,
         "error_max": float(errors.max()),
         "error_median": float(np.median(errors)),
         "achieved": achieved,
-        "false_accept": float(held.mean()),
-        "undecided": float((possible & ~held).mean()),
+        "false_accept": float(proved_within_limit.mean()),
+        "undecided": float((possibly_within_limit & ~proved_within_limit).mean()),
     }
 
 
@@ -205,7 +212,7 @@ def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]
 
     axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(LEAST_ERROR_DRAWN / 3, 3.0))
     axes.xaxis.set_major_formatter(EngFormatter("s"))
-    axes.set_title(f"{name}\n{_usual_accuracy_text(rows)}", loc="left", fontsize=HEADING_SIZE)
+    axes.set_title(f"{name}\n{_default_accuracy_time_text(rows)}", loc="left", fontsize=HEADING_SIZE)
     axes.axhspan(LEAST_ERROR_DRAWN / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
     axes.text(0.01, 0.01, "below double precision", transform=axes.transAxes, fontsize=SMALL_SIZE, color=MUTED)
     labels = []
@@ -224,7 +231,7 @@ def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]
     return labels
 
 
-def _usual_accuracy_text(rows: list[dict[str, Any]]) -> str:
+def _default_accuracy_time_text(rows: list[dict[str, Any]]) -> str:
     """A text on the time of the default accuracy, compared with sampling; empty if it was not measured."""
     samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
     found = [row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_ERROR)]
