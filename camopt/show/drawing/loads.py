@@ -55,7 +55,7 @@ def _thrust_panels(picture: Picture, with_unusual_forces: bool) -> list[Panel]:
             else partial(thrust.side_thrust_curve, setup, quantity_name=name)
         )
         variants: list[Variant] = [
-            (partial(make, way=way), kinds) for way, kinds in friction_signs_by_stroke_kind(setup)
+            (partial(make, velocity_sign=way), kinds) for way, kinds in friction_signs_by_stroke_kind(setup)
         ]
         panels.append(
             load_panel(

@@ -119,9 +119,9 @@ from test_processes import slow, squares
 from camopt.core.engines.processes import processes
 if True:  # without the guard that multiprocessing asks scripts for
     with processes(2) as engine:
-        list(engine.in_order(squares, range(4)))
+        list(engine.results_in_order(squares, range(4)))
         print("begun", flush=True)
-        list(engine.in_order(slow, range(4)))
+        list(engine.results_in_order(slow, range(4)))
 """
 
 

@@ -330,12 +330,14 @@ def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, e
 MOST_ARGUMENTS = 8
 MARKS = {
     "inline_in_kernels",
-    "called",
+    "inline_in_kernels_by_overload",
+    "called_by_kernels",
     "compiled",
     "compiled_once_it_pays",
     "called_by_address",
-    "pair_formula",
-    "where_loaded",
+    "value_and_slope_formula",
+    "derivative_formula",
+    "chosen_by_load",
 }
 
 

@@ -49,7 +49,7 @@ def dominance_by_loop(known, block, sizes, most):
 )
 def way(request, monkeypatch):
     if request.param == "compiled":
-        for name in ("count_block", "gather_block"):
+        for name in ("write_block_counts", "write_feasible_designs"):
             kernel = getattr(block_filter, name)
 
             def compiled(*given, kernel=kernel):

@@ -219,9 +219,9 @@ def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
 DIES = """
 import os, sys
 from pathlib import Path
-from camopt.core.storage.publishing import finish_publishing, publication, published_answer, revision
-with publication(sys.argv[1], "sweep", ("a.txt",), keeps=("blocks-*",)) as unit:
-    unit.path("a.txt").write_text("lost")
+from camopt.core.storage.publishing import finish_publishing, publication, published_answer, path_to_revise_file
+with publication(sys.argv[1], "sweep", ("a.txt",), kept_patterns=("blocks-*",)) as unit:
+    unit.staged_path("a.txt").write_text("lost")
     (unit.staging / "blocks-1").write_text("kept")
     os._exit(9)
 """
@@ -328,7 +328,9 @@ def test_trouble_names_the_file_of_the_result(tmp_path):
     assert caught.value.filename == str(tmp_path / "a.txt")
     assert names(tmp_path) == ["a.txt"]
     with pytest.raises(FileNotFoundError) as caught:
-        publish(tmp_path, {}, then=lambda unit: write_text(unit.path("b.txt").with_name("none") / "b.txt", "1"))
+        publish(
+            tmp_path, {}, then=lambda unit: write_text(unit.staged_path("b.txt").with_name("none") / "b.txt", "1")
+        )
     assert caught.value.filename == str(tmp_path / "b.txt")
 
 

@@ -200,7 +200,7 @@ def test_a_follower_flies_as_it_does_between_drawn_walls(form, seed):
     assert flights.angle.size >= 2
     checked = 0
     for k, (angle, side) in enumerate(zip(flights.angle, flights.side, strict=True)):
-        if np.any(np.abs(walls.turn.starts - angle) < 0.02) and not flights.jump[k]:
+        if np.any(np.abs(walls.turn.piece_starts - angle) < 0.02) and not flights.jump[k]:
             continue  # it begins at the end of a dwell, where the force is 0 all along
         speed, time = flown(problem, walls, angle, side, flights.jump[k] != 0.0)
         checked += 1
@@ -309,7 +309,7 @@ def test_the_spin_of_a_roller_turns_round_and_slips_as_points_of_both_walls_say(
         most = max(np.abs(spin_rate(walls, np.linspace(0.01, 6.27, 2000), k)).max() for k in (0, 1))
         assert surface["roller_speed_max_rpm"] == pytest.approx(most * omega * 30 / pi, rel=1e-4)
     step, angles = 1e-3, np.linspace(0.01, 6.27, 700)
-    inside = angles[np.abs(walls.turn.starts[:, None] - angles).min(axis=0) > 2 * step]
+    inside = angles[np.abs(walls.turn.piece_starts[:, None] - angles).min(axis=0) > 2 * step]
     rates = [
         np.abs(spin_rate(walls, inside + step, k) - spin_rate(walls, inside - step, k)).max() / (2 * step)
         for k in (0, 1)

@@ -125,7 +125,7 @@ def test_parts_enclose_the_profile(case, share):
     assert ends[:-1] == pytest.approx(starts[1:], rel=1e-14)
     angles = parts.middle + np.array(share)[:, None] * parts.half
     away = points_of(case, angles) - found.point
-    travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
+    travel = case.setup.mechanism.trace_and_normal(case.designs, case.programme, angles)
     normal = np.exp(-1j * case.designs.sense * angles) * travel.normal
     assert np.all(np.abs(away) <= found.radius)
     assert np.all(np.abs((found.tangent.conj() * away).imag) <= found.bulge)
@@ -415,7 +415,7 @@ def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
     """A bound: where it tells so, it is so at each of some thousand points."""
     assume(case.designs.roller_radius[0] > 0.0)
     angles = np.linspace(0.0, 2 * np.pi, 5000, endpoint=False)
-    travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
+    travel = case.setup.mechanism.trace_and_normal(case.designs, case.programme, angles)
     outwards = np.min((travel.trace * travel.normal.conj()).real) > case.designs.roller_radius[0]
     assert outwards or not pressure_angle_proves_no_crossing(with_pressure_angle(case))[0]
 

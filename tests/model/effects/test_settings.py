@@ -65,7 +65,7 @@ def test_many_settings_together_are_each_what_it_is_alone(case, law):
 def test_a_jump_speed_is_the_first_at_which_a_sampled_force_is_below_zero(law):
     """Damping that is light, and so heavy that contact is lost, won and lost again."""
     programme = turn(law)
-    starts = programme.starts[1:]  # of pieces: there y'' may jump
+    starts = programme.piece_starts[1:]  # of pieces: there y'' may jump
     angles = np.concatenate([np.linspace(0.0, 2 * pi, 4001)[:-1], starts - 1e-9, starts + 1e-9])
     y, y1, y2, _ = programme.motion_at(angles)[:4, :, None]
     stiffness, mass, constant, heavy = 2.0, 1e-3, 40.0, 0

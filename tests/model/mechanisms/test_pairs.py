@@ -118,7 +118,12 @@ def test_a_second_disc_is_an_ordinary_cam_that_turns_the_other_way(kind):
     (problem,) = random_problems(make, "translating" if kind == "conjugate" else kind, 1)
     second, programme = problem.setup.mechanism.further_contacts[0].local_designs(problem.design), problem.programme
     turned = [
-        ({"rise": "return", "return": "rise"}.get(each.segment, each.segment), each.angle, each.change, each.law)
+        (
+            {"rise": "return", "return": "rise"}.get(each.segment, each.segment),
+            each.angle,
+            each.signed_lift,
+            each.law,
+        )
         for each in problem.segments
     ]
     first = [kind for kind, *_ in turned].index("rise")  # a turn starts where the follower is lowest

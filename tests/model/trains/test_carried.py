@@ -160,7 +160,7 @@ def test_the_force_is_that_of_energies_at_the_tool(contact, train):
     energy = 0.5 * dynamics.mass * (omega * y1) ** 2 + 0.5 * dynamics.stiffness * y**2
     energy += (dynamics.preload + dynamics.load) * y
     spent = dynamics.damping * omega * y1[2] ** 2
-    places_ = [joint.displacement for joint in train_.joints(Taylor([y + zero, y1]))]
+    places_ = [joint.displacement for joint in train_.joint_motions(Taylor([y + zero, y1]))]
     for each in train_.carried:
         moved = places_[each.joint]
         energy += 0.5 * each.mass * (omega * moved.terms[1]) ** 2
@@ -197,7 +197,7 @@ def test_over_a_turn_the_torque_does_the_work_of_what_is_not_returned(contact, t
     weights = np.tile(half * weight, middle.size)
     y, y1, _, _ = programme.motion_at(angles)
     spent = np.sum(weights * problem.setup.dynamics.damping * problem.setup.omega * y1**2)
-    joints = [joint.displacement for joint in problem.setup.train.joints(Taylor([y + load.zero, y1]))]
+    joints = [joint.displacement for joint in problem.setup.train.joint_motions(Taylor([y + load.zero, y1]))]
     for each in problem.setup.train.carried:
         spent += each.friction * np.sum(weights * np.abs(joints[each.joint].terms[1]))
     for joint, changing in load.loads:

@@ -51,7 +51,7 @@ def random_turn(seed, law):
 def test_the_tool_goes_where_it_is_asked(seed, law):
     """The state of the follower, through the train, is that of the tool: from the laws, and from the table."""
     turn, train, zero = random_turn(seed, law)
-    base = float(train.follower(Taylor([zero])).terms[0]) - turn.strokes[0].low
+    base = float(train.follower_displacement(Taylor([zero])).terms[0]) - turn.strokes[0].low
     rng = np.random.default_rng(seed)
     panels, u = rng.integers(turn.table.centre.size, size=60), rng.uniform(-1.0, 1.0, 60)
     angles = turn.table.centre[panels] + u * turn.table.half_width[panels]
@@ -59,7 +59,7 @@ def test_the_tool_goes_where_it_is_asked(seed, law):
     asked = turn.tool.motion_at(angles) + np.array([zero, 0.0, 0.0, 0.0])[:, None]
     scale = np.abs(asked).max(axis=1)
     for y, y1, y2, y3 in (turn.motion_at(angles), tabulated):
-        tool = train.tool(Taylor([base + y, y1, y2 / 2, y3 / 6]))
+        tool = train.tool_displacement(Taylor([base + y, y1, y2 / 2, y3 / 6]))
         for order in range(4):
             assert tool.derivative(order) == pytest.approx(asked[order], abs=1e-10 * scale[order])
 
@@ -206,7 +206,7 @@ def test_positions_count_from_the_start_position_of_the_train():
     ]
     problem = resolve(Scene.from_dict({**cam_with("arm"), "motion": turn, "train": [BELL_CRANK]}))
     train = problem.setup.train
-    low, high = (float(train.follower(Taylor([each])).terms[0]) for each in (10.0, 40.0))
+    low, high = (float(train.follower_displacement(Taylor([each])).terms[0]) for each in (10.0, 40.0))
     assert problem.programme.lift == pytest.approx(high - low, rel=1e-13)
 
 

@@ -233,7 +233,7 @@ def test_forces_in_joints_are_those_of_free_bodies(seed):
 
 def _on_shaft(train, force):
     """Whether a force is on the pivot of the member that a link turns, and not in the link itself."""
-    return force.kind == "pivot" and train.links[force.parts[0].link].turns[1]
+    return force.kind == "pivot" and train.links[force.parts[0].link].driver_and_driven_angular[1]
 
 
 def _force(train, parts, motion, loads):

@@ -65,7 +65,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     tool = [ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9), 1.0, 0.3, -0.2]
     trains, follower, radicands = motion_ranges(stages, angular, chosen, low, high, tool)
     with np.errstate(all="ignore"):
-        ratios = [joint.ratio for joint in trains.joints(follower)]
+        ratios = [joint.ratio for joint in trains.joint_motions(follower)]
         travel = sorted((tool[0], ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9)))
         angle = range_of(trains.least_transmission_angle(*travel)) if trains.has_couplers else None
     seen = 0

@@ -21,7 +21,8 @@ def acute_angle(one, other):
 def sampled_least_angle(stages, train, tool):
     """Least transmission angle over positions of the tool, from the pins of the couplers [rad]."""
     joints = [
-        joint.displacement.terms[0] for joint in train.joints(Taylor([train.follower(Taylor([tool])).terms[0]]))
+        joint.displacement.terms[0]
+        for joint in train.joint_motions(Taylor([train.follower_displacement(Taylor([tool])).terms[0]]))
     ]
     least = []
     for number, (name, keys) in enumerate(stages, start=1):
@@ -35,7 +36,7 @@ def sampled_least_angle(stages, train, tool):
                 acute_angle(rocker, keys["ground"] + rocker - keys["crank"] * np.exp(1j * (given + start)))
             )
         if name in ("bell-crank", "slider-crank"):
-            by_slide = not train.links[last - 1].turns[0]
+            by_slide = not train.links[last - 1].driver_and_driven_angular[0]
             turned = (asked if by_slide else given) + start
             pin = keys["crank"] * np.exp(1j * turned)
             along = np.sqrt(keys["coupler"] ** 2 - (pin.imag - keys["offset"]) ** 2)

@@ -110,7 +110,7 @@ def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
     picture, stage, _ = animated_scene(name)
     cam, follower, contact = stage.bodies[:3]
     problem = picture.problem
-    travel = problem.setup.mechanism.travel(problem.design, problem.programme, np.zeros(1))
+    travel = problem.setup.mechanism.trace_and_normal(problem.design, problem.programme, np.zeros(1))
     start = travel.trace - float(problem.design.roller_radius[0]) * travel.normal
     for dot in contact.axes.lines:  # a knife edge has none
         assert dot.get_xydata()[0] @ [1, 1j] == pytest.approx(start[0])
@@ -130,7 +130,9 @@ def test_a_groove_passes_under_its_roller():
         picture, stage, root = animated_scene(name)
         surface, _, follower = stage.bodies[:3]
         problem = picture.problem
-        here = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi)).trace
+        here = problem.setup.mechanism.trace_and_normal(
+            problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi)
+        ).trace
         turned = np.where(FRAME_ANGLES[-1] == FRAME_ANGLES, 2 * np.pi * problem.design.size[0], 0.0)
         at = here + turned  # the turn after it
         centre = follower.positions(here[:1])[0]

@@ -93,7 +93,7 @@ def page_of_all(browser, folder):
 @pytest.mark.parametrize("name", mechanisms())
 def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeypatch):
     """The formulas of the page against those of the mechanisms: pitch curve and profile, at every sample."""
-    monkeypatch.setattr("camopt.show.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
+    monkeypatch.setattr("camopt.show.reporting.cams.cam_downloads_and_missing_reason", lambda scene, stem: ([], ""))
     scene, page = mechanisms()[name], page_of_all
     open_page(page, camopt.report(scene, folder / "cam.html"))
     drawn = page.evaluate("curvesOf(data.cams[0]).map(({pitch, profile, flank}) => ({pitch, profile, flank}))")
@@ -348,7 +348,7 @@ def printable(folder, swept, fronted):
     several = ["knife-900rpm-radial", "knife-900rpm-offset", "valve-rod-radial", "roller-1000rpm"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            "camopt.show.reporting.cams.downloads_of", lambda scene, stem: ([], "")
+            "camopt.show.reporting.cams.cam_downloads_and_missing_reason", lambda scene, stem: ([], "")
         )  # files are not printed
         cam, cams = (camopt.report(what, folder / f"{len(what)}.html") for what in ("exhaust-valve", several))
     return {"a cam": (cam, 5), "cams": (cams, 13), "a sweep": (swept[1], 8), "a frontier": (fronted, 7)}

@@ -44,7 +44,7 @@ def swept(tmp_path_factory):
 @pytest.fixture
 def without_files(monkeypatch):
     """Pages without files for machines, which take most of the time."""
-    monkeypatch.setattr("camopt.show.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
+    monkeypatch.setattr("camopt.show.reporting.cams.cam_downloads_and_missing_reason", lambda scene, stem: ([], ""))
 
 
 @pytest.mark.one_in(3)

@@ -517,7 +517,7 @@ def test_a_search_ends_with_a_server_that_is_killed(tmp_path):
 def test_the_process_of_a_search_watches_its_server(monkeypatch):
     seen = []
     monkeypatch.setattr(search, "exit_with_parent", lambda: seen.append("watched"))
-    monkeypatch.setattr(search, "find_smallest_cam", lambda scene: seen.append("searched"))
+    monkeypatch.setattr(search, "find_smallest_cam_or_reason", lambda scene: seen.append("searched"))
     monkeypatch.setattr(signal, "signal", lambda *_: None)
     ours, theirs = Pipe()
     search._run_search(camopt.find_scene("two-pauses").to_dict(), "two-pauses", theirs)

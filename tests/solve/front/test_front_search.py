@@ -263,7 +263,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
 
     def feasible(curves, first):
         """The rows of four designs, from one on."""
-        _, _, surely, _, perhaps = curves.verdicts(first, first + 4, every=True)
+        _, _, surely, _, perhaps = curves.block_verdicts(first, first + 4, keep_dominated=True)
         assert not len(perhaps)
         return curves.evaluate_held_designs(surely, frozenset(names))
 

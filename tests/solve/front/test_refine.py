@@ -292,7 +292,7 @@ def test_rows_of_three_objectives_stay_spread(tmp_path, monkeypatch):
         }
     )
     many = sweep(scene, out=tmp_path / "many", keep="pareto")
-    monkeypatch.setattr(refine, "_searches_in_turn", lambda pattern, decided: [pattern])
+    monkeypatch.setattr(refine, "_searches_by_objective", lambda pattern, decided: [pattern])
     assert sweep(scene, out=tmp_path / "few", keep="pareto").pareto < many.pareto
     names = scene.search.minimise
     grid, found = (

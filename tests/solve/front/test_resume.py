@@ -98,7 +98,7 @@ def test_what_is_kept_is_not_evaluated_again(tmp_path, saving_at_once):
     evaluated = []
 
     class Noted(Threads):
-        def in_order(self, work, items, sample=()):
+        def results_in_order(self, work, items, sample=()):
             evaluated.extend(items)
             return Threads.results_in_order(self, work, items, sample)
 
@@ -360,7 +360,7 @@ def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monk
     def interrupt(self):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("camopt.solve.tables.table_writers.TableWriter.finish", interrupt)
+    monkeypatch.setattr("camopt.solve.tables.table_writers.TableWriter.wait_until_written", interrupt)
     with pytest.raises(KeyboardInterrupt, match=r"interrupted; 2,[0-9]00 of 2,400 designs are done and kept"):
         run(tmp_path)
 
@@ -534,7 +534,7 @@ def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monk
     scene, told = SMALL.replace(**QUESTIONS[what]), []
     first = sweep(scene, tmp_path, keep=keep, tell=told.append)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    monkeypatch.setattr("camopt.solve.front.sweep.sweep_result", fail_if_called)
+    monkeypatch.setattr("camopt.solve.front.sweep.run_and_publish_sweep", fail_if_called)
     again = sweep(scene, tmp_path, keep=keep, block=50, tell=told.append)
     assert told == [DONE.format(tmp_path)]
     assert (first.already_done, again.already_done) == (False, True)

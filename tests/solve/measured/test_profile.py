@@ -466,10 +466,10 @@ def test_points_of_another_cam_are_far_from_it():
     fitted = fit(MeasuredProfile(xy(centres), "xy", 3.0), cam_of(WORN), band=0.002)
     assert np.abs(fitted.distances).max() < 0.00201  # a tolerance is filled
     grown = fitted.scene.replace(**{"cam.base_radius": fitted.scene.cam.base_radius + 0.1})
-    off = fitted.profile.distances(resolve(grown), fitted.start, fitted.points.rows)
+    off = fitted.profile.distances_outside_profile(resolve(grown), fitted.start, fitted.points.rows)
     assert off.max() < 0.0
     assert off.min() == pytest.approx(-0.1, abs=0.01)
-    turned = fitted.profile.distances(resolve(fitted.scene), fitted.start + 1.0, fitted.points.rows)
+    turned = fitted.profile.distances_outside_profile(resolve(fitted.scene), fitted.start + 1.0, fitted.points.rows)
     assert np.abs(turned).max() > 0.1
 
 

@@ -180,10 +180,10 @@ def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
     problem, rng, found = turns.problem, np.random.default_rng(2), []
     for _ in range(times(8, deep=25)):
-        freed = turns.angles_at_shares(rng.uniform(size=len(turns.freed_segments)), turns.box)
+        freed = turns.angles_at_shares(rng.uniform(size=len(turns.freed_segments)), turns.angle_box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZE_FIELDS}, sense=problem.design.sense)
-        designs = designs.take(feasible_designs(turns.problem_of(freed), designs))
+        designs = designs.take(feasible_designs(turns.problem_with_angles(freed), designs))
         angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed_segments, freed, strict=True)}
         found.append({**designs.sizes, **angles})
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}

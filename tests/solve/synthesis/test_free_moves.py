@@ -81,7 +81,7 @@ def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_veloc
     scene, result = free(name, "acceleration")
     (before, at_first), (after, at_last) = states(scene), states(result.scene)
     for number, (one, other) in enumerate(zip(before.strokes, after.strokes, strict=True)):
-        if not one.is_free:
+        if not one.is_law_replaceable:
             assert np.allclose(at_first[number], at_last[number], rtol=1e-12, atol=1e-12)
             continue
         for asked in one.conditions_in_mm_or_rad(before.strokes[0].low):

@@ -93,7 +93,9 @@ def excludes(found, row):
 )
 def test_no_certified_cam_lies_where_no_motion_is_said_to_be(name, changes, axes, monkeypatch):
     """Few points leave wide gaps between bounds; the cams of other points fall between them."""
-    monkeypatch.setattr("camopt.solve.synthesis.frontier._axis_ends", cache(_axis_ends_and_known_cams))
+    monkeypatch.setattr(
+        "camopt.solve.synthesis.frontier._axis_ends_and_known_cams", cache(_axis_ends_and_known_cams)
+    )
     scene = find_scene(name).replace(**{"search.law": ["poly345"], **changes})
     coarse, fine = (frontier(scene, axes, points=n, workers=1) for n in (3, 5))
     cams = [*coarse.rows, *fine.rows, *(row for row in (*coarse.known, *fine.known) if row["within"])]

@@ -30,7 +30,7 @@ def test_batches_are_written_in_their_order(tmp_path, monkeypatch):
     assert (found[NAMES[0]].to_pylist(), found.schema.metadata[b"told"]) == ([*range(30)], b"before")
 
 
-@pytest.mark.parametrize("method", ["append", "finish"])
+@pytest.mark.parametrize("method", ["append", "write_last_group"])
 def test_trouble_of_the_thread_names_its_own_table_and_leaves_none(tmp_path, monkeypatch, method):
     def full(self, *_):
         raise OSError(ENOSPC, "no room")

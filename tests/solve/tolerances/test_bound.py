@@ -23,7 +23,7 @@ def search(quantity, ends, **more):
 
 def proven_bound(quantity, ends, sides=(1.0,), gap=1e-6, until=np.inf):
     of = search(quantity, ends)
-    return of.run(whole_panel_parts(of.problem, of.box, sides=sides), -np.inf, gap, until)
+    return of.prove_upper_bound(whole_panel_parts(of.problem, of.box, sides=sides), -np.inf, gap, until)
 
 
 def test_the_bound_of_errors_that_are_not_monotone_and_of_a_direction_is_their_most():

@@ -88,7 +88,10 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
         )
         own = {key: each for key, each in errors.items() if not key.startswith("train")}
         train = problem.setup.train
-        at = [float(train.follower_at(tool_position(problem.programme, each))[0]) for each in (place, found.angle)]
+        at = [
+            float(train.follower_displacement_at(tool_position(problem.programme, each))[0])
+            for each in (place, found.angle)
+        ]
         y, y1, *_ = problem.programme.motion_at(place)
         rest = problem.setup.mechanism.shifted_contact(
             problem.design, problem.programme.lift, y, y1, contact_errors(flat_errors(own))

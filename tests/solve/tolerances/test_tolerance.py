@@ -156,8 +156,10 @@ def test_at_the_tool_an_error_is_what_comes_through_the_train(contact):
     tool, own = (
         ToolResponse(each, angles) for each in (problem, replace(problem, setup=replace(problem.setup, train=None)))
     )
-    at = train.follower_at(tool_position(problem.programme, angles))
-    moved = [train.tool(Taylor([at + side * off * own.profile_response[0]])).terms[0] for side in (1, -1)]
+    at = train.follower_displacement_at(tool_position(problem.programme, angles))
+    moved = [
+        train.tool_displacement(Taylor([at + side * off * own.profile_response[0]])).terms[0] for side in (1, -1)
+    ]
     answer = (moved[0] - moved[1]) / (2 * off)
     np.testing.assert_allclose(tool.profile_response[0], answer, rtol=1e-8)
     assert tool.profile_response[1, 2] == pytest.approx((answer[3] - answer[1]) / (2 * step), rel=1e-4, abs=1e-5)

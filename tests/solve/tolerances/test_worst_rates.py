@@ -87,7 +87,7 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
 def test_no_cam_exceeds_the_bounds_of_rates_and_the_worst_cam_nearly_has_them(contact, law, order):
     """By 20,000 cams, half of them at corners, and a local search from the worst of them."""
     search, rng = search_of(with_waves(contact, law), order), np.random.default_rng(order)
-    found, unit = search.run(), motion_unit_factor(search.problem.setup, order)
+    found, unit = search.find_worst_cam(), motion_unit_factor(search.problem.setup, order)
     errors, places = random_errors(search, rng, 10_000), rng.uniform(0.0, 2 * np.pi, 20_000)
     sampled = np.abs(exact(search, errors, places)) * unit
     assert sampled.max() <= found.bound
@@ -116,7 +116,7 @@ def test_the_worst_cams_have_their_rates_by_exact_contact_in_40_digits(contact):
     scene = with_waves(contact)
     tables, setup = scene.to_dict(), resolve_design(scene).setup
     for order in (1, 2):
-        found = search_of(scene, order).run()
+        found = search_of(scene, order).find_worst_cam()
         known = {key.removeprefix("follower."): each for key, each in found.errors.items() if not is_direction(key)}
         known |= {key: np.radians(known[key]) for key in ("phase", "face_tilt") if key in known}
         with mp.workdps(DIGITS):
@@ -157,7 +157,11 @@ def test_two_contacts_have_bounds_of_rates(name, order):
     """By exact re-contact of random cams at corners."""
     given = {"bore_eccentricity": 0.02, "profile": 0.01, "waves": 7}
     search = search_of(camopt.find_scene(name).replace(part={}, limits={}, tolerances=given), order)
-    rng, found, unit = np.random.default_rng(1), search.run(), motion_unit_factor(search.problem.setup, order)
+    rng, found, unit = (
+        np.random.default_rng(1),
+        search.find_worst_cam(),
+        motion_unit_factor(search.problem.setup, order),
+    )
     errors, places = random_errors(search, rng, 100), rng.uniform(0.1, 6.1, 200)
     known = exact(search, errors, places)
     np.testing.assert_allclose(search.motion_errors(errors, places), known, rtol=0, atol=1e-9 * np.abs(known).max())

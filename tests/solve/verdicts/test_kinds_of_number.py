@@ -298,7 +298,7 @@ def sizes_of(synthesis_problem):
     height = (
         problem.setup.mechanism.start(design)
         if synthesis_problem.has_trace_point
-        else design.size + synthesis_problem.roller
+        else design.size + synthesis_problem.prime_less_cam_radius
     )
     return float(design.lead[0]), float(height[0])
 
@@ -314,7 +314,7 @@ def over_samples(synthesis_problem, constraint, monkeypatch):
         x = x[(x >= 0.0) & (x <= 1.0)]
         if not x.size:
             continue
-        monkeypatch.setattr(nonconvex_constraints, "stroke_samples", lambda *_, at=x: at)
+        monkeypatch.setattr(nonconvex_constraints, "stroke_sample_positions", lambda *_, at=x: at)
         state = programme.motion_at(stroke.start + stroke.angle * x)
         yield from (
             nonconvex_constraints.SampledConstraints(synthesis_problem, stroke)

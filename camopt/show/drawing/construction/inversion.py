@@ -439,7 +439,7 @@ class Inversion:
     def _contact_distance_along_face(self, station: Station) -> float:
         """Distance of the contact along a flat face from the constructed point [mm]."""
         angle = np.array([station.angle])
-        touched = self.mechanism.travel(self.problem.design, self.problem.programme, angle).trace
+        touched = self.mechanism.trace_and_normal(self.problem.design, self.problem.programme, angle).trace
         gap = self.seen_from_cam(touched, angle) - self.point_at(angle, station.displacement)
         return float((gap[0] * self._face_direction_at(station).conjugate()).real)
 
