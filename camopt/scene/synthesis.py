@@ -109,11 +109,9 @@ class SynthesisSettings(SceneTable):
         int, BeforeValidator(check_whole_number), Field(ge=4, le=9), Key("Degree of the B-splines")
     ] = 5
     pieces: Annotated[
-        int,
-        BeforeValidator(check_whole_number),
-        Field(ge=2, le=200),
-        Key("Number of polynomial pieces of a stroke"),
-    ] = 48
+        Annotated[int, BeforeValidator(check_whole_number), Field(ge=2, le=200)] | None,
+        Key("Number of polynomial pieces of a stroke; 16 if the limits are convex, else 48, if not given"),
+    ] = None
     continuity: Annotated[
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=2, le=8)] | None,
         Key("Number of continuous derivatives; one less than the degree if not given"),

@@ -34,6 +34,7 @@ from camopt.solve.synthesis.nonconvex_constraints import (
 )
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
 from camopt.solve.synthesis.relaxation import RelaxedMotion
+from camopt.solve.synthesis.relaxed_optimum import PANEL_COUNTS, RelaxedOptimum, subtract_solver_error
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVER_ERROR
 from camopt.solve.synthesis.spline_motion import SplineMotion
@@ -41,11 +42,9 @@ from camopt.solve.synthesis.synthesis_problem import LIMIT_MARGINS, SynthesisPro
 from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.synthesise import (
     NONCONVEX_GAP,
-    PANEL_COUNTS,
     best_synthesis,
     least_jerk_laws,
     starting_laws,
-    subtract_solver_error,
 )
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import evaluate
@@ -118,8 +117,9 @@ class AxisMinimiser:
     ) -> FrontierCam | None:
         """The best cam with the other axes held at values; None if none is found."""
         if not held_values and self.first in AXIS_TERMS:
-            # nothing is held: the result of ``synthesise``
-            cam, laws_found = best_synthesis(self.scene, split_by_offset(self.problem), lambda done, most: None)
+            # nothing is held: as ``synthesise``, with the pieces of all cams of the frontier
+            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_offset(self.problem)]
+            cam, laws_found = best_synthesis(self.scene, problems, lambda done, most: None)
             terms = self._cam_row(cam, laws_found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, laws_found)
         scene, problem, best = (

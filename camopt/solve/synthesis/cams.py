@@ -40,11 +40,14 @@ from camopt.solve.synthesis.synthesis_problem import (
 )
 from camopt.solve.synthesis.synthesis_result import Synthesis, free_law_names
 from camopt.solve.tables.designs import Design
+from camopt.solve.verdicts.certify import certify_limits
+from camopt.solve.verdicts.verdict_words import UNDECIDED
 
 if TYPE_CHECKING:
     from camopt.solve.synthesis.iterate import Iterate
 
 LEAST_DERIVATIVE = 1e-12  # rounding, as a share of a derivative's range
+STEP_BACK = 1e-9  # relative increase of a size at which rounding hides if limits hold
 CONDITION_SLACKS = (
     1e-6,
     1e-5,
@@ -224,11 +227,11 @@ def _meets_condition(problem: SynthesisProblem, stroke: Stroke, origin_shift: fl
 def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws under every limit of the scene; None if there is none."""
     scene = scene_with_laws(original_scene, problem, iterate)
-    best = smallest_cams_or_own_size(scene).best
-    if best is None:
-        return None
-    size = problem.scene_problem.size_name
-    if best[size] > largest_cam_size(problem):
+    best, size = smallest_cams_or_own_size(scene).best, problem.scene_problem.size_name
+    if best is not None and problem.has_convex_size and _is_undecided(scene.with_row(best)):
+        larger = scene.replace(**{f"search.{size.removesuffix('_mm')}": [best[size] * (1.0 + STEP_BACK)]})
+        best = smallest_cams_or_own_size(larger).best or best
+    if best is None or best[size] > largest_cam_size(problem):
         return None
     # evaluated from the motion itself, not taken from the solver
     programme = programme_with_laws(problem, iterate)
@@ -236,6 +239,15 @@ def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iter
         weight * objective_term(problem, programme, name, best[size]) for name, weight in problem.objective.items()
     )
     return Synthesis(original_scene, scene.with_row(best), best, objective)
+
+
+def _is_undecided(scene: Scene) -> bool:
+    """Whether rounding hides if a cam holds a limit, as it may where its law lies on the limit over an arc."""
+    scene_problem = resolve(scene)
+    return (
+        not scene_problem.robust_errors
+        and UNDECIDED in certify_limits(scene_problem, scene_problem.design).values()
+    )
 
 
 def objective_term(problem: SynthesisProblem, programme: Programme, name: str, size: float) -> float:

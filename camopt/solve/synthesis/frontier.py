@@ -37,7 +37,7 @@ from camopt.solve.synthesis.frontier_result import Frontier
 from camopt.solve.synthesis.iterate import Iterate
 from camopt.solve.synthesis.nonconvex_constraints import load_constraints_at, load_limit_keys_by_quantity
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
-from camopt.solve.synthesis.synthesise import relaxation_bound
+from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
 from camopt.solve.tables.cells import duration_text
 from camopt.solve.tables.designs import Design
 

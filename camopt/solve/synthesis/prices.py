@@ -12,6 +12,7 @@ ch. 12.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf
 from typing import Any, NamedTuple
 
@@ -36,6 +37,7 @@ from camopt.solve.synthesis.problem_from_scene import (
     objective_weights,
     split_by_offset,
 )
+from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relax_motion
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
@@ -105,7 +107,10 @@ class PricedOptimum(NamedTuple):
 
         None if that scene has another number of curves, which happens at a bound that no motion meets.
         """
-        model = _tightened_convex_model(_robust_problem_per_offset(scene, self.sizes)[self.number], self.margin)
+        own = self.model.problem
+        problem = _robust_problem_per_offset(scene, self.sizes)[self.number]
+        problem = replace(problem, splines=own.splines, jerk_jumps=own.jerk_jumps)
+        model = _tightened_convex_model(problem, self.margin)
         for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
             variable.value = value
         values = [constraint.expr.value for constraint in model.constraints]
@@ -137,6 +142,8 @@ def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     iterate = iterate_of_result(first, result)
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
     problems = _robust_problem_per_offset(scene, sizes)
+    if result.convex:
+        problems = [_problem_with_splines_of(result, problem, relax_motion(scene, problem)) for problem in problems]
     for margin in LIMIT_MARGINS:
         models = [_tightened_convex_model(problem, margin) for problem in problems]
         try:
@@ -148,6 +155,16 @@ def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
             optimum = PricedOptimum(models[number], number, margin, *_primal_and_dual(models[number]), sizes=sizes)
             return optimum if result.convex else _local_optimum(optimum, result)
     return None
+
+
+def _problem_with_splines_of(
+    result: Synthesis, problem: SynthesisProblem, optimum: RelaxedOptimum
+) -> SynthesisProblem:
+    """The problem with the splines of a result: those with as many coefficients."""
+    law = result.scene.laws[next(iter(free_law_names(result.asked.motion)))].model_dump()
+    first = next(iter(problem.free_strokes))
+    cut = (each for each in optimum.cut_problems if each.splines_of(first).knots.size == len(law["knots"]))
+    return next(cut, problem)
 
 
 def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:

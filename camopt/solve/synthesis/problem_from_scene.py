@@ -40,6 +40,7 @@ from camopt.solve.synthesis.through_train import constant_train_ratio, constrain
 PEAK_ORDERS = {"peak_acceleration": 2, "peak_jerk": 3}
 LEAST_POINT_DISTANCE = 1e-4  # least distance between points, as a share of the stroke
 MOVE_PEAK_FACTOR = 1.25  # default peaks of free moves, as a multiple of those of the scene's own moves
+PIECES = 48  # of a stroke, if the scene gives no number
 GENTLE_LAW = "poly345"  # its peaks are the default limits of a scene without limits on acceleration and jerk
 
 
@@ -100,7 +101,7 @@ def problem_from_settings(
         scene_problem=scene_problem,
         splines=Splines(
             settings.degree,
-            settings.pieces,
+            settings.pieces or PIECES,
             settings.degree - 1 if settings.continuity is None else settings.continuity,
         ),
         strokes=strokes,

@@ -37,6 +37,9 @@ from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCro
 
 AREA_ERRORS = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
 CUBIC_ERROR = 2.0 / (9.0 * sqrt(3.0))
+LEAST_JUMP = 0.05  # least jump of the jerk that counts, as a share of the largest jerk
+LEAST_SWITCH = 0.25  # least sum of neighbouring jumps for which the motion is cut, as a share of the largest jerk
+JUMP_PANELS = 4  # jumps so many panels apart, or fewer, are one
 LEAST_PANEL = 0.25  # least length of a panel beside a condition, as a share of a panel
 
 
@@ -201,6 +204,24 @@ class RelaxedMotion(StrokeMotion):
             return
         sums = [self.y + other.y == total, self.v + other.v == 0.0, self.a + other.a == 0.0]
         self.constraints += sums
+
+    def jerk_jumps(self) -> tuple[float, ...]:
+        """The x at which the jerk of the solution jumps, as it does between limits that hold over arcs.
+
+        The mean jerk over panels overshoots beside a jump, and has a middle value in the panel of the jump. So the
+        place is the mean of neighbouring jumps, weighted by their sizes.
+        """
+        if self.a.value is None:
+            return ()
+        jerk = np.diff(self.a.value) / self.h
+        jumps, x, largest = np.diff(jerk), self.x[1:-1], np.abs(jerk).max()
+        panels = np.flatnonzero(np.abs(jumps) > LEAST_JUMP * largest)
+        places = []
+        for group in np.split(panels, np.flatnonzero(np.diff(panels) > JUMP_PANELS) + 1) if panels.size else ():
+            near = slice(max(group[0] - JUMP_PANELS // 2, 0), group[-1] + JUMP_PANELS // 2 + 1)
+            if abs(total := jumps[near].sum()) > LEAST_SWITCH * largest:
+                places.append(float(jumps[near] @ x[near] / total))
+        return tuple(places)
 
     def lift_area(self) -> Any:
         return self.angle * self.whole

@@ -151,6 +151,8 @@ class SynthesisProblem:
     """Cam angle within which the roller must land after that [rad]."""
     smooth: float = 0.0
     """Share of the objective that is given up for the least variation of the jerk."""
+    jerk_jumps: tuple[tuple[float, ...], ...] = ()
+    """For each stroke, the x at which the jerk of an optimal motion jumps; splines are cut there."""
 
     @property
     def prime_less_cam_radius(self) -> float:
@@ -236,7 +238,7 @@ class SynthesisProblem:
         )
 
     def splines_of(self, stroke: Stroke) -> Splines:
-        """The splines of a free stroke. Constraints on a part of it cut it, so that the jerk may jump there."""
+        """The splines of a free stroke, cut where constraints begin or end and where the optimal jerk jumps."""
         return self._splines[stroke]
 
     @cached_property
@@ -248,16 +250,22 @@ class SynthesisProblem:
         }
 
     def _spline_cut_positions(self, stroke: Stroke) -> tuple[float, ...]:
-        """The x at which a stroke's constraints begin or end, with those of its mirrored or opposed stroke."""
+        """The x at which to cut a stroke, with those of its mirrored or opposed stroke; constraints come first."""
         number = self.strokes.index(stroke)
         strokes = [
             stroke,
             *(self.strokes[partner_number] for partner_number in (self.opposed_strokes or ())[number : number + 1]),
         ]
-        ends = {x for other in strokes for x in self._condition_and_crossing_ends(other)}
-        if (partner := self.mirror_partner(stroke)) is not None:
-            ends |= {1.0 - x for x in self._condition_and_crossing_ends(partner)}
-        return tuple(sorted(x for x in ends if 0.0 < x < 1.0))
+        partner, cuts = self.mirror_partner(stroke), list[float]()
+        for places_of in (self._condition_and_crossing_ends, self._jerk_jumps_of):
+            places = {x for other in strokes for x in places_of(other)}
+            if partner is not None:
+                places |= {1.0 - x for x in places_of(partner)}
+            cuts += sorted(x for x in places if 0.0 < x < 1.0)
+        return tuple(cuts)
+
+    def _jerk_jumps_of(self, stroke: Stroke) -> tuple[float, ...]:
+        return self.jerk_jumps[self.strokes.index(stroke)] if self.jerk_jumps else ()
 
     def _condition_and_crossing_ends(self, stroke: Stroke) -> Iterator[float]:
         """The x at which the conditions and crossings of one stroke begin or end."""

@@ -13,7 +13,7 @@ from math import inf
 import numpy as np
 
 from camopt.core.engines.progress import Advance, Progress, report_progress, with_progress_bar
-from camopt.core.mistakes import Unmet, Unsolved
+from camopt.core.mistakes import BadInput, Unmet, Unsolved
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.motion import LAWS
@@ -40,19 +40,19 @@ from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.prices import shadow_prices_of_free_laws
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
-from camopt.solve.synthesis.relaxation import RelaxedMotion
+from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relax_motion, relaxation_bound
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
-from camopt.solve.synthesis.solver import SOLVED_STATUSES, SOLVER_ERROR, solve
+from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
 from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.tables.designs import joined_laws
 
-GENTLE_SLACK = 1e-4  # share of the objective's unit that is given up for the least jerk
-PANEL_COUNTS = (96, 64, 32, 16)  # panels of a stroke in the relaxation: fewer if the solver fails
+GENTLE_SLACK = 5e-5  # share of the objective's unit that is given up for the least jerk
 MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
 ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before
+SMALL_GAP = 5e-4  # relative gap to the bound at which laws with more pieces are not tried
 NONCONVEX_GAP = 1e-3  # relative: a nonconvex limit is active if a cam exceeds its convex optimum by more
 
 
@@ -101,24 +101,28 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     """
     scene = scene_from(scene)
     problems = split_by_offset(build_synthesis_problem(scene))
-    bounds: list[float | None]
     if CROSSING_JERK in problems[0].objective:
-        problems, bounds = map(list, zip(*map(with_best_crossings, problems), strict=True))
+        crossed = [with_best_crossings(problem) for problem in problems]
+        problems, optima = [problem for problem, _ in crossed], [RelaxedOptimum(bound) for _, bound in crossed]
     else:
-        bounds = [relaxation_bound(problem) for problem in problems]
-    feasible = [problem for problem, bound in zip(problems, bounds, strict=True) if bound != inf]
+        optima = [relax_motion(scene, problem) for problem in problems]
+    feasible = [pair for pair in zip(problems, optima, strict=True) if pair[1].bound != inf]
     if not feasible:
         raise contradiction_error(scene, problems[0], relaxation_bound)
     best, _ = best_synthesis(scene, feasible, partial(report_progress, progress))
-    proven = [bound for bound in bounds if bound is not None]
-    is_bound = len(proven) == len(bounds) and min(proven) <= best.objective  # otherwise the solver erred
+    proven = [optimum.bound for optimum in optima if optimum.bound is not None]
+    is_bound = len(proven) == len(optima) and min(proven) <= best.objective  # otherwise the solver erred
     return replace(best, bound=min(proven) if is_bound else None)
 
 
 def best_synthesis(
-    scene: Scene, problems: Sequence[SynthesisProblem], advance: Advance
+    scene: Scene,
+    problems: Sequence[tuple[SynthesisProblem, RelaxedOptimum]],
+    advance: Advance,
 ) -> tuple[Synthesis, Iterate]:
     """The best cam of several problems of a scene, without a bound, and its free laws.
+
+    Splines for the relaxed optimum of a problem are tried first.
 
     Raises
     ------
@@ -128,9 +132,9 @@ def best_synthesis(
         If the convex solver fails.
     """
     candidates, error = [], Unmet("")
-    for problem in problems:
+    for problem, optimum in problems:
         try:
-            candidates.append(_best_free_laws(scene, problem, advance))
+            candidates.append(_convex_optimum(scene, optimum) or _best_free_laws(scene, problem, advance))
         except Unmet as reason:
             error = reason
     if not candidates:
@@ -149,7 +153,7 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
         if cam or constraints:
             break  # otherwise a solver's error breaks a limit, and a wider margin helps
     candidates = [(cam, start)] if cam else []
-    is_convex = cam is not None and cam.objective <= least + NONCONVEX_GAP * (abs(least) + model.unit)
+    is_convex = cam is not None and _is_convex_optimum(cam, model, least)
     steps = [] if is_convex or not constraints else list(_convex_step_cams(scene, model, problem, start, advance))
     candidates += [(stepped, laws) for stepped, laws in steps if stepped]
     if not candidates:  # steps may miss a limit by little, or a limit that they do not include
@@ -166,6 +170,29 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
     return replace(cam, convex=is_convex), laws
 
 
+def _convex_optimum(scene: Scene, optimum: RelaxedOptimum) -> tuple[Synthesis, Iterate] | None:
+    """The cam near to a relaxed optimum, and its laws; None if nonconvex limits keep every cam from there."""
+    best = None
+    for problem in map(robust_problem, optimum.cut_problems):
+        try:
+            model, laws, least = solve_free_laws(problem)
+            cam = smallest_cam_for_laws(scene, problem, laws)
+        except (BadInput, Unmet, Unsolved):  # BadInput: these laws allow a cam of no size
+            continue
+        if cam is None or not _is_convex_optimum(cam, model, least):
+            continue
+        if best is None or cam.objective < best[0].objective:
+            best = replace(cam, convex=True), laws
+        if optimum.bound is not None and cam.objective - optimum.bound <= SMALL_GAP * (abs(least) + model.unit):
+            break
+    return best
+
+
+def _is_convex_optimum(cam: Synthesis, model: ConvexModel, least: float) -> bool:
+    """Whether a cam is as good as the convex optimum, so that no nonconvex limit is active."""
+    return cam.objective <= least + NONCONVEX_GAP * (abs(least) + model.unit)
+
+
 def robust_problem(problem: SynthesisProblem) -> SynthesisProblem:
     """The problem of a robust cam: its linear limits hold for all cams within tolerances, near the optimum."""
     robust = problem
@@ -177,29 +204,6 @@ def robust_problem(problem: SynthesisProblem) -> SynthesisProblem:
 
 def _best_candidate(candidates: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:
     return min(candidates, key=lambda each: each[0].objective)
-
-
-def relaxation_bound(problem: SynthesisProblem) -> float | None:
-    """Lower bound of the objective for any motion; infinite if no motion meets the limits, None without a bound.
-
-    There is no bound if the solver fails, or if the size is minimised and its constraints are not convex.
-    """
-    widened = tighten_limits(problem, -SOLVER_ERROR)  # wider than the solver's error, so that the bound is safe
-    for panels in PANEL_COUNTS:
-        relaxed = build_convex_model(widened, partial(RelaxedMotion, panels))
-        try:
-            value = relaxed.solve()
-        except Unsolved:
-            continue
-        if relaxed.is_solved_accurately:
-            has_no_bound = "size" in problem.objective and not problem.has_convex_size and value < inf
-            return None if has_no_bound else subtract_solver_error(relaxed, value)
-    return None
-
-
-def subtract_solver_error(relaxed: ConvexModel, value: float) -> float:
-    """An optimum less the error that the solver may make."""
-    return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
 def solve_free_laws(

@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
 import conditions as study
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, plot, synthesise
+from camopt.core.mistakes import Unmet
 from camopt.core.numerics.irreducible import irreducible_set
 from camopt.core.numerics.quadratic import constrained_least_squares
 from camopt.model.motion.move_run import (
@@ -33,7 +34,7 @@ from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
-from camopt.solve.synthesis.synthesise import Unmet, relaxation_bound
+from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
 from camopt.solve.verdicts.certify import conditions_verdict
 
 MOVES = [{"segment": "move", "angle": 200, "to": 40}, {"segment": "dwell", "angle": 20}]

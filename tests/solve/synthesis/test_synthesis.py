@@ -48,10 +48,11 @@ from camopt.solve.synthesis.nonconvex_constraints import (
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peaks
 from camopt.solve.synthesis.ramps import ramps_in_words
 from camopt.solve.synthesis.relaxation import RelaxedMotion
+from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.splines import Splines, elevate_degree
-from camopt.solve.synthesis.synthesise import relaxation_bound, solve_free_laws, synthesise
+from camopt.solve.synthesis.synthesise import solve_free_laws, synthesise
 from camopt.solve.tables.cells import number_text
 from camopt.solve.verdicts.certify import certify
 

@@ -13,8 +13,9 @@ from camopt.solve.synthesis.cams import motion_holds_limits, programme_with_laws
 from camopt.solve.synthesis.iterate import spline_and_fixed_motions
 from camopt.solve.synthesis.nonconvex_constraints import SampledConstraints, nonconvex_constraints_of
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
+from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
-from camopt.solve.synthesis.synthesise import relaxation_bound, solve_free_laws, starting_laws
+from camopt.solve.synthesis.synthesise import solve_free_laws, starting_laws
 
 BASE = find_scene("roller-1000rpm").replace(
     **{
