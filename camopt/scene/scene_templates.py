@@ -199,8 +199,3 @@ def _drop_repeated_comments(lines: Iterable[str]) -> Iterator[str]:
         code, mark, comment = line.partition("  # ")
         yield line if comment not in seen or not mark else code.rstrip()
         seen.add(comment)
-
-
-def enable_all_lines(lines: Iterable[str]) -> str:
-    """The text with all switched-off lines enabled."""
-    return "\n".join(line[1:] if line[:1] == "#" and line[1:2] not in (" ", ":", "") else line for line in lines)

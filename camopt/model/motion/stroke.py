@@ -37,11 +37,6 @@ def reversed_kinds(kinds: Any) -> Any:
     return sum(others, kinds & ~reversible)
 
 
-def stroke_direction_bits(kinds: int) -> int:
-    """Directions of the follower in strokes of some kinds, as bits."""
-    return sum(way for kind, way in WAY_OF.items() if kind & kinds)
-
-
 class Condition(NamedTuple):
     """Bounds on the motion or one of its derivatives, at a cam angle or over a range of angles."""
 

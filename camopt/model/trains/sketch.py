@@ -79,9 +79,6 @@ class LinkSketch(NamedTuple):
             Port(rotate_points(output.at) + away, rotate_points(output.way), side * output.sense),
         )
 
-    def shift_by(self, shift: complex) -> "LinkSketch":
-        return self.attach_to(self.input_port._replace(at=self.input_port.at + shift))
-
 
 def bar_member(ends: tuple[Any, Any]) -> Member:
     """A bar between two joints, from their paths."""

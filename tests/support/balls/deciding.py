@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from flint import arb
 
 from camopt.core.numerics.clock import clock_seconds
-from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAYS, stroke_direction_bits
+from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAY_OF, WAYS
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import ball_between
 from support.balls.curves import ExactCurve
@@ -43,7 +43,8 @@ class Side(NamedTuple):
             return None
         if stroke.kind != ALL_STROKES or self.kinds & ALL_STROKES == ALL_STROKES:
             return self
-        return self._replace(kinds=self.kinds & WAYS | stroke_direction_bits(self.kinds))
+        ways = sum(way for kind, way in WAY_OF.items() if kind & self.kinds)
+        return self._replace(kinds=self.kinds & WAYS | ways)
 
     def applies(self, speed: Any) -> tuple[bool, bool]:
         """Whether it may apply, and whether it surely applies, to a motion with this y'."""
