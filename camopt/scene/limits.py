@@ -13,7 +13,7 @@ from camopt.scene.tables import BoundedNumber, Positive, SignedNumber, TableOfRe
 def _limit_key(quantity: Quantity) -> Key:
     """The key of a limit on a quantity by its name."""
     words = "Least allowed" if quantity.relation == AT_LEAST else "Largest allowed"
-    return Key(f"{words} ``{quantity.name}``", quantity.unit or NO_UNIT)
+    return Key(f"{words} `{quantity.name}`", quantity.unit or NO_UNIT)
 
 
 LIMIT_TABLE_KEYS: dict[str, tuple[Any, Key]] = {

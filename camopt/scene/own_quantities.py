@@ -52,13 +52,13 @@ class QuantityExpression(SceneTable):
     """
 
     value: Annotated[
-        str | None, Key('Expression over quantities, such as ``"outer_radius_mm * torque_rms_N_m"``')
+        str | None, Key('Expression over quantities, such as `"outer_radius_mm * torque_rms_N_m"`')
     ] = None
     function: Annotated[
         Annotated[str, BeforeValidator(check_one_line)] | None,
         Key(
-            "Name of a Python function, in place of ``value``: an entry point of the group "
-            "``camopt.quantities``, or a name given to ``camopt.quantity``. A name in a file never "
+            "Name of a Python function, in place of `value`: an entry point of the group "
+            "`camopt.quantities`, or a name given to `camopt.quantity`. A name in a file never "
             "imports a module"
         ),
     ] = None

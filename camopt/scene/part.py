@@ -92,7 +92,7 @@ class Part(SceneTable):
         Length | None,
         Field(json_schema_extra=or_text),
         Key(
-            "Diameter of the bore, or a text with its fit, such as 30 H7; ``cam.shaft_diameter`` if not given",
+            "Diameter of the bore, or a text with its fit, such as 30 H7; `cam.shaft_diameter` if not given",
             "mm",
             example=20,
             usual=LENGTHS,
@@ -147,10 +147,10 @@ class Part(SceneTable):
     outer_fit: Annotated[ShaftFit | None, Key("Fit of the outer diameter of a cylindrical cam, such as h9")] = None
     density: Annotated[
         Positive | None,
-        Key("Density; the density of ``materials.cam`` if not given", "kg/m³", usual=(500.0, 25000.0)),
+        Key("Density; the density of `materials.cam` if not given", "kg/m³", usual=(500.0, 25000.0)),
     ] = None
     material: Annotated[
-        NumberedText | None, Key("Material in the title block; ``materials.cam`` if not given", example="16MnCr5")
+        NumberedText | None, Key("Material in the title block; `materials.cam` if not given", example="16MnCr5")
     ] = None
     hardness: Annotated[
         OneLine | None, Key("Hardness in the title block, such as 58 + 4 HRC", example="58 + 4 HRC")

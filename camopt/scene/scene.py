@@ -155,7 +155,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     ] = ()
     motion_at: Annotated[
         Literal["tool", "follower"],
-        Key("With a train: whether ``[[motion]]`` is the motion of the tool or of the follower"),
+        Key("With a train: whether `[[motion]]` is the motion of the tool or of the follower"),
     ] = "tool"
     train: Annotated[
         tuple[InnerTable[TrainStage], ...],
@@ -194,7 +194,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     outputs: Annotated[
         Outputs,
         Key(
-            "Quantities or effects to report, or ``all``, in place of those of motion and geometry. Sizes, "
+            "Quantities or effects to report, or `all`, in place of those of motion and geometry. Sizes, "
             "limited quantities and objectives are always reported"
         ),
     ] = ()

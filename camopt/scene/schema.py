@@ -99,7 +99,7 @@ def _convert_schema(schema: Any) -> Any:
 def _describe_table(schema: dict[str, Any], place: str, model: type[SceneTable], site: str) -> dict[str, Any]:
     """Add the sentences, units and links of the keys of a table."""
     if "description" in schema:
-        schema["description"] = schema["description"].split("\n\n")[0].replace("\n", " ")
+        schema["description"] = schema["description"].split("\n\n")[0].replace("\n", " ").replace("``", "`")
     for name, each in schema["properties"].items():
         _describe_key(each, model, name, f"{place}.{name}" if place else name, site)
     return schema

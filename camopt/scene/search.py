@@ -73,41 +73,41 @@ class Search(SceneTable):
         None
     )
     law: Annotated[Laws, Key("Motion laws to try, each on rises and returns")] = ()
-    law_rise: Annotated[Laws, Key("Motion laws to try on rises, each with every law of ``law_return``")] = ()
-    law_return: Annotated[Laws, Key("Motion laws to try on returns, each with every law of ``law_rise``")] = ()
+    law_rise: Annotated[Laws, Key("Motion laws to try on rises, each with every law of `law_return`")] = ()
+    law_return: Annotated[Laws, Key("Motion laws to try on returns, each with every law of `law_rise`")] = ()
     angle_rise: Annotated[InnerTable[StepRange] | None, Key("Range for the angle of each rise", "deg")] = None
     angle_return: Annotated[InnerTable[StepRange] | None, Key("Range for the angle of each return", "deg")] = None
     angle_dwell: Annotated[InnerTable[StepRange] | None, Key("Range for the angle of each dwell", "deg")] = None
     cam: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Cam)),
-        Key("Other numbers of ``[cam]`` that vary, such as ``rpm``"),
+        Key("Other numbers of `[cam]` that vary, such as `rpm`"),
     ] = Field(default_factory=dict)
     follower: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Follower)),
-        Key("Other numbers of ``[follower]`` and ``[follower.dynamics]`` that vary"),
+        Key("Other numbers of `[follower]` and `[follower.dynamics]` that vary"),
     ] = Field(default_factory=dict)
     drive: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Drive)),
-        Key("Sizes and other numbers of ``[drive]`` that vary"),
+        Key("Sizes and other numbers of `[drive]` that vary"),
     ] = Field(default_factory=dict)
     materials: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Materials)),
-        Key("Numbers of ``[materials]`` that vary"),
+        Key("Numbers of `[materials]` that vary"),
     ] = Field(default_factory=dict)
     train: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_row_choices, TrainStage)),
-        Key("Numbers of ``[[train]]`` that vary, by number of the stage"),
+        Key("Numbers of `[[train]]` that vary, by number of the stage"),
     ] = Field(default_factory=dict)
     samples: Annotated[
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=1, le=MOST_SAMPLES)] | None,
         Key("Number of designs that a sweep draws for each law, in place of a grid"),
     ] = None
-    sampler: Annotated[Literal["sobol", "latin-hypercube"], Key("Method of drawing the designs of ``samples``")] = (
+    sampler: Annotated[Literal["sobol", "latin-hypercube"], Key("Method of drawing the designs of `samples`")] = (
         "sobol"
     )
     seed: Annotated[

@@ -294,7 +294,7 @@ class Cam(SceneTable):
     rpm_of_crank: Annotated[
         Speed | None,
         Key(
-            "Speed of the crankshaft of a four-stroke engine, twice that of the cam; use it in place of ``rpm``",
+            "Speed of the crankshaft of a four-stroke engine, twice that of the cam; use it in place of `rpm`",
             "rev/min",
         ),
     ] = None
@@ -388,25 +388,25 @@ class Drive(TableOfRecords):
     kind: Annotated[
         DriveName | None,
         Key(
-            "Kind of drive: ``spring``; ``groove``, with an outer and an inner wall; ``conjugate``, "
-            "two discs with a roller each; ``breadth`` or ``diameter``, one disc in a yoke with two "
-            "flat faces or two rollers; ``rib``, between two rollers. If not given: ``spring`` on a "
-            "disc cam, ``groove`` on a cylindrical cam"
+            "Kind of drive: `spring`; `groove`, with an outer and an inner wall; `conjugate`, "
+            "two discs with a roller each; `breadth` or `diameter`, one disc in a yoke with two "
+            "flat faces or two rollers; `rib`, between two rollers. If not given: `spring` on a "
+            "disc cam, `groove` on a cylindrical cam"
         ),
     ] = None
     base_radius: Annotated[
         Length | None,
-        Key("Base radius of the second disc of a conjugate pair; ``cam.base_radius`` if not given", "mm"),
+        Key("Base radius of the second disc of a conjugate pair; `cam.base_radius` if not given", "mm"),
     ] = None
     roller_radius: Annotated[
-        Length | None, Key("Radius of the second roller; ``follower.roller_radius`` if not given", "mm")
+        Length | None, Key("Radius of the second roller; `follower.roller_radius` if not given", "mm")
     ] = None
     offset: Annotated[
         SignedNumber | None,
-        Key("Offset of a translating second roller, positive to the right; ``follower.offset`` if not given", "mm"),
+        Key("Offset of a translating second roller, positive to the right; `follower.offset` if not given", "mm"),
     ] = None
     arm_length: Annotated[
-        Length | None, Key("Length of the second roller's arm; ``follower.arm_length`` if not given", "mm")
+        Length | None, Key("Length of the second roller's arm; `follower.arm_length` if not given", "mm")
     ] = None
 
 
@@ -448,13 +448,13 @@ class Through(SceneTable):
         CamAngle, Key("Cam angle, or range [from, to], counted from the start of the first segment", "deg")
     ]
     position: Annotated[NumberOrRange | None, Key("Displacement at that cam angle", "mm", "deg")] = None
-    velocity: Annotated[
-        NumberOrRange | None, Key("Velocity at that cam angle", "mm (deg) ``per`` rad, deg or s")
-    ] = None
+    velocity: Annotated[NumberOrRange | None, Key("Velocity at that cam angle", "mm (deg) `per` rad, deg or s")] = (
+        None
+    )
     acceleration: Annotated[
-        NumberOrRange | None, Key("Acceleration at that cam angle", "mm (deg) ``per`` rad², deg² or s²")
+        NumberOrRange | None, Key("Acceleration at that cam angle", "mm (deg) `per` rad², deg² or s²")
     ] = None
-    jerk: Annotated[NumberOrRange | None, Key("Jerk at that cam angle", "mm (deg) ``per`` rad³, deg³ or s³")] = None
+    jerk: Annotated[NumberOrRange | None, Key("Jerk at that cam angle", "mm (deg) `per` rad³, deg³ or s³")] = None
 
 
 class Segment(SceneTable):
@@ -495,21 +495,19 @@ class Segment(SceneTable):
     ] = 0.0
     law: Annotated[
         LawName | None,
-        Key("Motion law: built-in, or one of ``[laws]``. If not given, the first law that ``[search]`` tries"),
+        Key("Motion law: built-in, or one of `[laws]`. If not given, the first law that `[search]` tries"),
     ] = None
     to: Annotated[
         NumberOrRange | None, Key("Position at the end; between moves also a range [low, high]", "mm", "deg")
     ] = None
     velocity: Annotated[
         NumberOrRange | None,
-        Key(
-            "Velocity at the end of a move, or of a stretch at constant velocity", "mm (deg) ``per`` rad, deg or s"
-        ),
+        Key("Velocity at the end of a move, or of a stretch at constant velocity", "mm (deg) `per` rad, deg or s"),
     ] = None
     acceleration: Annotated[
-        NumberOrRange | None, Key("Acceleration at the end of a move", "mm (deg) ``per`` rad², deg² or s²")
+        NumberOrRange | None, Key("Acceleration at the end of a move", "mm (deg) `per` rad², deg² or s²")
     ] = None
-    jerk: Annotated[NumberOrRange | None, Key("Jerk at the end of a move", "mm (deg) ``per`` rad³, deg³ or s³")] = (
+    jerk: Annotated[NumberOrRange | None, Key("Jerk at the end of a move", "mm (deg) `per` rad³, deg³ or s³")] = (
         None
     )
     per: Annotated[
@@ -607,9 +605,7 @@ class OwnLaw(SceneTable):
     x: Annotated[Numbers | None, Key("Points of a table: shares of the stroke's angle, from 0 to 1", "no unit")] = (
         None
     )
-    s: Annotated[Numbers | None, Key("Points of a table: shares of the lift at ``x``, from 0 to 1", "no unit")] = (
-        None
-    )
+    s: Annotated[Numbers | None, Key("Points of a table: shares of the lift at `x`, from 0 to 1", "no unit")] = None
     file: Annotated[
         str | None, Key("CSV file with the columns x and s; the path is relative to the scene file")
     ] = None
@@ -617,7 +613,7 @@ class OwnLaw(SceneTable):
         Literal["both", "start", "end", "none"] | None,
         Key(
             "Ends of a table where velocity and acceleration are 0; if not given, all ends that "
-            "``reversal`` does not name"
+            "`reversal` does not name"
         ),
     ] = None
     reversal: Annotated[
@@ -634,7 +630,7 @@ class OwnLaw(SceneTable):
     peaks: Annotated[
         Annotated[tuple[Positive, Positive], BeforeValidator(check_pair)] | None,
         Key(
-            "Ratio of the largest acceleration to the largest deceleration, [a, d], in place of ``crossing``",
+            "Ratio of the largest acceleration to the largest deceleration, [a, d], in place of `crossing`",
             "no unit",
         ),
     ] = None

@@ -77,8 +77,7 @@ class Tolerance(SceneTable):
     iso: Annotated[
         str | None,
         Key(
-            "Class of ISO 286, such as h6, in place of ``plus`` and ``minus``; for a radius it applies to "
-            "the diameter"
+            "Class of ISO 286, such as h6, in place of `plus` and `minus`; for a radius it applies to the diameter"
         ),
     ] = None
     distribution: Annotated[
@@ -97,7 +96,7 @@ class Tolerance(SceneTable):
         | None,
         Key(
             "Measured errors of parts (measured minus nominal), or a column of a CSV file such as "
-            '"rollers.csv:error". They replace the distribution; without ``plus`` and ``minus`` the least '
+            '"rollers.csv:error". They replace the distribution; without `plus` and `minus` the least '
             "and the largest are the ends of the zone",
             "in the unit of the number",
         ),
@@ -175,29 +174,29 @@ class Tolerances(SceneTable):
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Cam, reader=TOLERANCE_READER)),
         Key(
-            "Tolerances of numbers of ``[cam]``: of the speed, and of the base (mean) radius, which does "
+            "Tolerances of numbers of `[cam]`: of the speed, and of the base (mean) radius, which does "
             "not change the motion"
         ),
     ] = Field(default_factory=dict)
     follower: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Follower, reader=TOLERANCE_READER)),
-        Key("Tolerances of sizes of the follower, and of numbers of ``[follower.dynamics]``"),
+        Key("Tolerances of sizes of the follower, and of numbers of `[follower.dynamics]`"),
     ] = Field(default_factory=dict)
     drive: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Drive, reader=TOLERANCE_READER)),
-        Key("Tolerances of sizes and other numbers of ``[drive]``"),
+        Key("Tolerances of sizes and other numbers of `[drive]`"),
     ] = Field(default_factory=dict)
     materials: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_number_choices, Materials, reader=TOLERANCE_READER)),
-        Key("Tolerances of numbers of ``[materials]``"),
+        Key("Tolerances of numbers of `[materials]`"),
     ] = Field(default_factory=dict)
     train: Annotated[
         dict[str, Any],
         BeforeValidator(partial(read_row_choices, TrainStage, reader=TOLERANCE_READER)),
-        Key("Tolerances of numbers of ``[[train]]``, by number of the stage"),
+        Key("Tolerances of numbers of `[[train]]`, by number of the stage"),
     ] = Field(default_factory=dict)
     profile: Annotated[NotNegative | None, Key("Tolerance of the profile along its normal, ±", "mm")] = None
     waves: Annotated[

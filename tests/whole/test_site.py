@@ -52,13 +52,13 @@ def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
     assert re.fullmatch(r"[A-Zs±].*[^.;]", record.sentence), "a sentence without its full stop"
     text = json.dumps(model.model_json_schema()["properties"][key])
     if '"number"' in text and '"$ref"' not in text and key != "minimise":
-        assert "``per``" in record.unit or {record.unit, record.turning or record.unit} <= UNITS
+        assert "`per`" in record.unit or {record.unit, record.turning or record.unit} <= UNITS
 
 
 def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
     described = scene_schema()["definitions"]["Limits"]["properties"]
     for name in BOUNDED_QUANTITIES.keys() - LIMIT_KEYS.keys():
-        assert f"``{name}``. Unit: {BOUNDED_QUANTITIES[name].unit or 'no unit'}." in described[name]["description"]
+        assert f"`{name}`. Unit: {BOUNDED_QUANTITIES[name].unit or 'no unit'}." in described[name]["description"]
 
 
 def test_every_table_of_a_scene_is_found():

@@ -10,7 +10,7 @@ SHAPE_KEYS = (
         allowed={"ge": 1e-9, "lt": 90},
     ),
     LimitKey(
-        "Largest pressure angle |β| over the returns of the follower, in place of ``pressure_angle``",
+        "Largest pressure angle |β| over the returns of the follower, in place of `pressure_angle`",
         "deg",
         key="pressure_angle_return",
         allowed={"ge": 1e-9, "lt": 90},

@@ -77,7 +77,7 @@ NUMBERS = (
     ),
     NumberKey(
         "Distance from the pivot at which a straight spring presses square to the arm of an oscillating "
-        "follower; ``spring_rate`` is then in N/mm, and ``preload`` in N",
+        "follower; `spring_rate` is then in N/mm, and `preload` in N",
         "mm",
         key="follower.dynamics.spring_at",
         allowed=LENGTH,

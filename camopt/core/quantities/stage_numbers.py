@@ -48,7 +48,7 @@ STAGE_NUMBERS = (
     NumberKey("Mass that the stage moves in a straight line", "kg", key="train.mass"),
     NumberKey("Moment of inertia that the stage turns, about its pivot", "kg·m²", key="train.inertia"),
     NumberKey(
-        "Moment of inertia of a rocker or bell crank with an ``input_arm``, about its pivot",
+        "Moment of inertia of a rocker or bell crank with an `input_arm`, about its pivot",
         "kg·m²",
         key="train.arm_inertia",
     ),

@@ -59,7 +59,7 @@ def list_keys(name: str | None) -> Listing:
 
 def _key_table(table: str, keys: list[KeyDescription]) -> Table:
     """Table of the keys of one table of a scene; for limits only the short keys, and a note on the others."""
-    summary = (SCENE_TABLES[table].__doc__ or "").split("\n")[0]
+    summary = (SCENE_TABLES[table].__doc__ or "").split("\n")[0].replace("``", "`")
     short = [key for key in keys if key.key.removeprefix("limits.") in LIMIT_KEYS]
     rows = short if table == "limits" and len(short) > 1 else keys
     title = f"{table_heading(table)}  {summary}" if table else "Top level"
