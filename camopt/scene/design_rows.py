@@ -24,7 +24,7 @@ LAW_NAME_COLUMNS = ("law", "law_rise", "law_return")
 ANGLES_COLUMN = "angles_deg"
 """The column with the angles of all segments."""
 EXCESS_PREFIX = "excess_"  # before the name of a limit: the column of its excess
-NO_DESIGN = "no size or number of this mechanism and no law"
+NO_DESIGN = "this mechanism has no such size, number or law"
 """The message for a column that no scene of a mechanism reads."""
 OTHER_KEYS = ("objective", "gap", "convex", "change", "table")
 """Columns of a synthesis or a comparison that are not quantities; ``RESULT_KEYS`` has further ones."""

@@ -538,6 +538,8 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
             table = _row_by_number(rows, name) if rows is not None else table.setdefault(name, {})
             if not isinstance(table, dict) and not (isinstance(table, list) and tables[place + 1 :]):
                 why = f"{name} is not a table: set {'.'.join(tables[: place + 1])} itself"
+                if isinstance(table, list) and table and isinstance(table[0], dict):
+                    why = f"set a key of this table, such as {key}.{next(iter(table[0]))}, or set {name} itself"
                 if rows is not None:
                     why = f"there is no table {name}: [[{'.'.join(tables[:place])}]] has {len(rows)}"
                 mistakes.append(Mistake(file, key, value, why, bare=True))

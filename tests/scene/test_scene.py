@@ -172,6 +172,11 @@ def test_replace_sets_adds_and_clears_by_dotted_key():
         ("cam.rmp", 5, "roller-1000rpm: cam.rmp = 5: not a known key; did you mean rpm?"),
         ("name.first", 5, "roller-1000rpm: name.first = 5: name is not a table: set name itself"),
         (
+            "motion.1",
+            5,
+            "roller-1000rpm: motion.1 = 5: set a key of this table, such as motion.1.segment, or set motion itself",
+        ),
+        (
             "motion.9.law",
             "harmonic",
             "roller-1000rpm: motion.9.law = 'harmonic': there is no table 9: [[motion]] has 4",

@@ -139,7 +139,7 @@ MISTAKEN = {
     ),
     "evaluate_designs": (
         lambda: camopt.evaluate_designs(SCENE, {"base_radius": [50.0]}),
-        "base_radius: no size or number of this mechanism and no law; did you mean base_radius_mm?",
+        "base_radius: this mechanism has no such size, number or law; did you mean base_radius_mm?",
     ),
     "replace": (
         lambda: SCENE.replace(**{"cam.base_radus": 1.0}),

@@ -87,7 +87,14 @@ class TableColumns:
         if self.turn is not None and self.kind is XY_TABLE:
             mistakes.append(Mistake("camopt", "turn", self.turn, "left out: points x, y have no angles"))
         elif self.turn is not None and not (isinstance(self.turn, Real) and 0.0 < self.turn <= LARGEST_MEASURED):
-            mistakes.append(Mistake("camopt", "turn", self.turn, "the angle of a whole turn, above 0"))
+            mistakes.append(
+                Mistake(
+                    "camopt",
+                    "turn",
+                    self.turn,
+                    "above 0: the angle of a whole turn in the unit of the table, such as 360",
+                )
+            )
         if mistakes:
             raise BadInput(mistakes)
 

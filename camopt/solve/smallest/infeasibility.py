@@ -44,8 +44,8 @@ class Infeasibility:
         if not self.size_range:
             return ""
         which = "the smallest feasible cam has" if self.is_smallest else "a feasible cam has"
-        cam = f"{which} {with_unit(self.size, 'mm')}{f', where {other_sizes}' if other_sizes else ''}"
-        return f", within the range of {self.size_range}; {cam}"
+        cam = f"{which} {with_unit(self.size, 'mm')}{f', with {other_sizes}' if other_sizes else ''}"
+        return f", for {self.size_range} ({cam})"
 
 
 def find_infeasibility(problem: Problem, bounds: SizeBounds, until: float = inf) -> Infeasibility:
@@ -68,7 +68,7 @@ def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
     texts = []
     for (cause, _), boxes in boxes_by_cause.items():
         best = min(boxes, key=lambda where: reasons[where].size)
-        where = f", where {join_words(boxes, MOST_LISTED_BOXES)}" if len(boxes_by_cause) > 1 else ""
+        where = f", if {join_words(boxes, MOST_LISTED_BOXES)}" if len(boxes_by_cause) > 1 else ""
         texts.append(f"{cause}{where}{reasons[best].range_in_words(best)}")
     return "; ".join(texts)
 
@@ -100,7 +100,7 @@ def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, until: float) -
         if low == high
         else f"{number_text(to_shown_unit(low, 'mm'))} to {with_unit(high, 'mm')}"
     )
-    return Infeasibility("", f"{key} ({ends})", size, answer.is_proved)
+    return Infeasibility("", f"{key} = {ends}", size, answer.is_proved)
 
 
 def round_size_up(size: float) -> float:

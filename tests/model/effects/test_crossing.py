@@ -400,7 +400,7 @@ def test_what_crosses_itself_in_all_of_a_space_is_named():
     assert sweep(scene).nearest_miss["violated"] == "self_crossing"
     found = optimise(scene)
     obstacle = found.obstacles["parabolic"]
-    assert obstacle.startswith("self_crossing, within the range of base_radius (1 to 2 mm); the smallest feasible")
+    assert obstacle.startswith("self_crossing, for base_radius = 1 to 2 mm (the smallest feasible")
     assert found.nearest_miss["violated"] == "self_crossing"
 
 

@@ -101,9 +101,9 @@ def test_any_table_is_evaluated_or_refused_in_plain_words(table):
 MISTAKES = {
     "base_radius": (
         [50.0],
-        "designs: base_radius: no size or number of this mechanism and no law; did you mean base_radius_mm?",
+        "designs: base_radius: this mechanism has no such size, number or law; did you mean base_radius_mm?",
     ),
-    "face_offset_mm": ([1.0], "designs: face_offset_mm: no size or number of this mechanism and no law"),
+    "face_offset_mm": ([1.0], "designs: face_offset_mm: this mechanism has no such size, number or law"),
     "base_radius_mm": ([50.0, np.nan], "designs: base_radius_mm[1] = nan: must be a finite number"),
     "roller_radius_mm": ([5.0, -1.0], "designs: roller_radius_mm[1] = -1.0: must be at least 1e-09"),
     "offset_mm": (["far"], "designs: offset_mm[0] = 'far': must be a number"),

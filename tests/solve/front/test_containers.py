@@ -113,24 +113,30 @@ def test_an_evaluation_goes_in_as_it_is():
 
 def test_columns_of_others_are_ignored_with_one_warning():
     frame = pd.DataFrame(designs(3), columns=NAMES).assign(cost=3.0, machine="mill", face_offset_mm=2.0)
-    told_of = r"designs: camopt ignores cost, machine, face_offset_mm: no size or number"
+    told_of = (
+        r"designs: camopt ignores cost, machine, face_offset_mm: this mechanism has no such size, number or law"
+    )
     with pytest.warns(UserWarning, match=told_of) as told:
         found = evaluate_designs(SCENE, frame)
     assert len(told) == 1
     assert told[0].filename == __file__
     assert_frame_equal(found, evaluate_designs(SCENE, frame[NAMES]), check_exact=True)
-    with pytest.raises(BadInput, match="designs: cost: no size or number of this mechanism and no law") as refused:
+    with pytest.raises(BadInput, match="designs: cost: this mechanism has no such size, number or law") as refused:
         evaluate_designs(SCENE, frame, strict=True)
     assert [each.key for each in refused.value.mistakes] == ["cost", "machine", "face_offset_mm"]
 
 
 def test_a_table_that_says_nothing_of_designs_is_refused():
-    with pytest.raises(BadInput, match=r"designs: base_radius: no size or number.*did you mean base_radius_mm"):
+    with pytest.raises(
+        BadInput, match=r"designs: base_radius: this mechanism has no such size.*did you mean base_radius_mm"
+    ):
         evaluate_designs(SCENE, {"base_radius": [50.0], "cost": [3.0]})
 
 
 def test_a_warning_names_the_column_that_was_meant():
-    with pytest.warns(UserWarning, match=r"ignores cost, ofset_mm \(did you mean offset_mm\?\), base_radus_mm: no"):
+    with pytest.warns(
+        UserWarning, match=r"ignores cost, ofset_mm \(did you mean offset_mm\?\), base_radus_mm: this"
+    ):
         evaluate_designs(SCENE, {"base_radius_mm": 67.3, "cost": 3.0, "ofset_mm": 5.1, "base_radus_mm": 3.0})
 
 
@@ -138,7 +144,7 @@ def test_a_warning_names_the_column_that_was_meant():
 @pytest.mark.parametrize("strict", [False, True])
 def test_a_table_of_other_quantities_alone_is_refused(table, strict):
     (name,) = table
-    with pytest.raises(BadInput, match=f"^designs: {name}: no size or number of this mechanism and no law"):
+    with pytest.raises(BadInput, match=f"^designs: {name}: this mechanism has no such size, number or law"):
         evaluate_designs(SCENE, table, strict=strict)
 
 

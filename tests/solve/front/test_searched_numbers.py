@@ -274,7 +274,7 @@ def test_a_table_of_designs_may_have_numbers(tmp_path):
         ({"preload_N": [3, -1]}, "designs: preload_N[1] = -1: must be at least 0"),
         ({"preload_N": [3, "x"]}, "designs: preload_N[1] = 'x': must be a number"),
         ({"preload_N": [3, float("nan")]}, "designs: preload_N[1] = nan: must be a finite number"),
-        ({"preload": [3, 1]}, "designs: preload: no size or number of this mechanism and no law; did you mean"),
+        ({"preload": [3, 1]}, "designs: preload: this mechanism has no such size, number or law; did you mean"),
         ({"overhang_mm": [90, 3]}, "designs: overhang_mm = [3.0, 90.0]: must be at least the lift (37.5)"),
         ({"inertia_kg_m2": [3, 1]}, "designs: inertia_kg_m2 = [1.0, 3.0]: a disc cam with a translating roller"),
     ],

@@ -868,7 +868,7 @@ def test_points_that_turn_back_everywhere_are_refused():
         (measured_points(), {"band": float("nan")}, "band = nan: must be at least"),
         (measured_points(), {"band": float("inf")}, "band = inf: must be at least"),
         (measured_points(), {"band": "0.01"}, "band = '0.01': must be at least"),
-        (measured_points(), {"turn": "360"}, "turn = '360': must be the angle of a whole turn"),
+        (measured_points(), {"turn": "360"}, "turn = '360': must be above 0: the angle of a whole turn"),
         (measured_points(), {"scene": "exhaust-walve"}, "exhaust-walve"),
         (measured_points(), {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a translating follower"),
         (measured_points(), {"scene": ARM, "lift_unit": "mm"}, "lift_unit = 'mm': must be deg for an oscillating follower"),

@@ -399,8 +399,8 @@ def test_a_format_nobody_describes_is_named(tmp_path):
     [
         ({"angle_unit": "gon"}, "angle_unit = 'gon': must be one of deg, rad"),
         ({"lift_unit": "mil"}, "lift_unit = 'mil': must be one of mm, inch, deg"),
-        ({"turn": 0.0}, "turn = 0.0: must be the angle of a whole turn, above 0"),
-        ({"turn": float("nan")}, "turn = nan: must be the angle of a whole turn, above 0"),
+        ({"turn": 0.0}, "turn = 0.0: must be above 0: the angle of a whole turn"),
+        ({"turn": float("nan")}, "turn = nan: must be above 0: the angle of a whole turn"),
         ({"chosen": [1, 2, 3]}, r"columns = \[1, 2, 3\]: must be those of angle and lift"),
         ({"chosen": ["1", "lift"]}, "columns = 'lift': must be a number from 1 to 2"),
         ({"chosen": [1, 3]}, "columns = 3: must be a number from 1 to 2"),

@@ -135,24 +135,22 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
         (
             {"curvature_radius": 60},
             (40, 59.9),
-            "curvature_radius, within the range of base_radius (40 to 59.9 mm); "
-            "the smallest feasible cam has 65.332 mm",
+            "curvature_radius, for base_radius = 40 to 59.9 mm (the smallest feasible cam has 65.332 mm)",
         ),
         (
             {"contact_stress": 90},
             (10, 60),
-            "contact_stress, within the range of base_radius (10 to 60 mm); "
-            "the smallest feasible cam has 66.9106 mm",
+            "contact_stress, for base_radius = 10 to 60 mm (the smallest feasible cam has 66.9106 mm)",
         ),
         (
             {"contact_stress": 90},
             (60, 60),
-            "contact_stress, within the range of base_radius (60 mm); the smallest feasible cam has 66.9106 mm",
+            "contact_stress, for base_radius = 60 mm (the smallest feasible cam has 66.9106 mm)",
         ),
         (
             {"sliding_speed": 1},
             (50, 60),
-            "sliding_speed, within the range of base_radius (50 to 60 mm); the smallest feasible cam has 5.332 mm",
+            "sliding_speed, for base_radius = 50 to 60 mm (the smallest feasible cam has 5.332 mm)",
         ),
         ({"curvature_radius": 60, "acceleration": 1}, (40, 59.9), "acceleration, curvature_radius"),
         ({"face_reach": 2, "acceleration": 1, "contact_stress": 90}, None, "acceleration, face_reach"),
@@ -185,7 +183,7 @@ def test_a_cam_that_cannot_be_assembled_is_named():
     scene = Scene.from_dict({**BUCKET, "follower": follower, "limits": {"pressure_angle": 30}})
     found = optimise(scene.replace(**{"search.base_radius": {"start": 5, "stop": 15}}))
     (reason,) = found.obstacles.values()
-    assert reason.startswith("assembly: the offset has to be smaller than the prime radius, within the range of")
+    assert reason.startswith("assembly: the offset has to be smaller than the prime radius, for base_radius = ")
 
 
 def two_rollers(limits, radii, base):
@@ -200,8 +198,8 @@ def test_a_reason_that_all_choices_share_is_told_once_with_the_smallest_cam():
     least = {r: optimise(scene.replace(search={"roller_radius": [r]})).best["base_radius_mm"] for r in (4, 8)}
     assert least[8] < least[4]
     assert reason == (
-        "pressure_angle, pressure_angle_return, within the range of base_radius (5 to 7 mm); "
-        f"the smallest feasible cam has {round_size_up(least[8]):.6g} mm, where roller_radius = 8"
+        "pressure_angle, pressure_angle_return, for base_radius = 5 to 7 mm "
+        f"(the smallest feasible cam has {round_size_up(least[8]):.6g} mm, with roller_radius = 8)"
     )
 
 
@@ -210,8 +208,8 @@ def test_reasons_that_differ_are_told_with_the_choices_that_they_are_of():
     scene = two_rollers({"pressure_angle": 12, "outer_radius": 39.85}, [4, 10], {"start": 20, "stop": 31})
     (reason,) = optimise(scene).obstacles.values()
     assert reason == (
-        "pressure_angle, pressure_angle_return, where roller_radius = 4; "
-        "pressure_angle_return and outer_radius together, where roller_radius = 10"
+        "pressure_angle, pressure_angle_return, if roller_radius = 4; "
+        "pressure_angle_return and outer_radius together, if roller_radius = 10"
     )
 
 

@@ -65,9 +65,7 @@ def test_a_merge_loses_the_scene_which_is_asked_for(folder):
         BadInput, match=r"^camopt: scene: missing: the table has lost it, as after a merge.*scene=$"
     ):
         scene_of(merged, 3)
-    with pytest.warns(
-        UserWarning, match="^table: camopt ignores cost: no size or number of this mechanism"
-    ) as told:
+    with pytest.warns(UserWarning, match="^table: camopt ignores cost: this mechanism has no such size") as told:
         found = scene_of(merged, 3, scene=SCENE)
     assert [each.filename for each in told] == [__file__]
     assert found.cam.base_radius == merged["base_radius_mm"][3]
@@ -174,8 +172,11 @@ FREE = {"law_rise": "free-rise", "law_return": "free-return"}
         ({"base_radius_mm": pd.NA}, "row: base_radius_mm: missing"),
         ({"base_radius_mm": 67.3, "rpm": float("nan")}, "row: rpm: missing"),
         ({"base_radius_mm": 67.3, "law_rise": float("nan")}, "row: law_rise: missing"),
-        ({"base_radus_mm": 99.1}, "row: base_radus_mm: no size or number of this.*did you mean base_radius_mm?"),
-        ({"outer_radius_mm": 99.1}, "row: outer_radius_mm: no size or number of this mechanism and no law"),
+        (
+            {"base_radus_mm": 99.1},
+            "row: base_radus_mm: this mechanism has no such size, number.*did you mean base_radius_mm?",
+        ),
+        ({"outer_radius_mm": 99.1}, "row: outer_radius_mm: this mechanism has no such size, number or law"),
         ({}, "camopt: row: must be a row with a size, a number or a law of this mechanism; known: base_radius_mm"),
         ({"angles_deg": [90.0]}, r"row: angles_deg = \[90.0\]: must be the angles of the 4 segments"),
         ({"base_radius_mm": "60"}, r"cam.base_radius = '60': must be a number"),
