@@ -64,7 +64,7 @@ class Milling:
         """Settings that are missing, need another setting, or are out of range."""
         for name in ("cutter_radius", "feed"):
             if getattr(self, name) is None:
-                yield Mistake("camopt", name, None, "missing; G-code needs it", bare=True)
+                yield Mistake("camopt", name, None, "missing; a program for a CNC machine needs it", bare=True)
         for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
             if getattr(self, name) is not None and not getattr(self, other):
                 why = f"needs {other}"
