@@ -23,7 +23,6 @@ class Engine(Protocol):
     @property
     def workers(self) -> int:
         """Number of items that are worked on at a time; on a cluster, it changes with the workers."""
-        ...
 
     def results_in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
@@ -39,7 +38,6 @@ class Engine(Protocol):
         sample : sequence
             A few items that a cluster times to decide how many make a task.
         """
-        ...
 
 
 @contextmanager

@@ -19,11 +19,9 @@ class TrainMotion(Protocol):
 
     def transmission_angle(self, link: int) -> Any:
         """Transmission angle of a link's coupler [rad]."""
-        ...
 
     def link_force_sum(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
         """Sum of forces of links [N] at a speed [rad/s]."""
-        ...
 
 
 TrainCurve = Callable[[Designs, TrainMotion], Any]

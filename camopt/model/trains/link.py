@@ -75,34 +75,27 @@ class Link(Protocol):
     @property
     def driver_and_driven_angular(self) -> tuple[bool, bool]:
         """Whether the displacement is an angle, of the driver and of the driven member."""
-        ...
 
     @property
     def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
         """The dead points of the driver next to its start position, below and above."""
-        ...
 
     def driven_displacement(self, driver: Series) -> Series:
         """Displacement of the driven member, from that of the driver."""
-        ...
 
     def driver_displacement(self, driven: Series) -> Series:
         """Displacement of the driver, from that of the driven member."""
-        ...
 
     def velocity_ratio(self, driver: Series) -> Series:
         """Velocity of the driven member over that of the driver, at a displacement of the driver."""
-        ...
 
     @property
     def couplers_by_driving_side(self) -> tuple[Coupler | None, Coupler | None]:
         """Its coupler, if it has one: as driven from the driver's side, and from the other side."""
-        ...
 
     @property
     def joint_forces(self) -> tuple[Force, ...]:
         """The forces in its joints; none if they depend on sizes that the link does not have."""
-        ...
 
     def sketch(
         self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
@@ -112,7 +105,6 @@ class Link(Protocol):
         Parts without a length in the scene are drawn in proportion to ``size``. ``driven_backwards`` says whether
         the train drives the link from its driven member; the input port of the sketch stays at the driver.
         """
-        ...
 
 
 RADIAN = pi / 180.0
