@@ -115,11 +115,6 @@ class Tolerance(SceneTable):
         ),
     ] = 1.0
 
-    @property
-    def has_measured_values(self) -> bool:
-        """Whether measured errors replace the distribution."""
-        return self.values is not None
-
 
 def _as_tolerance(value: Any) -> Any:
     if isinstance(value, str):

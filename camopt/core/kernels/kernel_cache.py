@@ -32,11 +32,6 @@ PRIVATE_MODE = 0o700
 NO_FOLDER = Path(os.devnull)
 
 
-def prepend_digest(content: bytes) -> bytes:
-    """File content: the digest, then the content."""
-    return sha256(content).digest() + content
-
-
 def content_if_undamaged(data: bytes) -> bytes | None:
     """Content of a file without its digest; None if the file is damaged."""
     digest, content = data[:DIGEST_SIZE], data[DIGEST_SIZE:]
@@ -90,7 +85,7 @@ class KernelFile:
         partial = self._file.with_name(f"{self._file.name}.{os.urandom(8).hex()}.partial")
         with suppress(OSError):
             try:
-                partial.write_bytes(prepend_digest(content))
+                partial.write_bytes(sha256(content).digest() + content)
                 os.replace(partial, self._file)
             finally:
                 partial.unlink(missing_ok=True)

@@ -31,7 +31,6 @@ from camopt.model.effects.error_response import (
     series_derivatives,
     train_number_response,
 )
-from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.model.motion.tool_drive import train_ratio_series
 
@@ -64,7 +63,7 @@ class ToolErrorModel:
     @cached_property
     def contact_responses(self) -> list[ContactResponse]:
         """The responses at the follower's contacts, each for the motion at that contact."""
-        setup, designs = self.case.setup, _designs_by_row(self.case.designs)
+        setup, designs = self.case.setup, self.case.designs.as_columns()
         return contact_responses(setup, designs, self.case.programme, self.angles, self.orders)
 
     @property
@@ -144,11 +143,6 @@ class ToolErrorModel:
 
     def _response_derivatives(self, response: Series) -> FloatArray:
         return series_derivatives(response, (len(self.case.designs), self.angles.shape[-1]), self.orders)
-
-
-def _designs_by_row(designs: Designs) -> Designs:
-    """Designs as columns (n, 1), one design a row."""
-    return designs.with_values({name: values[:, None] for name, values in designs.values.items()})
 
 
 def _band_bounds(response: FloatArray, band: ErrorBand) -> ResponseBounds:

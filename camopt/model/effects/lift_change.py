@@ -19,16 +19,9 @@ def lift_change_name(setup: Setup) -> str:
     return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
 
 
-def per_degree_factor(setup: Setup) -> float:
-    """Factor from mm per rad (rad per rad) to mm per deg (deg per deg)."""
-    return 1.0 if setup.tool_turns else radians(1.0)
-
-
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    return {
-        lift_change_name(case.setup): derivative_peak(case.programme.tool, 1, ALL_STROKES)
-        * per_degree_factor(case.setup)
-    }
+    per_degree = 1.0 if case.setup.tool_turns else radians(1.0)
+    return {lift_change_name(case.setup): derivative_peak(case.programme.tool, 1, ALL_STROKES) * per_degree}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:

@@ -18,14 +18,12 @@ and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
 All curves are built from the mechanism's curves of pressure angle, curvature, radius and reach.
 """
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
 from camopt.core.numerics.curves import curve_type_from_formula
-from camopt.core.numerics.extremes import Extremes
 from camopt.core.numerics.point_contact import pressure_factor, pressure_factor_coefficients
 from camopt.model.effects.effect import EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
@@ -227,11 +225,6 @@ def jamming_stroke_kinds(setup: Setup) -> int:
 def guide_drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     drag = guide_friction_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
-
-
-def largest_guide_drag(case: EvaluationBlock, kinds: int) -> Extremes:
-    """Largest μ·q·|t| on some kinds of pieces."""
-    return case.extremes(partial(guide_drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
 
 
 def heaviest_load_goal(setup: Setup) -> int:

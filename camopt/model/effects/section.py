@@ -103,18 +103,13 @@ def _integration_arguments(case: EvaluationBlock, integrals: Any, scale: Any) ->
     return integrate_designs, scale, len(case.designs), case.setup.relative_error
 
 
-def _design_columns(designs: Designs) -> Designs:
-    """Designs as columns (n, 1), for formulas at many cam angles."""
-    return designs.with_values({name: values[:, None] for name, values in designs.values.items()})
-
-
 def section_integrals(
     case: EvaluationBlock, designs: Designs, rule: GaussRule, side: float = INNER_SIDE
 ) -> FloatArray:
     """Integrals (5, designs) of ``SectionIntegrals`` within the wall on a side; side 0 is the pitch curve."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-    travel = case.setup.mechanism.trace_and_normal(_design_columns(designs), case.programme, angles.ravel())
+    travel = case.setup.mechanism.trace_and_normal(designs.as_columns(), case.programme, angles.ravel())
     across = (len(designs), *angles.shape)
     normal = travel.normal.reshape(-1, *angles.shape)
     reach = side * case.setup.pitch_to_flank_distance(designs)
@@ -152,7 +147,7 @@ def _corner_arcs_and_edges(
         angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)
         trace, normal = (
             np.broadcast_to(each, (len(designs), 2))
-            for each in case.setup.mechanism.trace_and_normal(_design_columns(designs), case.programme, angles)
+            for each in case.setup.mechanism.trace_and_normal(designs.as_columns(), case.programme, angles)
         )
         step, sweep = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
         face = normal[:, :1] * np.exp(1j * sweep * share)
@@ -189,7 +184,7 @@ def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: Gau
     """
     table, depth, mean = case.programme.table, case.setup.solid.groove_depth_or_rib_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
-    trace = case.setup.mechanism.trace_and_normal(_design_columns(designs), case.programme, angles.ravel()).trace
+    trace = case.setup.mechanism.trace_and_normal(designs.as_columns(), case.programme, angles.ravel()).trace
     along = matrix_product(trace.reshape(-1, *angles.shape), rule.derivative.T)
 
     def length_at_radius(share: FloatArray) -> FloatArray:

@@ -187,7 +187,8 @@ class PartPairs(NamedTuple):
         owners = designs.take(self.owner)
         enclosures = enclose_profile(setup, owners, programme, self.parts, side)
         pairs = self.select_pairs(~_tangent_turns_one_way(enclosures, self.owner, self.first, self.second))
-        pairs = pairs.select_pairs(~_discs_disjoint(enclosures, pairs.first, pairs.second))
+        gap = np.abs(enclosures.point[pairs.second] - enclosures.point[pairs.first])
+        pairs = pairs.select_pairs(~(gap > enclosures.radius[pairs.first] + enclosures.radius[pairs.second]))
         pairs = pairs.select_pairs(~_strips_disjoint(enclosures.take(pairs.first), enclosures.take(pairs.second)))
         ends = part_ends(setup, owners, programme, self.parts, side)
         for pair in np.flatnonzero(_parts_surely_meet(enclosures, ends, pairs.first, pairs.second))[::-1]:
@@ -239,11 +240,6 @@ def _tangent_turns_one_way(
     between = turn[second + 1] - turn[first]
     around = np.bincount(owner, 2.0 * parts.spread)[owner[first]] - turn[second] + turn[first + 1]
     return np.asarray(np.minimum(between, around) < np.pi)
-
-
-def _discs_disjoint(parts: ProfileEnclosure, first: IntArray, second: IntArray) -> BoolArray:
-    gap = np.abs(parts.point[second] - parts.point[first])
-    return np.asarray(gap > parts.radius[first] + parts.radius[second])
 
 
 def _strips_disjoint(a: ProfileEnclosure, b: ProfileEnclosure) -> BoolArray:

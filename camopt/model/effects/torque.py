@@ -40,9 +40,9 @@ from camopt.model.effects.force import add_changing_load
 from camopt.model.effects.guided_torque import guided_torque_polynomials, smooth_torque_parts
 from camopt.model.effects.loads import (
     friction_signs_by_stroke_kind,
+    guide_drag_curve,
     has_guide_friction,
     jamming_stroke_kinds,
-    largest_guide_drag,
     shaft_torque,
     torque_curve,
 )
@@ -218,7 +218,7 @@ def _is_jam_free(case: EvaluationBlock) -> Any:
     pulled, smooth = (least.value if isinstance(least, EnclosedValue) else least) < 0.0, not case.programme.corners
 
     def is_jam_free_on_kinds(kinds: int) -> Any:
-        drag = largest_guide_drag(case, kinds)
+        drag = case.extremes(partial(guide_drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
         return (drag.value[0] + drag.width[0] < 1.0) & smooth
 
     if np.ndim(pulled) == 0:

@@ -150,7 +150,8 @@ def dynamic_factor(elastic: Any, rigid: float) -> Any:
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme, numbers = case.setup, case.programme.tool, case.setup_per_design
-    train = frequency_ratio(numbers), numbers.dynamics.damping_ratio
+    frequency_ratio = 2.0 * pi * numbers.dynamics.natural_frequency / numbers.omega
+    train = frequency_ratio, numbers.dynamics.damping_ratio
     response = vibration_extremes(programme, *train)
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     unit = degrees(1.0) if setup.tool_turns else 1.0
@@ -167,11 +168,6 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
         force = least_elastic_force(programme, *force_weights_and_constant(numbers.dynamics, numbers.omega), *train)
         columns["contact_force_elastic_min_N"] = _enclose_scaled(force.value, force.bound, 1.0 / lever)
     return columns
-
-
-def frequency_ratio(setup: Setup) -> Any:
-    """Frequency ratio, r = ω_n/ω."""
-    return 2.0 * pi * setup.dynamics.natural_frequency / setup.omega
 
 
 def _enclose_scaled(value: Any, bound: Any, unit: Any) -> EnclosedValue:

@@ -82,6 +82,10 @@ class Designs:
             vars(designs)["height"] = self.height[index]
         return designs
 
+    def as_columns(self) -> "Designs":
+        """The designs as columns (n, 1), one design a row, for formulas at many cam angles."""
+        return self.with_values({name: values[:, None] for name, values in self.values.items()})
+
     def replace_at(self, index: Any, others: "Designs") -> "Designs":
         """The designs with those at an index replaced by others."""
         arrays = {name: values.copy() for name, values in self.values.items()}

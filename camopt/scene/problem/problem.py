@@ -391,13 +391,15 @@ def resolve(scene: Scene) -> Problem:
     classes = [each for each in problem.variables if each.is_searched and each.key in given and given[each.key].iso]
     if classes:
         raise BadInput(
-            [Mistake(scene.file, f"tolerances.{v.key}", given[v.key].iso, _iso_class_advice(v)) for v in classes]
+            Mistake(
+                scene.file,
+                f"tolerances.{v.key}",
+                given[v.key].iso,
+                f"± mm with search.robust, since [search] varies this size; or leave {v.search_key} out",
+            )
+            for v in classes
         )
     return problem
-
-
-def _iso_class_advice(searched: Variable) -> str:
-    return f"± mm with search.robust, since [search] varies this size; or leave {searched.search_key} out"
 
 
 @lru_cache(maxsize=4)  # a command resolves its scene several times

@@ -13,7 +13,6 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray, IndexArray, IntArray
 from camopt.model.mechanisms.design import Designs, SizeBounds
-from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.choices import StepRange
 from camopt.scene.problem.problem import Problem, missing_variable_mistakes
@@ -103,18 +102,14 @@ class DesignSpace:
         columns = {name: np.broadcast_to(value, (count,)) for name, value in fixed.sizes.items()}
         designs = fixed.with_values(columns | {each.field: rows.column(each.quantity) for each in carried})
         shared = [each for each in self.problem.search_space.numbers if not each.varies_by_design]
-        for motion in map(self.problem.with_programme, self._programmes_by_motion.values()):
+        programmes = {each.given_motion: each.programme for each in self.problems}  # with any train
+        for motion in map(self.problem.with_programme, programmes.values()):
             rise, fall = (motion.programme.law_names(kind) for kind in (RISE, RETURN))
             here = np.flatnonzero((rows.column("law_rise") == rise) & (rows.column("law_return") == fall))
             for setting, which in _rows_by_setting(
                 {v.key: rows.column(v.quantity)[here] for v in shared}, here.size
             ):
                 yield motion.with_numbers(setting), here[which], designs.take(here[which])
-
-    @property
-    def _programmes_by_motion(self) -> dict[Programme, Programme]:
-        """One programme of the problems for each given motion, with any train."""
-        return {each.given_motion: each.programme for each in self.problems}
 
     def designs_by_setting(self, rows: DesignRows) -> Iterator[tuple[Problem, IndexArray, Designs]]:
         """As ``designs_of_rows``, but with a problem for each setting of all numbers; designs carry only sizes.

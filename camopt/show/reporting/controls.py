@@ -122,7 +122,7 @@ def _symmetric_tolerance_widths(scene: Scene) -> dict[str, float]:
     """Half-widths of the symmetric tolerances, by key; without ISO classes and measured values."""
     tolerances = scene.tolerances
     even = {key: each for key, each in tolerances.number_and_angle_tolerances.items() if each.plus == each.minus}
-    widths = {key: each.plus for key, each in even.items() if each.iso is None and not each.has_measured_values}
+    widths = {key: each.plus for key, each in even.items() if each.iso is None and each.values is None}
     widths |= {key: value for key in LENGTH_TOLERANCES if (value := getattr(tolerances, key)) is not None}
     return {f"tolerances.{key}": value for key, value in widths.items()}
 
