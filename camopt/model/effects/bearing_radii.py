@@ -32,9 +32,6 @@ from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.stroke import ALL_STROKES
 
-InverseAllowedLoad = Callable[[Designs], Any]
-"""The inverse of the largest allowed load, by design."""
-
 
 @curve_type_from_formula(reads_load=True)
 def required_roller_radius(state, normal, curvature, share, bulge):
@@ -52,7 +49,7 @@ def required_face_radius(state, normal, radius, share):
 
 
 def sure_and_possible_bearing_radii(
-    case: EvaluationBlock, inverse_allowed_load: InverseAllowedLoad, body_radii: RadiusRange
+    case: EvaluationBlock, inverse_allowed_load: Callable[[Designs], Any], body_radii: RadiusRange
 ) -> tuple[RadiusRange, RadiusRange]:
     """The radii of ``body_radii`` with which pitch curves surely bear a load, and those with which they may.
 

@@ -15,9 +15,6 @@ from camopt.model.effects.peak import IDENTITY_SCALE, NumberKind, Scale, Variant
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
-SmoothPanels = Callable[[Designs, Programme], PanelParts]
-"""Gives the parts of panels on which the curves of one design are smooth."""
-
 
 class Mean(NamedTuple):
     """A quantity that is the mean of a curve over the turn, or its root mean square."""
@@ -28,7 +25,7 @@ class Mean(NamedTuple):
     scale: Scale = IDENTITY_SCALE
     jumps: Callable[[Programme], bool] = never_jumps
     """Whether jumps of a motion make it infinite for every design."""
-    smooth: SmoothPanels | None = None
+    smooth: Callable[[Designs, Programme], PanelParts] | None = None
     """The parts on which its curves are smooth; None if these are whole panels."""
 
     @property

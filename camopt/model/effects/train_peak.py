@@ -24,14 +24,10 @@ class TrainMotion(Protocol):
         """Sum of forces of links [N] at a speed [rad/s]."""
 
 
-TrainCurve = Callable[[Designs, TrainMotion], Any]
-"""A curve of the trains of designs, at cam angles."""
-
-
 class TrainPeak(NamedTuple):
     """A quantity that is the extreme of some curves of a train over the turn."""
 
-    curves: tuple[TrainCurve, ...]
+    curves: tuple[Callable[[Designs, TrainMotion], Any], ...]
     goal: int
     """LEAST or LARGEST_MAGNITUDE, over all curves together."""
     scale: Scale = IDENTITY_SCALE

@@ -12,7 +12,6 @@ import numpy as np
 from camopt.core.numerics import ComplexArray, FloatArray
 
 MemberShape = Literal["bar", "wheel", "slide", "roller", "wedge", "belt"]
-SupportKind = Literal["pivot", "guide"]
 
 
 class Port(NamedTuple):
@@ -39,7 +38,7 @@ class Member(NamedTuple):
 class Support(NamedTuple):
     """A fixed pivot, or a fixed guide along a direction."""
 
-    ground: SupportKind
+    ground: Literal["pivot", "guide"]
     at: complex
     way: complex = 1.0
 

@@ -34,9 +34,6 @@ class ConstantBound(NamedTuple):
         return number_kind.of(self.number)
 
 
-ConstraintBound = QuantityBound | ConstantBound
-
-
 CONSTRAINT_SIDES = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
 
 
@@ -56,7 +53,7 @@ class Constraint(NamedTuple):
     kinds: int
     """Kinds of stroke, or directions of motion (``motion.table``)."""
     goal: int
-    bound: ConstraintBound
+    bound: QuantityBound | ConstantBound
     factor: Callable[[Designs], Any] = unit_weight
     unit: Callable[[Designs], Any] = unit_weight
     """The value that a relative excess is relative to if the bound is 0."""

@@ -13,14 +13,12 @@ from camopt.scene.problem.constraints import Constraint, QuantityBound
 from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.show.drawing.picture import Picture
 
-LimitLines = list[tuple[int, float]]
-"""Pairs of kinds of stroke and level. Kinds 0: one line over the turn; else ± the level over these strokes."""
 
-
-def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
+def limit_lines(picture: Picture, name: str, kinds: int = 0) -> list[tuple[int, float]]:
     """The lines of all limits on the curve whose extreme is the quantity ``name``, in its unit.
 
-    If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of stroke.
+    They are pairs of kinds of stroke and level. Kinds 0 are one line over the turn; else ± the level is drawn over
+    these strokes. If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of stroke.
     """
     limits = [limit for limit in picture.problem.limits if limit.set_by_scene]
     peak = peak_at_first_contact(name, picture.problem.setup)

@@ -150,7 +150,6 @@ def _developed_cylinder_layers(work: Workpiece, corners: np.ndarray) -> Iterator
 TRAIN_ANGLES_DEG = np.arange(361.0)
 PIN_RADIUS, PIVOT_RADIUS, STEM_LENGTH, FACE_LENGTH = 0.02, 0.03, 0.3, 0.3
 """Radii of joints and pivots, length of a stem and half length of a flat face, in sizes of the cam."""
-MemberShapes = tuple[list[Circle], list[tuple[complex, complex]]]
 
 
 def train_layers(problem: Problem) -> Iterator[Layer]:
@@ -198,7 +197,7 @@ def train_layers(problem: Problem) -> Iterator[Layer]:
         )
 
 
-def _member_shapes(member: Member, position: int, pin: float) -> MemberShapes:
+def _member_shapes(member: Member, position: int, pin: float) -> tuple[list[Circle], list[tuple[complex, complex]]]:
     """A rigid part in one position: a wheel as circle, a bar as line between pins, others as outlines."""
     at = complex(member.at[position])
     points = [at + complex(each) for each in member.points * np.exp(1j * member.turned[position])]

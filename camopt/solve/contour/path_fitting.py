@@ -35,9 +35,6 @@ SAME_CURVATURE = 1e-9  # two arcs with a smaller relative difference of curvatur
 SAME_VERTEX_ANGLE = 1e-12  # rad
 LEAST_RISE = 1e-9  # mm: an arc that rises less above its chord becomes a line
 
-StretchErrors = Callable[[FloatArray, FloatArray], FloatArray]
-"""Deviation of the path over stretches [mm], from their first and last cam angles."""
-
 
 class Biarcs(NamedTuple):
     """Pairs of tangent arcs: first, middle and last points, and the bulges of both arcs."""
@@ -76,11 +73,11 @@ def distances_from_arc_circles(
 
 
 def equal_error_angles(
-    errors: StretchErrors, start: float, end: float, error_order: int, chord: float
+    errors: Callable[[FloatArray, FloatArray], FloatArray], start: float, end: float, error_order: int, chord: float
 ) -> FloatArray:
     """Cam angles from start to end that divide the span into stretches of about equal error, at most ``chord``.
 
-    Raises BadInput if that needs more than ``ELEMENT_LIMIT`` stretches.
+    ``errors`` gives the deviation over stretches [mm], from their first and last cam angles. Raises BadInput if that needs more than ``ELEMENT_LIMIT`` stretches.
     """
     least = int(np.ceil((end - start) / WIDEST_ARC))
     angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)

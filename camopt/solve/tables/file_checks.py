@@ -19,8 +19,6 @@ from camopt.core.storage.manifest import (
 )
 from camopt.solve.tables.result import FileLine, Result
 
-FileState = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
-
 
 @dataclass(frozen=True)
 class FileCheck:
@@ -48,7 +46,7 @@ class FileCheck:
     """
 
     file: Path
-    state: FileState
+    state: Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
     told: str
     rows: int | None = None
 

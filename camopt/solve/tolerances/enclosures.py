@@ -306,10 +306,6 @@ class RestingContact(ContactAhead):
         return DwellAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
 
 
-LinkRanges = Mapping[str, Interval]
-"""Errors of links, by key of the scene."""
-
-
 def error_through_train(
     problem: Problem,
     errors: Mapping[str, Any],
@@ -439,7 +435,7 @@ def _link_midpoints(links: Mapping[str, SlopedInterval]) -> dict[str, Interval]:
 
 
 def _train_derivatives(
-    problem: Problem, blocks: Sequence[tuple[Interval, LinkRanges]], count: int
+    problem: Problem, blocks: Sequence[tuple[Interval, Mapping[str, Interval]]], count: int
 ) -> TrainDerivatives:
     """Derivatives of trains by the follower's position, over ranges of the position and of the links' errors."""
     keys, size = [*blocks[0][1]], blocks[0][0].size

@@ -164,9 +164,6 @@ def _profile_contribution(response: FloatArray, zone: float, waves: int | None, 
     )
 
 
-TotalError = Callable[[list[Contribution], int], FloatArray]
-
-
 def no_tolerances_error(file: str) -> BadInput:
     why = "has no tolerance: add one, such as profile = 0.02 or follower.roller_radius = 'h6'"
     return BadInput([Mistake(file, "tolerances", None, why, bare=True)])
@@ -248,7 +245,7 @@ class TurnErrors:
     def contributions_at(self, angles: FloatArray) -> list[Contribution]:
         return [*tolerance_contributions(self.scene, self.problem, angles)]
 
-    def angle_of_largest_total(self, total: TotalError, order: int) -> float:
+    def angle_of_largest_total(self, total: Callable[[list[Contribution], int], FloatArray], order: int) -> float:
         """Cam angle of the largest total error of a bounded order [rad]."""
         return angle_of_largest_value(self.nodes, lambda angles: total(self.contributions_at(angles), order))
 
