@@ -18,7 +18,8 @@ def limit_lines(picture: Picture, name: str, kinds: int = 0) -> list[tuple[int, 
     """The lines of all limits on the curve whose extreme is the quantity ``name``, in its unit.
 
     They are pairs of kinds of stroke and level. Kinds 0 are one line over the turn; else ± the level is drawn over
-    these strokes. If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of stroke.
+    these strokes. If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of
+    stroke.
     """
     limits = [limit for limit in picture.problem.limits if limit.set_by_scene]
     peak = peak_at_first_contact(name, picture.problem.setup)

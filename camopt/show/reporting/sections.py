@@ -51,7 +51,7 @@ def verdicts_table(
     for name, verdict in verdicts.items():
         limit, how = limits.get(name), proofs[name]
         for bound, reached, margin in _limit_cells(limit, evaluation, verdict):
-            rows.append([_spaced_name(name), Cell(verdict, verdict), bound, reached, margin, Cell(how, "how")])
+            rows.append([name.replace("_", " "), Cell(verdict, verdict), bound, reached, margin, Cell(how, "how")])
     numbers = (Cell(text, NUMERIC) for text in ("limit", "value", "margin"))
     used = dict.fromkeys(proofs[name] for name in verdicts)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
@@ -60,10 +60,6 @@ def verdicts_table(
     return Table.from_texts(
         "Limits, at every cam angle", ["limit on", "verdict", *numbers, "proved by"], rows, note
     )
-
-
-def _spaced_name(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def _proof_method(limit: Limit | None) -> str:

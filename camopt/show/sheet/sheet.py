@@ -71,11 +71,6 @@ class SheetMargins:
         """The level above the title block."""
         return self.form.paper.frame.low.imag + BLOCK_HEIGHT + FRAME_MARGIN
 
-    @property
-    def width_beside_block(self) -> float:
-        """The free width beside the title block."""
-        return self.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH - VIEW_DISTANCE - self.inner.low.real
-
     @cached_property
     def table(self) -> Marks:
         return points_table(table_columns(self.cam, self.form.step), self.form.blocks)
@@ -89,9 +84,8 @@ class SheetMargins:
     def frame_marks(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
         paper = self.form.paper
-        block = title_block(
-            self.cam.part, self.cam.title, scale_name(scale), paper.name, self.cam.sheet_number_text
-        )
+        sheet_number = f"{self.cam.disc.number}/{len(self.cam.cam_of_each_sheet)}"
+        block = title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, sheet_number)
         low, high = paper.frame
         return [*paper.marks(), *shift_marks(block, complex(high.real - BLOCK_WIDTH, low.imag))]
 
@@ -151,7 +145,8 @@ def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
 def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """Views on the left with notes below, table on the right above the title block."""
     inner = margins.inner
-    said = shift_marks(numbered_notes(margins.texts, margins.width_beside_block), inner.low)
+    beside_block = inner.high.real + FRAME_MARGIN - BLOCK_WIDTH - VIEW_DISTANCE - inner.low.real
+    said = shift_marks(numbered_notes(margins.texts, beside_block), inner.low)
     yield inner, said
     rows = shift_marks(margins.table, inner.high - marks_box(margins.table).high)
     yield MarkBox(complex(inner.low.real, margins.level_above_block), inner.high), rows

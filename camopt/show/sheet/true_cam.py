@@ -96,11 +96,6 @@ class TrueCam:
         return [replace(self, place=place) for place in range(len(self.discs) if self.is_disc_pair else 1)]
 
     @property
-    def sheet_number_text(self) -> str:
-        """Number of the sheet and of all sheets, such as 1/2."""
-        return f"{self.disc.number}/{len(self.cam_of_each_sheet)}"
-
-    @property
     def disc(self) -> Disc:
         """The disc of the sheet."""
         return self.discs[self.place]

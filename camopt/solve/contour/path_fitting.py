@@ -14,6 +14,7 @@ Source: Bolton, Biarc curves, Computer-Aided Design 7 (1975); Meek and Walton, C
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import isfinite
 from typing import NamedTuple
 
@@ -77,7 +78,8 @@ def equal_error_angles(
 ) -> FloatArray:
     """Cam angles from start to end that divide the span into stretches of about equal error, at most ``chord``.
 
-    ``errors`` gives the deviation over stretches [mm], from their first and last cam angles. Raises BadInput if that needs more than ``ELEMENT_LIMIT`` stretches.
+    ``errors`` gives the deviation over stretches [mm], from their first and last cam angles. Raises BadInput if
+    that needs more than ``ELEMENT_LIMIT`` stretches.
     """
     least = int(np.ceil((end - start) / WIDEST_ARC))
     angles = np.linspace(start, end, max(FIRST_STRETCHES, least) + 1)
@@ -120,13 +122,11 @@ class Fitter(NamedTuple):
 def fit_unproved_path(curve: CamCurve, kind: str, chord: float) -> "ArcPath | CubicPath":
     """A path of a kind of ``FITTERS`` whose deviation at the checked angles is at most ``chord`` (mm)."""
     fitter = FITTERS[kind]
-    return fitter.path(curve, [_stretch_angles(fitter, curve, span, chord) for span in curve.spans])
-
-
-def _stretch_angles(fitter: Fitter, curve: CamCurve, span: SmoothSpan, chord: float) -> FloatArray:
-    return equal_error_angles(
-        lambda a, b: fitter.errors(curve, span, a, b), span.start, span.end, fitter.order, chord
-    )
+    angles = [
+        equal_error_angles(partial(fitter.errors, curve, span), span.start, span.end, fitter.order, chord)
+        for span in curve.spans
+    ]
+    return fitter.path(curve, angles)
 
 
 def _deviation_check_angles(starts: FloatArray, ends: FloatArray) -> FloatArray:

@@ -257,7 +257,8 @@ class BoxBounds(NamedTuple):
 
         ``goals_by_kind`` has kinds of stroke, each with a goal.
         """
-        problem, programme = with_coarse_extreme_error(self.problem), self.problem.programme
+        coarse = max(self.problem.setup.relative_error, COARSE_SHARE)  # enough to find the cam angles
+        problem, programme = self.problem.with_relative_error(coarse), self.problem.programme
         where = EvaluationBlock(problem.setup, programme, inside).extremes(curve, goals_by_kind).where
         angles = np.concatenate(
             [programme.one_sided_angles(at, kinds) for (kinds, _), at in zip(goals_by_kind, where, strict=True)]
@@ -276,11 +277,6 @@ class BoxBounds(NamedTuple):
         designs, like = sloped_boxes(box, inside, self.free, 1)
         state = state_with_rounding(self.problem.programme.state(angle), self.problem.programme)
         return curve_value(curve(designs, self.problem.programme), ..., state), designs, like
-
-
-def with_coarse_extreme_error(problem: Problem) -> Problem:
-    """The problem with a coarse error of extremes, enough to find their cam angles."""
-    return problem.with_relative_error(max(problem.setup.relative_error, COARSE_SHARE))
 
 
 def _least_size_or_motion_excesses(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:

@@ -248,9 +248,6 @@ class _CachedSearch:
     ends: Mapping[str, tuple[float, float]]
     problem: Problem
 
-    def covers_ends(self, ends: Mapping[str, tuple[float, float]]) -> bool:
-        return all(self.ends[key][0] <= low and high <= self.ends[key][1] for key, (low, high) in ends.items())
-
 
 @lru_cache(maxsize=CACHED_SCENES)
 def _cached_searches(key: IdentityKey[Scene]) -> dict[frozenset[str], _CachedSearch]:
@@ -271,7 +268,9 @@ def _problem_of_search(
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
     cache = _cached_searches(IdentityKey(scene))
     cached = cache.get(frozenset(ends))
-    if cached and cached.covers_ends(ends):
+    if cached and all(
+        cached.ends[key][0] <= low and high <= cached.ends[key][1] for key, (low, high) in ends.items()
+    ):
         return cached.problem
     try:
         problem = resolve(scene.replace(**{key: list(pair) for key, pair in ends.items()}))

@@ -213,7 +213,8 @@ class FrontSearch:
         for result in self.map_in_order(
             self.evaluate_designs_of_motion, blocks or [(np.zeros(1, dtype=np.int64), number)]
         ):
-            self.add_front_rows(result.front)
+            dominated = self.points.add_and_find_dominated(self.finite_row_costs(result.front))
+            self.archive.add(result.front.take(~dominated))
             self.effort, self.reached = self.effort.plus(result.effort), max(self.reached, result.reached)
             self.evaluated += result.evaluated
 
@@ -230,10 +231,6 @@ class FrontSearch:
         rows = non_dominated(DesignRows(columns, filtered.rows.count), self.objectives)
         reached = float(np.max(filtered.rows.columns["relative_half_width"], initial=0.0))
         return SpaceResult(rows, rows, filtered.effort, reached, number.size)
-
-    def add_front_rows(self, rows: DesignRows) -> None:
-        """Add rows that may be on the front to the archive, unless a known point dominates them."""
-        self.archive.add(rows.take(~self.points.add_and_find_dominated(self.finite_row_costs(rows))))
 
     def dominators(self) -> Dominators | TreePair:
         """The points that dominate boxes: the front of the designs evaluated so far, and perhaps others."""

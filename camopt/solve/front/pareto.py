@@ -30,14 +30,10 @@ def row_costs(rows: DesignRows, objectives: Objectives) -> FloatArray:
     return objective_costs(rows.columns, rows.count, objectives)
 
 
-def sort_by_objectives(rows: DesignRows, objectives: Objectives) -> DesignRows:
-    """The rows sorted by the first objective, ties by the next, and so on."""
-    return rows.take(np.lexsort(row_costs(rows, objectives).T[::-1])) if rows.count else rows
-
-
 def best_row_of_each_law(rows: DesignRows, objectives: Objectives) -> DesignRows:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
-    rows = sort_by_objectives(rows, objectives)
+    if rows.count:
+        rows = rows.take(np.lexsort(row_costs(rows, objectives).T[::-1]))
     if not any(np.ndim(rows.columns[laws]) for laws in ("law_rise", "law_return")):
         return rows.take(np.arange(min(rows.count, 1)))
     first: dict[tuple[str, str], int] = {}

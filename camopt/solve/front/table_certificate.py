@@ -21,8 +21,8 @@ from camopt.solve.front.certified_front import PROOF_COLUMN
 from camopt.solve.front.designs import check_designs
 from camopt.solve.tables.result import Result
 from camopt.solve.tables.table import read_checked_arrow_table, read_scene_metadata, schema_of
-from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of, verdict_of_design
-from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
+from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
 
 class TableCertificate(Result, Counter[str]):
@@ -82,7 +82,7 @@ def _row_verdicts(space: DesignSpace, rows: DesignRows, progress: Progress | Non
     for problem, index, designs in space.designs_by_setting(rows):
         for row, number in enumerate(index):
             row_problem = replace(problem, design=designs.take(np.array([row])))
-            verdicts[number] = verdict_of_design(certify_design_and_tolerance_box(row_problem))
+            verdicts[number] = worst_verdict(certify_design_and_tolerance_box(row_problem).values())
             done += 1
             report_progress(progress, done, rows.count)
     return verdicts

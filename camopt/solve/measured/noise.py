@@ -114,7 +114,7 @@ def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, le
         [first, second]
         for first in candidates
         for second in candidates
-        if 0 < _place_distance(first, second, deviations.size) <= 2 * NEIGHBOURS
+        if 0 < min((first - second) % deviations.size, (second - first) % deviations.size) <= 2 * NEIGHBOURS
     ]
     for outliers in [[place] for place in candidates] + pairs:
         rest = np.delete(kept, outliers)
@@ -126,11 +126,6 @@ def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, le
         ):
             return list(map(int, kept[outliers]))
     return []
-
-
-def _place_distance(one: int, other: int, size: int) -> int:
-    """Distance of two places round the turn."""
-    return min((one - other) % size, (other - one) % size)
 
 
 def _neighbours_agree(points: MeasuredPoints, rest: IndexArray, place: int, largest_deviation: float) -> bool:

@@ -354,6 +354,7 @@ class _ContactPair:
     def build_inspection(self) -> PairInspection:
         angular = self.problem.setup.angular
         unit, tolerance = degrees(1.0) if angular else 1.0, self.scene.whole_part.profile_tolerance
+        profile_responses = [disc.profile_and_bore_responses[0] for disc in self.discs]
         return PairInspection(
             self.scene,
             tuple(disc.build_inspection() for disc in self.discs),
@@ -363,7 +364,7 @@ class _ContactPair:
             unit * self._drawn_distance,
             None
             if tolerance is None
-            else unit * tolerance * float(self._sum_over_contacts(self._profile_responses).max()),
+            else unit * tolerance * float(self._sum_over_contacts(profile_responses).max()),
             np.degrees(self.all_cam_angles),
             unit * self.distance_errors + (np.nan if self._mismatch_reason else 0.0),
             self.scene.drive.interference or 0.0,
@@ -418,11 +419,6 @@ class _ContactPair:
         return self._sum_over_contacts(
             [disc.smooth_motion_errors_at(self.shared_zero_angle) for disc in self.discs]
         )
-
-    @property
-    def _profile_responses(self) -> list[FloatArray]:
-        """Displacement of each contact per mm of profile deviation [mm or rad]."""
-        return [disc.profile_and_bore_responses[0] for disc in self.discs]
 
     @property
     def _distance_name(self) -> str:

@@ -177,14 +177,9 @@ class TrainLimits:
                 self._designs_with_errors(inside, errors),
                 template_interval,
             )
-            for errors in self.errors_of_all_cams
+            for errors in ({}, *self.problem.robust_errors)
         ]
         return BoxExcesses(*(list(chain.from_iterable(part)) for part in zip(*parts, strict=True)))
-
-    @property
-    def errors_of_all_cams(self) -> tuple[NumberErrors, ...]:
-        """The errors of all cams that must meet the limits, the nominal one first."""
-        return {}, *self.problem.robust_errors
 
     def _designs_with_errors(self, designs: Designs, errors: NumberErrors) -> Designs:
         """Designs with errors; numbers that only the problem has start from their nominal values."""

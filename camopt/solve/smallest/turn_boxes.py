@@ -176,11 +176,6 @@ class TurnBoxSearch(MotionSearch):
         angles = enumerate(self.turns.variables)
         return {each.field: k for k, each in angles if self.turns.segments[each.segment].segment != "dwell"}
 
-    @cached_property
-    def shared_strokes(self) -> dict[Stroke, str | None]:
-        """The strokes and dwells that all of these turns have; see ``strokes_of``."""
-        return self.strokes_with_angle_fields(self.longest)
-
     def strokes_with_angle_fields(self, turn: Programme) -> dict[Stroke, str | None]:
         """The strokes and dwells of the longest turn.
 
@@ -223,7 +218,8 @@ class TurnBoxSearch(MotionSearch):
     def search_ranges(self) -> SizeBounds:
         least = size_lower_bound(self.problem.with_programme(self.longest), self.bounds)
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
-        low = {name: self.least_stroke_angle_deg(stroke) for stroke, name in self.shared_strokes.items() if name}
+        strokes = self.strokes_with_angle_fields(self.longest)
+        low = {name: self.least_stroke_angle_deg(stroke) for stroke, name in strokes.items() if name}
         angles = {
             name: (min(max(low[name], self.box.low[k]), self.box.high[k]), self.box.high[k])
             for name, k in self.motion_fields.items()

@@ -482,9 +482,8 @@ def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Sc
     changes = dict[str, Any]()
     for key, grade in grades.items():
         if key == "profile":
-            changes["tolerances.profile"] = limit_deviations(
-                f"{NUMBER_ZONE_LETTER}{grade}", body_diameter(problem)
-            ).upper
+            diameter = 2.0 * float(problem.design.size[0])  # of the base circle, or of a cylinder in its middle
+            changes["tolerances.profile"] = limit_deviations(f"{NUMBER_ZONE_LETTER}{grade}", diameter).upper
             continue
         tolerance = scene.tolerances.numbers[key]
         others = tolerance.model_dump(mode="json", exclude={"plus", "minus", "iso"}, exclude_defaults=True)
@@ -499,11 +498,6 @@ def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Sc
 def zone_letter(iso: str | None) -> str:
     """The letter of an ISO 286 class; js for a number."""
     return NUMBER_ZONE_LETTER if iso is None else re.sub(r"\d", "", iso)
-
-
-def body_diameter(problem: Problem) -> float:
-    """Diameter for the profile's grade [mm]: of the base circle, or of a cylinder at its mean radius."""
-    return 2.0 * float(problem.design.size[0])
 
 
 def grade_name(scene: Scene, key: str, grade: int) -> str:

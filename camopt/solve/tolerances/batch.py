@@ -261,7 +261,7 @@ class Batch(Result, Drawable):
             self._error_row("at cam angle, deg", lambda each: _number_cell(each.at_deg)),
             *(
                 self._error_row(f"variance by {key}, %", partial(_variance_percent, key=key))
-                for key in self._variance_keys
+                for key in dict.fromkeys(key for each in self.errors for key in each.variances)
             ),
             self._error_row("missed by the search, at most", lambda each: each.missed),
         ]
@@ -295,11 +295,6 @@ class Batch(Result, Drawable):
         """One row of the table; "" where a value is None."""
         values = {each.name: value_of_spread(each) for each in self.errors}
         return {"": row_heading, **{name: "" if each is None else each for name, each in values.items()}}
-
-    @property
-    def _variance_keys(self) -> list[str]:
-        """Keys of the tolerances that explain a part of the variance."""
-        return [*dict.fromkeys(key for each in self.errors for key in each.variances)]
 
     def limits_table(self) -> Table | None:
         """The share of cams that holds each limit, and the spread of its quantity."""

@@ -179,11 +179,6 @@ class WobbleSearch:
         waves = self.cam_search.turn.scene.tolerances.waves or 0
         return waves if waves * self.stroke.angle < pi else 0
 
-    @property
-    def can_wobble(self) -> bool:
-        """Whether any error changes along the arc."""
-        return bool(self.profile_zones) or BORE_DIRECTION in self.cam_search.error_ranges
-
     def errors_at_highest_and_lowest(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Errors at the highest and at the lowest place, in flat form."""
         first = {key: values[key] for key in self.cam_search.error_ranges}
@@ -214,7 +209,7 @@ class WobbleSearch:
 
     def find_worst_wobble(self, deadline: float) -> WorstWobble:
         """The worst cam found, and the proven bound."""
-        if not self.can_wobble:
+        if not self.profile_zones and BORE_DIRECTION not in self.cam_search.error_ranges:  # no error changes
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
         values = self.cam_with_largest_wobble()

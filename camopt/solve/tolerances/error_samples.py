@@ -84,10 +84,6 @@ class FirstOrderScreen:
     responses: FloatArray
     """Shape (errors, places); real and imaginary parts are separate errors."""
 
-    @cached_property
-    def widest_step(self) -> float:
-        return float(np.diff(self.places).max())
-
     @property
     def is_response_constant(self) -> bool:
         """Whether errors are the same at all places."""
@@ -166,7 +162,7 @@ class LargestErrorSearch:
             at_jump = _largest_at_places(exact, cams, np.full(largest.place.size, place))
             largest = _larger_errors(largest, at_jump)
         distance = np.abs(largest.place[:, None] - self._joints)
-        index = np.flatnonzero(distance.min(axis=1) <= JOINT_NEARNESS * screen.widest_step)
+        index = np.flatnonzero(distance.min(axis=1) <= JOINT_NEARNESS * np.diff(screen.places).max())
         near, joint = take_cams(cams, index), self._joints[distance[index].argmin(axis=1)]
         for side in (-JUMP_SIDE, JUMP_SIDE):
             places = self.real_cam.contact_places(near, joint + side)

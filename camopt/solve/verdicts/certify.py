@@ -202,11 +202,6 @@ def certify_tolerance_box(problem: Problem, deadline: float = inf) -> dict[str, 
     }
 
 
-def verdict_of_design(verdicts: dict[str, str]) -> str:
-    """Verdict on a design: broken if any limit is, else undecided if any is, else held."""
-    return worst_verdict(verdicts.values())
-
-
 def conditions_verdict(programme: Programme) -> str | None:
     """Verdict on all conditions of the moves together; None without conditions."""
     start = programme.strokes[0].low

@@ -153,7 +153,7 @@ def motion_of_driven_followers(
 ) -> DrivenMotion:
     """Motion of the followers of designs with trains, from the tool's motion and directions at cam angles."""
     turn = problem.programme
-    train = _trains_of_designs(problem, designs)
+    train = problem.trains_with_numbers({key: x for key, x in designs.numbers.items() if is_train_key(key)})
     z, z1, *higher = tool_motion
     follower = train.follower_displacement(
         Taylor([z, z1, *(each / by for each, by in zip(higher, SERIES_FACTORIALS, strict=False))])
@@ -221,11 +221,6 @@ def _with_linkage_intervals(problem: Problem, boxes: Designs, radicands: list[Sl
         if isinstance(number, SlopedInterval)
     }
     return boxes.with_values(ranges)
-
-
-def _trains_of_designs(problem: Problem, designs: Designs) -> Train:
-    """The trains of designs."""
-    return problem.trains_with_numbers({key: value for key, value in designs.numbers.items() if is_train_key(key)})
 
 
 def searched_train_keys(problem: Problem) -> list[str]:
