@@ -9,7 +9,6 @@ from io import TextIOWrapper
 from logging import CRITICAL, getLogger
 from pathlib import Path
 from traceback import extract_tb, print_exception
-from typing import Any
 from warnings import catch_warnings
 
 import click
@@ -40,7 +39,7 @@ def run_command(command: Callable[[], int]) -> int:
         getLogger(library).setLevel(CRITICAL)
     try:
         with catch_warnings(action="always", category=TidyingWarning):
-            warnings.showwarning = _print_warning
+            warnings.showwarning = lambda message, *_, **__: print_message(f"camopt: {message}")
             code = command()
         sys.stdout.flush()
         return code
@@ -58,11 +57,6 @@ def print_message(text: str) -> None:
     with suppress(OSError):
         for line in text.splitlines():
             print(to_terminal_line(line), file=sys.stderr, flush=True)
-
-
-def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """Print a warning in one line, without its place in the code."""
-    print_message(f"camopt: {message}")
 
 
 def _open_closed_streams() -> None:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, pi, sin
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -174,7 +174,7 @@ def _worst_errors_at_angles(case: EvaluationBlock, angles: FloatArray, orders: i
 
 
 def _largest_errors_in_block(case: EvaluationBlock, orders: Sequence[int]) -> FloatArray:
-    nodes = _panel_angles(case)
+    nodes = case.programme.panel_angles(ERROR_NODES)
     errors = _worst_errors_at_angles(case, nodes, 1 + max(orders))
     largest = errors.max(axis=2)
     for order in orders:
@@ -214,11 +214,3 @@ def _mark_impulses_infinite(case: EvaluationBlock, largest: FloatArray) -> Float
                 jumps = [np.abs(a[order] - b[order]).max(axis=1) for a, b in zip(left, right, strict=True)]
             largest[order + 1 :, np.max(jumps, axis=0) > JUMP_TOLERANCE * largest[order]] = inf
     return largest
-
-
-def _panel_angles(case: EvaluationBlock) -> FloatArray:
-    """Cam angles on every panel of the motion, and on both sides of each jump, in order."""
-    table: Any = case.programme.table
-    half = table.half_width[:, None]
-    inner = np.clip(np.linspace(-1.0, 1.0, ERROR_NODES) * half, JUMP_SIDE - half, half - JUMP_SIDE)
-    return np.asarray((table.centre[:, None] + inner).ravel())

@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.point_contact import pressure_factor, pressure_factor_coefficients
 from camopt.model.effects.effect import EvaluationBlock, Setup
@@ -225,11 +224,6 @@ def jamming_stroke_kinds(setup: Setup) -> int:
 def guide_drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     drag = guide_friction_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
-
-
-def heaviest_load_goal(setup: Setup) -> int:
-    """The extreme of a force along the motion that loads the flanks most."""
-    return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
 
 
 def can_bear_load(case: EvaluationBlock) -> Any:

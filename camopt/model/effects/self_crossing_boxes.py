@@ -83,7 +83,9 @@ class KnownCrossings:
     def cross_at_known_angles(self, designs: Designs) -> BoolArray:
         """The designs that cross themselves at known cam angles, up to rounding."""
         pairs, sides = self._largest_overlap_angles(designs)
-        return np.asarray(self._overlaps(designs, pairs[:, None], sides[:, None])[:, 0] > 0.0)
+        return np.asarray(
+            profile_overlaps(self._setup, designs, self._programme, pairs[:, None], sides[:, None])[:, 0] > 0.0
+        )
 
     def learn_crossing(self, design: Designs) -> bool:
         """Whether a design crosses itself; if so, its cam angles are added to the known ones."""
@@ -106,11 +108,8 @@ class KnownCrossings:
     def _largest_overlap_angles(self, designs: Designs) -> tuple[FloatArray, FloatArray]:
         """Cam angles (n, 2) [rad] of the largest overlap of each design, near known ones, with the walls' sides."""
         pairs, sides = map(np.array, zip(*(self._known or [(np.zeros(2), INNER_SIDE)]), strict=True))
-        best = self._overlaps(designs, pairs[None], sides[None]).argmax(axis=1)
+        best = profile_overlaps(self._setup, designs, self._programme, pairs[None], sides[None]).argmax(axis=1)
         return refine_overlap_angles(self._setup, designs, self._programme, pairs[best], sides[best]), sides[best]
-
-    def _overlaps(self, designs: Designs, angles: FloatArray, sides: FloatArray) -> FloatArray:
-        return profile_overlaps(self._setup, designs, self._programme, angles, sides)
 
 
 def profile_overlaps(

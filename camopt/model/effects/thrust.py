@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
@@ -28,7 +28,6 @@ from camopt.model.effects.loads import (
     guide_drag_curve,
     guide_friction_coefficients,
     has_guide_friction,
-    heaviest_load_goal,
     jamming_stroke_kinds,
     motion_force_curve,
     normal_force_curve,
@@ -86,7 +85,8 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         (partial(normal_force_curve, setup, velocity_sign=way), kinds)
         for way, kinds in friction_signs_by_stroke_kind(setup)
     )
-    loads = {"normal_force_max_N": Peak(normal, heaviest_load_goal(setup), jumps=jumps_at_corners)}
+    goal = LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
+    loads = {"normal_force_max_N": Peak(normal, goal, jumps=jumps_at_corners)}
     if has_guide_friction(setup):
         drag = ((partial(guide_drag_curve, setup), jamming_stroke_kinds(setup)),)
         loads["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinus(), unit=unit_weight)

@@ -39,11 +39,6 @@ def cam_curves(
     return CamCurves(pitch, normal, profile)
 
 
-def mirror_curves(curves: CamCurves) -> CamCurves:
-    """The curves of a second disc in the cam's own frame, from mirrored ones (``mechanisms.pairs``)."""
-    return CamCurves(*(each.conj() for each in curves))
-
-
 def normal_distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:
     """Distance of each curve of one design along the normal of its pitch curve or flat face, by name [mm].
 

@@ -240,6 +240,12 @@ class Programme:
         """Mask of the table's panels in pieces of some kinds or directions."""
         return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
 
+    def panel_angles(self, count: int) -> FloatArray:
+        """Cam angles on every panel [rad], ``count`` each, and on both sides of each jump, in order."""
+        half = self.table.half_width[:, None]
+        inner = np.clip(np.linspace(-1.0, 1.0, count) * half, JUMP_SIDE - half, half - JUMP_SIDE)
+        return np.asarray((self.table.centre[:, None] + inner).ravel())
+
     def kinds_at(self, angles: FloatArray) -> IntArray:
         """Kinds and directions of the pieces at cam angles."""
         return np.asarray(self.table.kind[np.searchsorted(self.piece_starts[1:], angles, side="right")])
@@ -291,7 +297,8 @@ def _build_table(programme: Programme) -> MotionTable:
         numbers.append(np.full(len(row), len(numbers), dtype=np.int64))
         for count, way in zip(counts, ways, strict=True):
             pieces.append(pieces[-1] + count)
-            kinds.append(_piece_kind(stroke, way) | way)
+            kind = next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
+            kinds.append(kind | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
     first_panel, number = np.array(pieces), np.concatenate(numbers)
     group = panel_groups(first_panel)
@@ -312,11 +319,6 @@ def _build_table(programme: Programme) -> MotionTable:
     )
     table = table._replace(nodes=panel_end_values(table, first_panel))
     return table if programme.load is None else table._replace(load=programme.load.panel_table(table, number))
-
-
-def _piece_kind(stroke: Stroke, direction: int) -> int:
-    """The kind of a piece: that of its stroke, or in a move the kind of its direction."""
-    return next(kind for kind in WAY_OF if WAY_OF[kind] == direction) if stroke.is_move else stroke.kind
 
 
 def find_jumps(programme: Programme, orders: Sequence[int]) -> list[Jump]:

@@ -3,7 +3,6 @@
 A measured profile is drawn on that of the fitted cam, with magnified deviations along the normal.
 """
 
-from math import floor, log10
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,15 @@ from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
 from camopt.model.motion.stroke import RISE
 from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.diagrams import power_of_ten
-from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fit_axes, four_digits, value_with_unit
+from camopt.show.drawing.picture import (
+    Picture,
+    draw_circle,
+    draw_line,
+    fit_axes,
+    four_digits,
+    round_length,
+    value_with_unit,
+)
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
@@ -153,7 +160,7 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     )
     axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
     most = LARGEST_SHOWN * float(np.abs(outline).max())
-    times = _largest_round_number_below(most / float(np.abs(result.distances).max()))
+    times = round_length(most / float(np.abs(result.distances).max()))
     shown = [outline]
     for rows, style in (
         (result.points.rows, {"color": INK, "label": "points"}),
@@ -171,9 +178,3 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     furthest = value_with_unit(float(np.abs(result.distances).max()))
     axes.set_title(f"Profile; deviations of points magnified {times:g} times (at most {furthest})", loc="left")
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
-
-
-def _largest_round_number_below(upper_bound: float) -> float:
-    """The largest number 1, 2 or 5 times a power of ten, at most ``upper_bound``."""
-    power = 10.0 ** floor(log10(upper_bound))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= upper_bound)

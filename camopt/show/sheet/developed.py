@@ -169,11 +169,14 @@ class DevelopedView:
 
     def _groove_width_marks(self) -> Marks:
         """Dimensions of the width of groove or rib at cam angle 0, and of its middle from the lower face."""
-        start, bottom, half = (
-            self._groove_middle_at_start,
-            1j * self.axial_ends[0],
-            self._groove_half_width_at_start,
-        )
+        bottom, (low, high) = 1j * self.axial_ends[0], self._both_flank_heights(0.0)
+        if self.cam.is_ribbed:  # along the axis
+            start, half = 0.5j * (low + high), (high - low) / 2
+        else:  # across the groove
+            start, half = (
+                1j * float(self.pitch[0].imag),
+                self.cam.problem.wall_distance_from_pitch_curve * self.scale,
+            )
         text = length_text(2 * half / self.scale) if self.cam.is_ribbed else groove_width_text(self.cam)
         marks = distance_dimension(start - 1j * half, start + 1j * half, 1j, FIRST_LEVEL, text)
         if self.part.thickness:
@@ -182,19 +185,6 @@ class DevelopedView:
         if datum := symbols.datums_of(self.part, self.has_section).face:
             marks += datum_symbol(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
         return marks
-
-    @property
-    def _groove_middle_at_start(self) -> complex:
-        """Middle of groove or rib at cam angle 0."""
-        return 1j * (sum(self._both_flank_heights(0.0)) / 2 if self.cam.is_ribbed else float(self.pitch[0].imag))
-
-    @property
-    def _groove_half_width_at_start(self) -> float:
-        """Half of the width at cam angle 0: across a groove, along the axis for a rib."""
-        low, high = self._both_flank_heights(0.0)
-        return (
-            (high - low) / 2 if self.cam.is_ribbed else self.cam.problem.wall_distance_from_pitch_curve * self.scale
-        )
 
     def _surface_motion_marks(self) -> Marks:
         """The direction of motion of the surface and other texts, below it."""

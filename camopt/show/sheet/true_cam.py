@@ -11,7 +11,7 @@ import numpy as np
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.solid import MASS
-from camopt.model.mechanisms.geometry import CamCurves, cam_curves, mirror_curves
+from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import Stroke
 from camopt.scene.part import Part
@@ -109,7 +109,7 @@ class TrueCam:
         """The curves of this disc at cam angles [rad]."""
         problem = self.disc_problem
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-        return curves if self.disc.mirror > 0.0 else mirror_curves(curves)
+        return curves if self.disc.mirror > 0.0 else CamCurves(*(each.conj() for each in curves))
 
     @cached_property
     def picture(self) -> Picture:

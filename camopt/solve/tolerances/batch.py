@@ -48,7 +48,7 @@ from camopt.solve.tolerances.error_samples import (
     real_error_parts,
     sample_errors,
 )
-from camopt.solve.tolerances.errors import CamErrors, error_keys, error_ranges, error_unit
+from camopt.solve.tolerances.errors import CamErrors, error_ranges, error_unit
 from camopt.solve.tolerances.margins import (
     OWN_SIZES_NOTE,
     LimitsByNumber,
@@ -480,9 +480,7 @@ class _SampledCams:
 
     @classmethod
     def from_tolerances(cls, scene: Scene, problem: Problem, cams: int, seed: int) -> "_SampledCams":
-        return cls(
-            scene, problem, sample_errors(scene, problem.nominal_numbers, cams, seed, partial(error_keys, problem))
-        )
+        return cls(scene, problem, sample_errors(scene, problem, cams, seed))
 
     @cached_property
     def tool_moving_errors(self) -> CamErrors:

@@ -22,7 +22,7 @@ other distributions it is slightly less.
 Source: A. B. Owen, Scrambling Sobol' and Niederreiter-Xing points, J. Complexity 14 (1998).
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -35,11 +35,12 @@ import scipy
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.model.effects.error_response import RESPONSE_ORDERS
 from camopt.model.motion.programme import JUMP_SIDE
+from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.sample import sobol_points
 from camopt.scene.problem.tolerance_zones import NumberErrors, number_and_angle_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
-from camopt.solve.tolerances.errors import CamErrors
+from camopt.solve.tolerances.errors import CamErrors, error_keys
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import motion_response
 
@@ -298,24 +299,14 @@ OPEN_SHARE_RANGE = 2.0**-60, 1.0 - 2.0**-53
 SampledErrors = dict[str, FloatArray]
 
 
-def key_alone(key: str) -> Iterable[str]:
-    return (key,)
-
-
-def sample_errors(
-    scene: Scene,
-    nominal: NumberErrors,
-    cams: int,
-    seed: int,
-    error_keys_of_tolerance: Callable[[str], Iterable[str]] = key_alone,
-) -> SampledErrors:
+def sample_errors(scene: Scene, problem: Problem, cams: int, seed: int) -> SampledErrors:
     """Random errors of cams by key of ``[tolerances]``: mm or rad, numbers in their own units.
 
-    Errors with two parts are complex. ``error_keys_of_tolerance`` gives the keys of the errors that one tolerance
-    permits.
+    Errors with two parts are complex.
     """
-    makers, tolerances = dict(_error_samplers(scene, nominal)), scene.tolerances.number_and_angle_tolerances
-    tolerance_keys = {key: tolerance for tolerance in makers for key in error_keys_of_tolerance(tolerance)}
+    makers = dict(_error_samplers(scene, problem.nominal_numbers))
+    tolerances = scene.tolerances.number_and_angle_tolerances
+    tolerance_keys = {key: tolerance for tolerance in makers for key in error_keys(problem, tolerance)}
     batches = sorted({each.batch for each in tolerances.values() if each.batch is not None})
     count = sum(makers[tolerance][0] for tolerance in tolerance_keys.values())
     points = sobol_points(count + len(batches), cams, seed).T

@@ -25,7 +25,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.model.effects import EvaluationBlock, available_quantities
-from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX
+from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, ErrorAtContacts, second_profile_sign
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.tolerance_zones import number_zones
@@ -41,7 +41,6 @@ from camopt.solve.tolerances.response import (
     SeparationResponse,
     ToolResponse,
     largest_separation_rate,
-    profile_error_at_both_contacts,
     separation_range,
     separation_responses_by_tolerance,
 )
@@ -125,8 +124,9 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
     numbers = problem.nominal_numbers
     if (clearance := numbers.get("drive.clearance")) is not None:
         zone, response = zones.get("drive.clearance", ZERO_ZONE), PairResponse(problem, turn.nodes)
+        both_profiles = ErrorAtContacts(("profile", 1.0), ("profile", second_profile_sign(problem.setup.mechanism)))
         width, ratio = (
-            response.separation_response(profile_error_at_both_contacts(problem)) / 2.0,
+            response.separation_response(both_profiles) / 2.0,
             motion_unit_factor(problem.setup, 0) * np.abs(response.tool_ratio),
         )
         least = (ratio * ((clearance + zone.lower) * width - separation.high)).min()

@@ -40,7 +40,6 @@ from camopt.model.effects.error_response import (
     errors_by_contact,
     largest_profile_response,
     second_motion_sign,
-    second_profile_sign,
     series_derivatives,
     train_number_response,
 )
@@ -120,19 +119,15 @@ class ToolResponse:
         assert train is not None
         # the series of the tool by the number, whose terms are series by the cam angle
         trains = problem.trains_with_numbers({key: Taylor([problem.nominal_numbers[key], 1.0])})
-        return self._angle_derivatives(train_number_response(trains, train, problem.programme, self.angles))
+        return series_derivatives(
+            train_number_response(trains, train, problem.programme, self.angles), self.angles.shape
+        )
 
     def _through_train(self, series: Series) -> FloatArray:
         """Derivatives at the tool of a series of the follower."""
-        return self._angle_derivatives(series if self.train_ratio is None else series * self.train_ratio)
-
-    def _angle_derivatives(self, series: Series) -> FloatArray:
-        return series_derivatives(series, self.angles.shape)
-
-
-def profile_error_at_both_contacts(problem: Problem) -> ErrorAtContacts:
-    """The error with which both profiles are too high by the same amount, so that they separate the contacts."""
-    return ErrorAtContacts(("profile", 1.0), ("profile", second_profile_sign(problem.setup.mechanism)))
+        return series_derivatives(
+            series if self.train_ratio is None else series * self.train_ratio, self.angles.shape
+        )
 
 
 @dataclass(frozen=True)

@@ -86,9 +86,11 @@ def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) 
         )
     span = float(np.ptp(angles))
     if tolerances.profile:
-        yield _profile_contribution(response.profile_response, tolerances.profile, tolerances.waves, span)
+        most = largest_profile_response(response.profile_response, tolerances.profile, tolerances.waves)
+        yield _contribution_along_profile("profile", most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
-        yield _bore_contribution(response.bore_responses, tolerances.bore_eccentricity, span)
+        most = tolerances.bore_eccentricity * np.hypot(*response.bore_responses)
+        yield _contribution_along_profile("bore_eccentricity", most, span)
 
 
 def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
@@ -105,12 +107,11 @@ def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> I
             yield _with_batch(contribution, tolerance, tolerances.number_and_angle_tolerances[tolerance], zone)
     if tolerances.profile:
         for key, at in errors_by_contact(problem.setup.mechanism, "profile").items():
-            profile_response = response.error_response(at)
-            contribution = _profile_contribution(profile_response, tolerances.profile, tolerances.waves, span)
-            yield contribution._replace(key=key)
+            most = largest_profile_response(response.error_response(at), tolerances.profile, tolerances.waves)
+            yield _contribution_along_profile(key, most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
         x, y = (response.through_train((first - second) / 2.0) for first, second in response.bore_responses)
-        yield _bore_contribution((x, y), tolerances.bore_eccentricity, span)
+        yield _contribution_along_profile("bore_eccentricity", tolerances.bore_eccentricity * np.hypot(x, y), span)
 
 
 def _with_batch(contribution: Contribution, key: str, tolerance: Tolerance, zone: ToleranceZone) -> Contribution:
@@ -148,20 +149,10 @@ def variance_by_tolerance(contributions: list[Contribution], order: int) -> Floa
     return shares
 
 
-def _bore_contribution(responses: tuple[FloatArray, FloatArray], distance: float, span: float) -> Contribution:
-    """Contribution of the bore's axis, with an eccentricity up to ``distance`` in any direction."""
-    most, swing = distance * np.hypot(*responses), sin(min(0.5 * span, 0.5 * pi))
-    return Contribution(
-        "bore_eccentricity", -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swing
-    )
-
-
-def _profile_contribution(response: FloatArray, zone: float, waves: int | None, span: float) -> Contribution:
-    """Contribution of the profile, with an error up to ``zone`` and at most ``waves`` waves in a turn."""
-    most, swing = largest_profile_response(response, zone, waves), sin(min(0.5 * span * (waves or inf), 0.5 * pi))
-    return Contribution(
-        "profile", -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swing
-    )
+def _contribution_along_profile(key: str, most: FloatArray, span: float) -> Contribution:
+    """Contribution of an error up to ``most`` that may take any value in turn as it runs through ``span`` [rad]."""
+    swing = sin(min(0.5 * span, 0.5 * pi))
+    return Contribution(key, -most, most, most / DEVIATIONS_AT_CPK_1, lambda: 2.0 * float(most[0].max()) * swing)
 
 
 def no_tolerances_error(file: str) -> BadInput:
@@ -296,7 +287,4 @@ class TurnErrors:
     @cached_property
     def nodes(self) -> FloatArray:
         """Cam angles at which errors are sampled [rad], in the order of the turn."""
-        table = self.problem.programme.table
-        half = table.half_width[:, None]
-        inner = np.clip(np.linspace(-1.0, 1.0, PANEL_NODES) * half, JUMP_SIDE - half, half - JUMP_SIDE)
-        return np.asarray((table.centre[:, None] + inner).ravel())
+        return self.problem.programme.panel_angles(PANEL_NODES)

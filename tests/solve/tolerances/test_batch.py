@@ -84,8 +84,8 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
         "phase": {"plus": 0.2, "distribution": "uniform"},
     }
     scene = scene_of("offset-roller").replace(tolerances={"follower": given, **more})
-    nominal = resolve_design(scene).nominal_numbers
-    errors = real_error_parts(sample_errors(scene, nominal, 2**14, 3))
+    problem = resolve_design(scene)
+    errors = real_error_parts(sample_errors(scene, problem, 2**14, 3))
     known = {
         "follower.offset": stats.triang(0.5, loc=-0.1, scale=0.4),
         "follower.roller_radius": stats.norm(-0.1, 0.1 / 3.99),
@@ -96,7 +96,7 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
     assert errors.keys() == known.keys()
     for key, values in errors.items():
         assert stats.kstest(values, known[key].cdf).statistic < 1e-3
-    again = real_error_parts(sample_errors(scene, nominal, 2**14, 3))
+    again = real_error_parts(sample_errors(scene, problem, 2**14, 3))
     assert all(np.array_equal(errors[key], again[key]) for key in errors)
 
 
@@ -106,9 +106,7 @@ def test_so_many_cams_are_outside_of_their_tolerances_as_normal_distributions_ha
     scene, offset = FACE.replace(tolerances={"bore_eccentricity": 0.01}), {"plus": 0.5, "minus": 0.5}
     scene = scene.replace(**{"tolerances.follower.offset": {**offset, **own}})
     problem = resolve_design(scene)
-    share = exceed_tolerances(
-        sample_errors(scene, problem.nominal_numbers, 2**15, 0), error_ranges(scene, problem)
-    ).mean()
+    share = exceed_tolerances(sample_errors(scene, problem, 2**15, 0), error_ranges(scene, problem)).mean()
     assert share == pytest.approx(1.0 - within * (1.0 - np.exp(-4.5)), abs=1e-3)
     even = FACE.replace(tolerances={"follower.offset": {**offset, "distribution": "uniform"}})
     assert camopt.sample_cams(even, cams=500).outside == 0

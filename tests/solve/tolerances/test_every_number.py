@@ -371,7 +371,7 @@ def test_errors_of_one_batch_go_together(one, other):
     scene = camopt.find_scene("valve-with-rocker").replace(tolerances=given)
     problem = resolve_design(scene)
     found = TurnErrors(scene, problem).contributions_at(np.array([0.8, 1.2]))
-    off = sample_errors(scene, problem.nominal_numbers, 2**15, 4)
+    off = sample_errors(scene, problem, 2**15, 4)
     errors = sum(np.outer(off[each.key], each.response[0]) for each in found)
     np.testing.assert_allclose(errors.var(axis=0), variance_by_tolerance(found, 0).sum(axis=0), rtol=0.01)
     np.testing.assert_allclose(errors.mean(axis=0), sum(each.mean[0] for each in found), atol=1e-5)

@@ -52,7 +52,7 @@ def test_motions_are_those_of_exact_contact_in_40_digits(contact, rotation):
     plain = plain_of(contact, rotation)
     scene = Scene.from_dict({**plain, "tolerances": tolerances_of(contact)})
     problem = resolve_design(scene)
-    off, cams = sample_errors(scene, problem.nominal_numbers, PLACES.size, 5), RealCams(problem, waves=9)
+    off, cams = sample_errors(scene, problem, PLACES.size, 5), RealCams(problem, waves=9)
     for order in range(3):
         moved = cams.motion(off, PLACES, order)
         for cam, theta in enumerate(moved.angle.terms[0]):
@@ -67,7 +67,7 @@ def test_at_the_tool_motions_are_those_of_closed_loops(contact):
     stage = {"crossed": False, **TRAINS[contact]} if contact == "arm" else TRAINS[contact]
     scene = scene_of(contact, given={"follower.roller_radius": 0.05, "phase": 0.1}, train=[stage])
     problem = resolve_design(scene)
-    off, cams = sample_errors(scene, problem.nominal_numbers, 3, 1), RealCams(problem)
+    off, cams = sample_errors(scene, problem, 3, 1), RealCams(problem)
     alone = replace(cams, problem=replace(problem, setup=replace(problem.setup, train=None)))
     follower = alone.motion(off, PLACES, 0).tool.terms[0]
     start = problem.programme.strokes[0].low  # of the follower, where its train starts
@@ -84,7 +84,7 @@ def test_the_largest_error_of_a_cam_is_that_of_a_scan_over_cam_angles(contact, l
     """At 21,000 cam angles, dense near joints, at each of which the place of contact is found by itself."""
     scene = scene_of(contact, law, tolerances_of(contact) | {"waves": 4})
     problem = resolve_design(scene)
-    off = sample_errors(scene, problem.nominal_numbers, 6, 2)
+    off = sample_errors(scene, problem, 6, 2)
     found = LargestErrorSearch(RealCams(problem, 4), tuple(off))
     near = np.add.outer(found._joints, np.outer([-1, 1], np.logspace(-8, -3, 100)).ravel()).ravel()
     angles = np.concatenate([np.linspace(0.0, 2 * np.pi, 20_001)[:-1] + 1e-5, near])
@@ -139,7 +139,7 @@ def test_a_dwell_wobbles_no_more_than_the_worst_case_says():
         camopt.sample_cams(scene, cams=2**10),
         max(each.change for each in camopt.tolerance(scene).dwells),
     )
-    off = sample_errors(scene, resolve_design(scene).nominal_numbers, 2**10, 0)["bore_eccentricity"]
+    off = sample_errors(scene, resolve_design(scene), 2**10, 0)["bore_eccentricity"]
     assert batch.errors[3].worst <= worst * np.abs(off).max() / 0.02 * (1 + 1e-9)
     stroke = resolve_design(scene).programme.strokes[3]
     angles = np.linspace(stroke.start, stroke.end, 500)[:, None]

@@ -1,7 +1,7 @@
 """Tolerances of followers held from both sides, against rigid bodies set on dense discs, and closed forms."""
 
 import json
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.tolerances.error_samples import sample_errors
-from camopt.solve.tolerances.errors import error_keys, errors_at_contact, flat_errors
+from camopt.solve.tolerances.errors import errors_at_contact, flat_errors
 from camopt.solve.tolerances.margins import LimitsByNumber, ToleranceBox, evaluate_limits
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, Interference, list_plays
 from camopt.solve.tolerances.real_cam import RealCam
@@ -334,7 +334,7 @@ def test_cams_of_a_batch_have_the_interference_of_their_own_errors():
     problem, cams = resolve_design(scene), 16
     batch, off = (
         camopt.sample_cams(scene, cams),
-        sample_errors(scene, problem.nominal_numbers, cams, 0, partial(error_keys, problem)),
+        sample_errors(scene, problem, cams, 0),
     )
     spread, stresses = batch.spreads[-1], batch.samples["contact_stress_max_MPa"].values
     own = {key: each[stresses.argmax()] for key, each in off.items()}
@@ -376,7 +376,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
     given = {**SMOOTH, "profile": 0.004, "train.1.coupler": 0.05}
     scene = pair_of().replace(train=[FOUR_BAR], limits={}, tolerances=given)
     problem, places, step = resolve_design(scene), np.array([0.7, 1.9, 3.2, 4.4, 5.8]), 1e-4
-    off = sample_errors(scene, problem.nominal_numbers, places.size, 3, partial(error_keys, problem))
+    off = sample_errors(scene, problem, places.size, 3)
     cams, search = RealPairs(problem, 0), make_worst_cam_search(TurnErrors(scene, problem))
     angles, bore = cams.motion(off, places, 0).angle.terms[0], off["bore_eccentricity"]
 
