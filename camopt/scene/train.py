@@ -244,13 +244,6 @@ class GivenTurn(NamedTuple):
     unit: float
     """Unit of the programme [mm or rad]."""
 
-    def other_end_position_range(self, train: Train) -> tuple[float, float]:
-        """Lowest and highest position of the other end of the train."""
-        low, high = sorted(
-            formula_value_at_end(train.follower_displacement, level) for level in (self.low, self.high)
-        )
-        return low, high
-
 
 def _train_from_given_end(scene: "Scene", train: Train) -> Train:
     """The train whose tool end has the given motion: reversed if the motion is the follower's."""
@@ -309,6 +302,8 @@ def lifts_through_train(scene: "Scene", given_lift: float | None) -> Lifts:
     """The lifts of tool and follower of a scene with a train; ``given_lift`` is the lift of ``[[motion]]``."""
     other, train = None, None if any(check_train(scene)) else _train_without_loads(scene)
     if train is not None and (turn := _given_turn(scene, out := _train_from_given_end(scene, train))):
-        low, high = turn.other_end_position_range(out)
+        low, high = sorted(
+            formula_value_at_end(out.follower_displacement, level) for level in (turn.low, turn.high)
+        )
         other = (high - low) * (degrees(1.0) if out.links[0].driver_and_driven_angular[0] else 1.0)
     return Lifts(other, given_lift) if scene.given_at_follower else Lifts(given_lift, other)

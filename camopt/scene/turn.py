@@ -1,11 +1,10 @@
 """Checks of the segments of a scene's turn."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
 from math import hypot, isfinite
 from typing import TYPE_CHECKING, Any
 
-from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import DERIVATIVE_UNITS
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import suggest_law_names
@@ -60,15 +59,9 @@ def check_law_exists(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Faul
         yield key, law, f"must be a motion law; {suggest_law_names(law, laws)}"
 
 
+@cached_by_identity(maxsize=1)  # computed once for all checks of a scene, as ``_segments_of_turn`` is
 def turn_of_scene(scene: "Scene") -> tuple[list[MotionSegment], Programme] | None:
     """The segments of a scene and their motion; None if a value is missing or wrong."""
-    return _cached_turn(IdentityKey(scene))
-
-
-@lru_cache(maxsize=1)
-def _cached_turn(same: IdentityKey["Scene"]) -> tuple[list[MotionSegment], Programme] | None:
-    """Computed once for all checks of a scene, as ``_segments_of_turn`` is."""
-    scene = same.value
     given = _segments_of_turn(scene)
     if not given or not has_faultless_named_laws(scene, given):
         return None
@@ -93,14 +86,10 @@ def highest_displacement(scene: "Scene") -> float | None:
 # --------------------------------------------------------------------------------------------------- segments
 
 
+@cached_by_identity(maxsize=1)
 def _segments_of_turn(scene: "Scene") -> list[MotionSegment] | None:
     """The segments in the form of ``model.motion``; None if a number or a kind is missing or wrong."""
-    return _cached_segments(IdentityKey(scene))
-
-
-@lru_cache(maxsize=1)
-def _cached_segments(same: IdentityKey["Scene"]) -> list[MotionSegment] | None:
-    scene, rows = same.value, same.value.motion
+    rows = scene.motion
     if scene.has_refused_value("motion"):
         return None
     for row, after in zip(rows, following_segments(rows), strict=True):

@@ -18,7 +18,7 @@ answer is the largest value found, and a bound of its distance from the true ext
 The search is compiled once. The functions that evaluate a curve are compiled for each curve and called by address.
 """
 
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,7 @@ from camopt.core.numerics import LEAST, UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient, sign_index_range
 from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator
 from camopt.core.numerics.curves import LOADED_CURVES
-from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.numerics.jet import larger
 from camopt.core.numerics.panel_prefetch import caching_evaluator
 from camopt.core.numerics.panel_search import (
@@ -352,14 +352,14 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
     if designs > PLAIN_TILE:
         keep_freed_memory()
     answers, question_array = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
-    turn = _pinned_table_and_panels(IdentityKey(table), type(f) in LOADED_CURVES)
+    turn = _pinned_table_and_panels(table, type(f) in LOADED_CURVES)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
         search_curve(f, *turn, question_array, precision, answers, thread_workspace(turn[1]), SEARCH_ADDRESS)
     return Extremes(*answers)
 
 
-@lru_cache(maxsize=64)
-def _pinned_table_and_panels(same: IdentityKey[MotionTable], loaded: bool) -> tuple[MotionTable, Panels]:
+@cached_by_identity(maxsize=64)
+def _pinned_table_and_panels(table: MotionTable, loaded: bool) -> tuple[MotionTable, Panels]:
     """A motion table and its panels for kernels. Without the load, turns with and without one share a kernel."""
-    table = same.value if loaded else same.value._replace(load=None)
+    table = table if loaded else table._replace(load=None)
     return as_pinned_tuple(table), as_pinned_tuple(panels_of(table))

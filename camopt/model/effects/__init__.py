@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
-from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import QUANTITIES, Quantity, in_column_order
 from camopt.model.effects import (
     clearance,
@@ -135,13 +134,13 @@ def setup_effects(setup: Setup) -> Mapping[str, Effect]:
     """Every effect of a setup by name: those of all scenes, then those of quantities that the scene defines."""
     if not setup.own_quantities:
         return EFFECTS
-    return EFFECTS | {effect.name: effect for effect in _scene_defined_effects(IdentityKey(setup)).values()}
+    return EFFECTS | {effect.name: effect for effect in _scene_defined_effects(setup).values()}
 
 
 def find_effect(name: str, setup: Setup) -> Effect | None:
     """The effect that computes a quantity; None for a verdict."""
     return (
-        _scene_defined_effects(IdentityKey(setup))[name]
+        _scene_defined_effects(setup)[name]
         if name in setup.own_quantities
         else EFFECTS.get(QUANTITIES[name].effect)
     )
@@ -153,11 +152,11 @@ def require_effect(name: str, setup: Setup) -> Effect:
     return effect
 
 
-@lru_cache(maxsize=16)
-def _scene_defined_effects(setup_key: IdentityKey[Setup]) -> Mapping[str, Effect]:
+@cached_by_identity(maxsize=16)
+def _scene_defined_effects(setup: Setup) -> Mapping[str, Effect]:
     """The effects of quantities that the scene defines; one that reads a late quantity is late too."""
     effects: dict[str, Effect] = {}
-    for name, quantity in setup_key.value.own_quantities.items():
+    for name, quantity in setup.own_quantities.items():
         sources = [effects.get(read) or EFFECTS[QUANTITIES[read].effect] for read in quantity.quantities_read]
         effects[name] = expression_effect(quantity, last=any(effect.last for effect in sources))
     return effects
@@ -172,33 +171,23 @@ def with_read_quantities(names: Iterable[str], setup: Setup) -> frozenset[str]:
     return frozenset(quantities)
 
 
+@cached_by_identity(maxsize=16)
 def available_quantities(setup: Setup) -> tuple[str, ...]:
     """All quantities that can be computed from what the scene gives, in the order of columns."""
-    return _find_available_quantities(IdentityKey(setup))
-
-
-@lru_cache(maxsize=16)
-def _find_available_quantities(setup_key: IdentityKey[Setup]) -> tuple[str, ...]:
-    names = {name for effect in EFFECTS.values() for name in effect.offered_quantities(setup_key.value)}
-    names -= missing_keys_by_quantity(setup_key.value).keys()
-    for each in setup_key.value.own_quantities.values():
+    names = {name for effect in EFFECTS.values() for name in effect.offered_quantities(setup)}
+    names -= missing_keys_by_quantity(setup).keys()
+    for each in setup.own_quantities.values():
         names |= {each.name} if names.issuperset(each.quantities_read) else set()
     return tuple(in_column_order(names))
 
 
+@cached_by_identity(maxsize=16)
 def missing_keys_by_quantity(setup: Setup) -> Mapping[str, tuple[str, ...]]:
     """The missing keys of the scene, by the quantity that cannot be computed without them."""
-    return _find_missing_keys(IdentityKey(setup))
-
-
-@lru_cache(maxsize=16)
-def _find_missing_keys(setup_key: IdentityKey[Setup]) -> Mapping[str, tuple[str, ...]]:
     missing = {
-        name: keys
-        for effect in EFFECTS.values()
-        for name, keys in effect.missing_keys_by_quantity(setup_key.value).items()
+        name: keys for effect in EFFECTS.values() for name, keys in effect.missing_keys_by_quantity(setup).items()
     }
-    for quantity in setup_key.value.own_quantities.values():
+    for quantity in setup.own_quantities.values():
         if keys := [key for read in quantity.quantities_read for key in missing.get(read, ())]:
             missing[quantity.name] = tuple(dict.fromkeys(keys))
     return missing
@@ -206,12 +195,12 @@ def _find_missing_keys(setup_key: IdentityKey[Setup]) -> Mapping[str, tuple[str,
 
 def plan_effects(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
     """The quantities that each effect has to compute, by its name, in the order in which effects run."""
-    return _plan_sorted_effects(frozenset(wanted), IdentityKey(setup))
+    return _plan_effects(setup, frozenset(wanted))
 
 
-@lru_cache(maxsize=16)
-def _plan_sorted_effects(wanted: frozenset[str], setup_key: IdentityKey[Setup]) -> Mapping[str, frozenset[str]]:
-    setup, plan, pending = setup_key.value, dict[str, set[str]](), set(wanted)
+@cached_by_identity(maxsize=16)
+def _plan_effects(setup: Setup, wanted: frozenset[str]) -> Mapping[str, frozenset[str]]:
+    plan, pending = dict[str, set[str]](), set(wanted)
     while pending:
         name = pending.pop()
         effect = find_effect(name, setup)

@@ -16,7 +16,7 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.peak import ConvexRadius, CutterRadius, Peak, cam_size_error_scale
+from camopt.model.effects.peak import ConvexRadius, CutterRadius, Peak, cam_size_error_scale, jumps_at_corners
 from camopt.model.effects.peak_columns import largest_and_least_columns, peak_column
 from camopt.model.mechanisms.design import unreduced_designs
 from camopt.model.motion.programme import Programme
@@ -51,7 +51,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     curves = ((mechanism.curvature, ALL_STROKES),)
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
     # with two flanks either one may be the sharper
-    goal, sharp = (LARGEST_MAGNITUDE, has_corner) if mechanism.two_sided else (LARGEST, pointed)
+    goal, sharp = (LARGEST_MAGNITUDE, jumps_at_corners) if mechanism.two_sided else (LARGEST, pointed)
     wider = None if setup.given.drive.clearance is None else setup.pitch_to_flank_distance
     radii = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
@@ -70,10 +70,6 @@ def speed_falls_at_corner(programme: Programme) -> bool:
 def speed_rises_at_corner(programme: Programme) -> bool:
     """Whether the follower's speed rises at a corner, where a disc cam's profile is hollow."""
     return any(corner.size > 0.0 for corner in programme.corners)
-
-
-def has_corner(programme: Programme) -> bool:
-    return bool(programme.corners)
 
 
 def input_quantities(setup: Setup) -> tuple[str, ...]:

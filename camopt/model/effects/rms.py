@@ -23,16 +23,11 @@ def _rms_mean(setup: Setup, order: int) -> Mean:
     return Mean(((by_angle, ALL_STROKES),), 2, motion_unit_scale(setup, order), by_angle.is_infinite_somewhere)
 
 
-def _lift_area_mean(setup: Setup) -> dict[str, Mean]:
-    """360° times the mean displacement."""
-    name = f"lift_area_{'deg' if setup.tool_turns else 'mm'}_deg"
-    return {name: Mean(((Derivative(0), ALL_STROKES),), 1, DegreeScale(int(setup.tool_turns), 360.0))}
-
-
 def means(setup: Setup) -> dict[str, Mean]:
     turns, timed = setup.tool_turns, setup.omega is not None
     roots = {motion_mean(n, angular=turns, timed=timed): _rms_mean(setup, order) for n, order in RMS_ORDERS.items()}
-    return roots | _lift_area_mean(setup)
+    lift_area = Mean(((Derivative(0), ALL_STROKES),), 1, DegreeScale(int(turns), 360.0))
+    return {**roots, f"lift_area_{'deg' if turns else 'mm'}_deg": lift_area}
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:

@@ -131,7 +131,8 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
         half_width, multiply_series(dissipative_force(programme, factors), _speed_series(programme))
     ) / (2.0 * pi)
     rms = np.sqrt(turn_integral(half_width, multiply_series(series, series)) / (2.0 * pi))
-    upwards, downwards = _impulse_signs(programme)
+    shares = [corner.after / corner.size for corner in programme.corners]  # there the torque is infinite
+    upwards, downwards = any(share > LEAST_JUMP for share in shares), any(1.0 - s > LEAST_JUMP for s in shares)
     unknown = inf if has_unknown_energy(programme) else 0.0
     top, bottom = largest_of_series(series), -largest_of_series(-series)
     room = WORK_ERROR * np.maximum(top, -bottom)
@@ -169,12 +170,6 @@ def dissipative_force(programme: Programme, factors: Sequence[FloatArray]) -> Fl
 def has_unknown_energy(programme: Programme) -> bool:
     """Whether the energy is unknown: at a corner the masses of a train take up energy at once."""
     return bool(programme.corners) and isinstance(programme.load, TrainLoad) and programme.load.train.has_mass
-
-
-def _impulse_signs(programme: Programme) -> tuple[bool, bool]:
-    """Whether corners make the torque infinite, positive and negative."""
-    shares = [corner.after / corner.size for corner in programme.corners]
-    return any(share > LEAST_JUMP for share in shares), any(1.0 - share > LEAST_JUMP for share in shares)
 
 
 def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mean: FloatArray) -> FloatArray:

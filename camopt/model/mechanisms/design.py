@@ -135,7 +135,11 @@ class Designs:
 
     @cached_property
     def point_designs(self) -> "Designs":
-        """The designs of ``with_point_follower``."""
+        """Disc cams of the same pitch curves with a knife edge: the prime circle becomes the base circle.
+
+        Curves need the sum of size and roller radius to its last digit. So the rounding error of the prime radius
+        stays as a tiny "roller radius". Equal pitch curves then give equal designs.
+        """
         prime, rounding = exact_sum(self.size, self.roller_radius)
         return replace(self, size=prime, roller_radius=rounding)
 
@@ -149,15 +153,6 @@ def concatenate(parts: Iterable[Designs]) -> Designs:
     """Several designs joined into one structure; their cams turn the same way."""
     parts = list(parts)
     return parts[0].with_values({n: np.concatenate([part.values[n] for part in parts]) for n in parts[0].values})
-
-
-def with_point_follower(designs: Designs) -> Designs:
-    """Disc cams of the same pitch curves with a knife edge: the prime circle becomes the base circle.
-
-    Curves need the sum of size and roller radius to its last digit. So the rounding error of the prime radius stays
-    as a tiny "roller radius". Equal pitch curves then give equal designs.
-    """
-    return designs.point_designs
 
 
 def without_roller(designs: Designs) -> Designs:

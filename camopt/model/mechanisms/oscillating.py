@@ -33,7 +33,7 @@ from camopt.model.mechanisms.contact_errors import (
     angle_growth,
     cam_turn_to_point,
 )
-from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_point_follower
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import DISC, OSCILLATING, ROUND_TIPS, SPRUNG
 from camopt.model.mechanisms.trace import disc_arm_velocity_components, tangential_acceleration, trace_curvature
 from camopt.model.motion.profile_contact import OscillatingPoint
@@ -183,7 +183,7 @@ MECHANISM = Mechanism(
     assembly="prime radius, arm and centre distance have to form a triangle at every displacement",
     contact=_oscillating_contact,
     shifted_contact=_oscillating_shifted_contact,
-    pitch=with_point_follower,
+    pitch=lambda designs: designs.point_designs,
     misfit=_oscillating_size_fault,
     on_profile=_oscillating_profile_contact,
 )

@@ -17,7 +17,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula, quotient_derivatives
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, cam_turn_to_point
-from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_point_follower
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import DISC, ROUND_TIPS, SPRUNG, TRANSLATING
 from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvature
 from camopt.model.motion.profile_contact import TranslatingPoint
@@ -113,7 +113,7 @@ MECHANISM = Mechanism(
     assembly="the offset has to be smaller than the prime radius",
     contact=_translating_contact,
     shifted_contact=_translating_shifted_contact,
-    pitch=with_point_follower,
+    pitch=lambda designs: designs.point_designs,
     misfit=_translating_size_fault,
     on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),
 )

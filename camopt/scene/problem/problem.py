@@ -5,14 +5,14 @@
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import inf, nan
 from typing import Any
 
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.model.effects import Setup, available_quantities, find_quantity
 from camopt.model.effects.peak import unit_weight
@@ -142,7 +142,7 @@ class Problem:
 
     def with_relative_error(self, relative_error: float) -> "Problem":
         """The problem with another relative error of its extremes."""
-        return replace(self, setup=_with_relative_error(IdentityKey(self.setup), relative_error))
+        return replace(self, setup=_with_relative_error(self.setup, relative_error))
 
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
@@ -338,9 +338,9 @@ class Problem:
         return self.required_quantities | self.output_quantities
 
 
-@lru_cache(maxsize=4)  # all motions of a space share one setup
-def _with_relative_error(same: IdentityKey[Setup], relative_error: float) -> Setup:
-    return replace(same.value, relative_error=relative_error)
+@cached_by_identity(maxsize=4)  # all motions of a space share one setup
+def _with_relative_error(setup: Setup, relative_error: float) -> Setup:
+    return replace(setup, relative_error=relative_error)
 
 
 @dataclass(frozen=True)
@@ -386,7 +386,7 @@ def resolve(scene: Scene) -> Problem:
     BadInput
         For a robust search of a size with a class of ISO 286, whose zone depends on the size.
     """
-    problem = _cached_problem(IdentityKey(scene))
+    problem = _cached_problem(scene)
     given = scene.tolerances.numbers if scene.search.robust else {}
     classes = [each for each in problem.variables if each.is_searched and each.key in given and given[each.key].iso]
     if classes:
@@ -402,10 +402,9 @@ def resolve(scene: Scene) -> Problem:
     return problem
 
 
-@lru_cache(maxsize=4)  # a command resolves its scene several times
-def _cached_problem(same: IdentityKey[Scene]) -> Problem:
+@cached_by_identity(maxsize=4)  # a command resolves its scene several times
+def _cached_problem(scene: Scene) -> Problem:
     """As ``resolve``, without the check of a robust search."""
-    scene = same.value
     variables = variables_of(scene)
     given = scene.numbers(each.key for each in variables)
     missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]
@@ -460,7 +459,7 @@ def resolve_design(scene: Scene) -> Problem:
     BadInput
         For each size or number that the scene leaves to its search.
     """
-    problem = _cached_problem(IdentityKey(scene))
+    problem = _cached_problem(scene)
     if mistakes := missing_variable_mistakes(problem):
         raise BadInput(mistakes)
     return problem

@@ -6,12 +6,11 @@ list of limits are shared by all designs of a problem; a setting is one choice o
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.model.effects import missing_keys_by_quantity
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.problem import Problem
@@ -24,14 +23,10 @@ NumberSetting = Mapping[str, float]
 """Values of numbers of the scene other than sizes, by key."""
 
 
+@cached_by_identity(maxsize=4)  # read many times for a scene
 def programmes_of_law_choices(problem: Problem) -> Mapping[Programme, LawPair]:
     """The motion for every choice of laws in ``[search]``, with the laws on its rises and returns."""
-    return _cached_programmes_of_laws(IdentityKey(problem))
-
-
-@lru_cache(maxsize=4)  # read many times for a scene
-def _cached_programmes_of_laws(same: IdentityKey[Problem]) -> Mapping[Programme, LawPair]:
-    return {same.value.follower_motion_with_laws(*pair): pair for pair in same.value.search_space.laws}
+    return {problem.follower_motion_with_laws(*pair): pair for pair in problem.search_space.laws}
 
 
 def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({},)) -> tuple[Problem, ...]:
@@ -65,15 +60,15 @@ def problem_with_numbers_per_design(
         If a quantity that the problem needs cannot be computed with the least value of a number.
     """
     return (
-        _cached_problem_per_design(IdentityKey(problem))
+        _cached_problem_per_design(problem)
         if ends is None
         else _with_numbers_per_design(problem, {**_search_ranges(problem), **ends})
     )
 
 
-@lru_cache(maxsize=4)  # designs of a scene are evaluated many times
-def _cached_problem_per_design(same: IdentityKey[Problem]) -> Problem:
-    return _with_numbers_per_design(same.value, _search_ranges(same.value))
+@cached_by_identity(maxsize=4)  # designs of a scene are evaluated many times
+def _cached_problem_per_design(problem: Problem) -> Problem:
+    return _with_numbers_per_design(problem, _search_ranges(problem))
 
 
 def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:

@@ -91,7 +91,10 @@ def draw_groove_or_rib(axes: Any, picture: Picture, circumference: float) -> Non
     """Draw a groove or rib with coloured flanks and pitch curves, also on the neighbouring turns."""
     radius, contacts = float(picture.problem.design.roller_radius[0]), [each.curves for each in picture.contacts]
     if len(contacts) > 1:
-        _fill_cylinder_rib(axes, contacts, circumference)
+        upper, lower = (np.concatenate([c.profile[0] for c in curves]) for curves in contacts)
+        for shift in (-circumference, 0.0, circumference):
+            between = np.concatenate([upper, lower[::-1]]) + shift
+            fill_area(axes, between, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2)
     elif radius > 0.0:
         _fill_groove(axes, contacts[0], radius, circumference)
     labelled = set()
@@ -121,15 +124,6 @@ def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, circumferenc
     for part in getattr(swept, "geoms", [swept]):
         for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
             axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
-
-
-def _fill_cylinder_rib(axes: Any, contacts: list[list[CamCurves]], circumference: float) -> None:
-    """Fill the region between both flanks."""
-    upper, lower = (np.concatenate([c.profile[0] for c in curves]) for curves in contacts)
-    for shift in (-circumference, 0.0, circumference):
-        fill_area(
-            axes, np.concatenate([upper, lower[::-1]]) + shift, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2
-        )
 
 
 def _draw_developed_stroke_starts(axes: Any, picture: Picture, surface_corners: ComplexArray) -> list[Label]:

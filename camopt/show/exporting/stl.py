@@ -29,7 +29,9 @@ FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # shift of a point by single precision, rel
 def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
     """Write the solid of a cam with a thickness. Deviations include the rounding of the file."""
     check_path_options("polyline", chord)
-    aim = max(MESH_SHARE * chord - _rounding_error(work), SHORTEST_CHORD)
+    angles = np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES)
+    points = [curve.evaluate_by_span(angles, curve.points) for curve in work.curves().values()]
+    aim = max(MESH_SHARE * chord - FLOAT32_ERROR * float(np.abs(points).max()), SHORTEST_CHORD)
     solid = solid_of(work, aim, "polyline")
     BRepMesh_IncrementalMesh(solid.shape, aim, False, MESH_ANGLE)
     with whole_file(path) as partial:
@@ -48,13 +50,6 @@ def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
     return Export(
         path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": enclosed_volume(triangles)}
     )
-
-
-def _rounding_error(work: Workpiece) -> float:
-    """Estimated shift of profile points by single precision [mm]."""
-    angles = np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES)
-    points = [curve.evaluate_by_span(angles, curve.points) for curve in work.curves().values()]
-    return FLOAT32_ERROR * float(np.abs(points).max())
 
 
 def read_triangles(path: Path) -> FloatArray:

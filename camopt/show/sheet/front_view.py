@@ -89,12 +89,6 @@ class FrontView:
         return self.cam.curve("pitch") * self.scale
 
     @property
-    def roller_centre_paths(self) -> list[ComplexArray]:
-        """The paths of roller centres; two for a rib."""
-        other = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
-        return [path for path in (self.pitch, *other) if path.size]
-
-    @property
     def timing_curve(self) -> ComplexArray:
         """The curve at which the timing mark ends; with a hub it is on the first disc only."""
         if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
@@ -241,7 +235,8 @@ class FrontView:
         marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
         marks += [Line(profile, HIDDEN) for profile in self.other_profiles]
         marks += [Line(roller, DOUBLE_CHAIN) for roller in self.roller_outlines]
-        marks += [Line(path, DOUBLE_CHAIN) for path in self.roller_centre_paths]
+        other_path = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
+        marks += [Line(path, DOUBLE_CHAIN) for path in (self.pitch, *other_path) if path.size]
         marks += self._centre_lines()
         part, turn = self.part, keyway_direction_angle(self.part)
         marks += [circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []

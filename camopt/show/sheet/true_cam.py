@@ -200,8 +200,9 @@ class TrueCam:
         """Names of the follower's strokes with their cam angles [rad]; those of the scene's segments, if any."""
         found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
-            strokes, steady = self.problem.programme.strokes, self.follower_constant_velocity_strokes
-            found = [(_segment_name(each, each in steady, found), each.start, each.end) for each in strokes]
+            programme = self.problem.programme  # with a train only the tool has a constant velocity
+            steady = constant_velocity_strokes(programme) if programme.tool is programme else []
+            found = [(_segment_name(s, s in steady, found), s.start, s.end) for s in programme.strokes]
         return [
             (f"{self.translate(name)} {decimal_text(degrees(end - begin), 2)}°", begin, end)
             for name, begin, end in found
@@ -212,12 +213,6 @@ class TrueCam:
         """Depth of the groove of a cylinder, or height of its rib [mm]; None if unknown."""
         height: float | None = getattr(self.part, self.problem.setup.mechanism.body.flank_height)
         return height
-
-    @property
-    def follower_constant_velocity_strokes(self) -> list[Stroke]:
-        """Strokes of the follower at constant velocity; none with a train, where only the tool has them."""
-        programme = self.problem.programme
-        return constant_velocity_strokes(programme) if programme.tool is programme else []
 
     @cached_property
     def start_direction(self) -> float:

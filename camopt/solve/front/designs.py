@@ -7,7 +7,7 @@ optimiser can evaluate one design at a time.
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import IndexArray
-from camopt.core.numerics.identity_key import IdentityKey
+from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import QUANTITIES, in_column_order
 from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.mechanisms import Designs
@@ -145,7 +145,7 @@ def evaluate_designs(
         values |= {name: values[name].astype(quantity.kind) for name, quantity in quantities.items()}
     frame = pd.DataFrame({name: values[name] for name in columns_in_order}, index=table.labels)
     units = {name: quantity.unit for name, quantity in quantities.items()}
-    frame.attrs = {"units": units, "scene": _scene_toml(IdentityKey(scene))}
+    frame.attrs = {"units": units, "scene": _scene_toml(scene)}
     return frame
 
 
@@ -161,22 +161,16 @@ def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
     _problem_of_search(scene, problem, varied, table)
 
 
-@lru_cache(maxsize=CACHED_SCENES)
-def _scene_toml(key: IdentityKey[Scene]) -> str:
-    return key.value.to_toml()
+@cached_by_identity(maxsize=CACHED_SCENES)
+def _scene_toml(scene: Scene) -> str:
+    return scene.to_toml()
 
 
+@cached_by_identity(maxsize=CACHED_SCENES)
 def _variables_by_column(problem: Problem) -> Mapping[str, Variable]:
     """The variables of a problem by the names of their columns; sizes also by their keys in the scene."""
-    return _cached_variables_by_column(IdentityKey(problem))
-
-
-@lru_cache(maxsize=CACHED_SCENES)
-def _cached_variables_by_column(key: IdentityKey[Problem]) -> Mapping[str, Variable]:
-    variables = key.value.variables
-    return {f"{each.name}_mm": each for each in variables if each.is_size} | {
-        each.quantity: each for each in variables
-    }
+    sizes = {f"{each.name}_mm": each for each in problem.variables if each.is_size}
+    return sizes | {each.quantity: each for each in problem.variables}
 
 
 def _read_designs(designs: Any, columns: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
@@ -249,8 +243,8 @@ class _CachedSearch:
     problem: Problem
 
 
-@lru_cache(maxsize=CACHED_SCENES)
-def _cached_searches(key: IdentityKey[Scene]) -> dict[frozenset[str], _CachedSearch]:
+@cached_by_identity(maxsize=CACHED_SCENES)
+def _cached_searches(scene: Scene) -> dict[frozenset[str], _CachedSearch]:
     """The cached searches of a scene, by the numbers that they vary.
 
     The quantities of designs do not depend on the ends of a search, so the ends only grow.
@@ -266,7 +260,7 @@ def _problem_of_search(
     if not columns:
         return problem_with_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
-    cache = _cached_searches(IdentityKey(scene))
+    cache = _cached_searches(scene)
     cached = cache.get(frozenset(ends))
     if cached and all(
         cached.ends[key][0] <= low and high <= cached.ends[key][1] for key, (low, high) in ends.items()
@@ -346,14 +340,14 @@ def _split_by_motion(
         pairs = zip(laws, _laws_of_scene(scene_problem), strict=True)
         rise, fall = (None if law == scene_law else law for law, scene_law in pairs)
         if (rise, fall) != (None, None):
-            motion = _motion_with_laws(IdentityKey(scene_problem), rise, fall)
+            motion = _motion_with_laws(scene_problem, rise, fall)
             motion_problem = motion_problem.with_given_motion(motion)
         yield motion_problem, rows
 
 
-@lru_cache(maxsize=CACHED_MOTIONS)
-def _motion_with_laws(key: IdentityKey[Problem], rise: str | None, fall: str | None) -> Programme:
-    return key.value.given_motion_with_laws(rise, fall)
+@cached_by_identity(maxsize=CACHED_MOTIONS)
+def _motion_with_laws(problem: Problem, rise: str | None, fall: str | None) -> Programme:
+    return problem.given_motion_with_laws(rise, fall)
 
 
 def _group_rows(columns: Iterable[NDArray[Any]], count: int) -> list[IndexArray]:

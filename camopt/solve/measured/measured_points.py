@@ -82,7 +82,10 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     columns.check_options()
     if isinstance(source, (str, os.PathLike)):
         name = os.fsdecode(source)
-        data = _file_bytes(name)
+        try:
+            data = read_bytes(name)
+        except BadInput as error:
+            raise file_mistake(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
         if Path(name).suffix.lower() == ".s96":
             raise file_mistake(
                 name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each"
@@ -119,13 +122,6 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     return MeasuredPoints(
         name, angles_deg[order], lifts[order] * unit_size, table.rows[order], step * unit_size, unit_said=unit_said
     )
-
-
-def _file_bytes(name: str) -> bytes:
-    try:
-        return read_bytes(name)
-    except BadInput as error:
-        raise file_mistake(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
 
 
 def _table_of_array(name: str, source: Any) -> NumberTable:

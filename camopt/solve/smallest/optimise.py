@@ -130,7 +130,14 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
             assert least.answer.design is not None
             reduced, design = least.problem.absorb_untoleranced_numbers(least.answer.design)
             quantities[laws] = _optimum_quantities(reduced, replace(least.answer, design=design), until)
-            quantities[laws] |= least.angles | _nominal_comparison(least.answer, nominal)
+            quantities[laws] |= least.angles
+            if nominal is not None:
+                safety = least.answer.size - nominal.size
+                quantities[laws] |= {
+                    "nominal_mm": nominal.size,
+                    "nominal_proved": nominal.is_proved,
+                    "safety_mm": safety,
+                }
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
         obstacles[laws] = _infeasibility_in_words(
@@ -366,13 +373,6 @@ def _nominal_optimum(problem: Problem, turns: SegmentAngles, until: float) -> Sm
     nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), until=until)
     _, least = solve_all_trains_and_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, until)
     return least and least.answer
-
-
-def _nominal_comparison(robust: SmallestCam, nominal: SmallestCam | None) -> dict[str, Any]:
-    if nominal is None:
-        return {}
-    larger = robust.size - nominal.size
-    return {"nominal_mm": nominal.size, "nominal_proved": nominal.is_proved, "safety_mm": larger}
 
 
 def _clear_above_size(problem: Problem, answer: SmallestCam, until: float) -> float:

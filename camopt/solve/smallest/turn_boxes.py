@@ -80,14 +80,11 @@ class StrokeLimit:
         goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.constraint.sides]
         where = (
             EvaluationBlock(problem.setup, Programme((stroke,)), design)
-            .extremes(self._curve_of_whole_turn, goals)
+            .extremes(lambda designs, _: self.constraint.curve(designs, self.turn), goals)
             .where[:, 0]
         )
         new = _one_sided_motion(stroke, where / angle, kinds)
         self.added_motion = np.concatenate([self.added_motion, new], axis=1)[:, -ADDED_PLACES:]
-
-    def _curve_of_whole_turn(self, designs: Designs, stroke_alone: Programme) -> Any:
-        return self.constraint.curve(designs, self.turn)
 
     def box_excesses(self, box: Designs, inside: Designs, template_interval: SlopedInterval) -> Iterator[Excesses]:
         """The excess at the place where one design of each box exceeds the limit the most, if it is near the limit.

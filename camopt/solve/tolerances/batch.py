@@ -527,7 +527,10 @@ class _SampledCams:
         designs = designs.with_values({each.field: numbers[key] for key, each in variables.items()})
         errors = {key: self.errors[key] for key in numbers}
         if interference is None:
-            return _LimitResults(limits, *evaluate_limits_in_blocks(box.problem, limits, designs), numbers, errors)
+            ((excess, values),) = _evaluate_in_blocks(
+                len(designs), lambda block: [evaluate_limits(box.problem, limits, designs.take(block))]
+            )
+            return _LimitResults(limits, excess, values, numbers, errors)
         (low_excess, low), (high_excess, high) = evaluate_limits_at_ends(
             LimitsByNumber(box.problem, limits, INTERFERENCE_KEY), designs, interference
         )
@@ -627,14 +630,6 @@ def _variance_share(values: FloatArray, errors: FloatArray) -> float:
         variance_explained_by_part(values, part)
         for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
     )
-
-
-def evaluate_limits_in_blocks(problem: Problem, limits: list[Limit], designs: Designs) -> LimitValues:
-    """As ``evaluate_limits``, in blocks of designs."""
-    (values,) = _evaluate_in_blocks(
-        len(designs), lambda block: [evaluate_limits(problem, limits, designs.take(block))]
-    )
-    return values
 
 
 def evaluate_limits_at_ends(

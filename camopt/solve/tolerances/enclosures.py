@@ -361,7 +361,11 @@ def difference_through_train(
 def _train_link_errors(
     problem: Problem, errors: Mapping[str, Any], sloped_interval: SlopedInterval
 ) -> dict[str, SlopedInterval]:
-    return {key: carry_out_quotient(each, sloped_interval) for key, each in errors.items() if is_train_key(key)}
+    return {
+        key: each.divide() if hasattr(each, "divide") else each + sloped_interval * 0.0
+        for key, each in errors.items()
+        if is_train_key(key)
+    }
 
 
 def _ratio_of_exact_constant_train(problem: Problem, links: Mapping[str, SlopedInterval]) -> float | None:
@@ -483,8 +487,3 @@ def without_slopes(x: Interval) -> LinkageInterval:
     """Ranges without slopes, for the formulas of links."""
     zero = as_interval(np.zeros((1, x.size)))
     return LinkageInterval.from_interval(SlopedInterval(x, x, zero, zero), [])
-
-
-def carry_out_quotient(x: Any, sloped_interval: SlopedInterval) -> Any:
-    """A number over boxes, with its quotient carried out."""
-    return x.divide() if hasattr(x, "divide") else x + sloped_interval * 0.0

@@ -117,7 +117,8 @@ class LargestErrorSearch:
 
     def largest_motion_errors(self, cams: CamErrors, order: int) -> LargestError:
         """Largest |error| of position, velocity or acceleration (order 0, 1, 2) of each cam over the turn."""
-        return _join_largest_errors(map_cam_blocks(cams, lambda block: self._motion_errors_of_block(block, order)))
+        blocks = map_cam_blocks(cams, lambda block: self._motion_errors_of_block(block, order))
+        return LargestError(*(np.concatenate(each) for each in zip(*blocks, strict=True)))
 
     def largest_dwell_changes(self, cams: CamErrors) -> FloatArray:
         """Largest movement of each cam's tool while its follower rests on the arc of one dwell, shape (cams,)."""
@@ -284,10 +285,6 @@ def map_cam_blocks(
     blocks = [take_cams(cams, slice(first, first + block_size)) for first in range(0, count_cams(cams), block_size)]
     with ThreadPoolExecutor(THREADS) as pool:
         yield from pool.map(evaluate_block, blocks)
-
-
-def _join_largest_errors(parts: Iterator[LargestError]) -> LargestError:
-    return LargestError(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 COMPLEX_PARTS = {"profile": ("cosine", "sine"), "bore_eccentricity": ("x", "y")}

@@ -297,10 +297,10 @@ def separation_responses_by_tolerance(
     if bore := tolerances.bore_eccentricity:
         most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses))
         yield SeparationResponse(BORE, most[None], -bore, bore)
-    for key, (lower, upper) in _base_radius_zones(scene, problem).items():
-        yield SeparationResponse(
-            key, np.full((1, angles.size), _separation_slopes_by_base_radius(problem)[key]), lower, upper
-        )
+    for key, zone in number_zones(scene, problem.nominal_numbers).items():
+        if key in BASE_RADII:
+            slope = _separation_slopes_by_base_radius(problem)[key]
+            yield SeparationResponse(key, np.full((1, angles.size), slope), zone.lower, zone.upper)
 
 
 def largest_separation_rate(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
@@ -322,12 +322,6 @@ def largest_separation_rate(scene: Scene, problem: Problem, angles: FloatArray) 
             *(first[1] + second[1] for first, second in response.bore_responses)
         )
     return speed
-
-
-def _base_radius_zones(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
-    """Tolerance zones of the base radii [mm]."""
-    zones = number_zones(scene, problem.nominal_numbers)
-    return {key: (zones[key].lower, zones[key].upper) for key in BASE_RADII if key in zones}
 
 
 def _separation_slopes_by_base_radius(problem: Problem) -> dict[str, float]:

@@ -204,7 +204,7 @@ class WorstSearch:
             if bound.witness is not None:
                 worst = max(
                     worst,
-                    self._make_candidate(self.errors_of_witness(bound.witness)),
+                    self._make_candidate({key: bound.witness[key] for key in self.error_ranges}),
                     key=lambda each: abs(each.error),
                 )
             return self._make_worst_case(worst, bound.high, missing_bound_reason(bound.high, seconds, until))
@@ -216,10 +216,6 @@ class WorstSearch:
         angle = float(self.contact_error(errors, np.array([place])).angle[0])
         at = degrees(float(self.cam.angles_in_turn(np.array([angle]))[0]))
         return WorstCase(unit * bound, unit * error, at, self.errors_in_mm_and_deg(errors, place, angle), unproved)
-
-    def errors_of_witness(self, cam: ErrorValues) -> ErrorValues:
-        """The errors of a witness, without the other variables of the proof."""
-        return {key: cam[key] for key in self.error_ranges}
 
     @property
     def no_bound_reason(self) -> str:

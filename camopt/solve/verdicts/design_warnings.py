@@ -195,18 +195,14 @@ def _has_free_end_velocity(strokes: Sequence[Stroke], number: int) -> bool:
 def _overshoot_remedy(programme: Programme, side: float) -> str:
     """Remedy that keeps the motion within the positions in the scene: rest at an end, or more positions."""
     strokes, here = programme.strokes, farthest_point(programme, side).stroke
-    noses = [k for k in range(len(strokes)) if _must_turn_back_between(strokes[k], strokes[(k + 1) % len(strokes)])]
+    changes = [stroke.high - stroke.low for stroke in strokes]
+    noses = [k for k in range(len(strokes)) if changes[k] * changes[(k + 1) % len(strokes)] <= 0.0]
     for numbers in ([here], [here - 1], noses):
         ends = [strokes[k] for k in numbers if _has_free_end_velocity(strokes, k)]
         if ends and _rest_keeps_within_positions(programme, ends, side):
             keys = " and ".join(f"{end.key}.velocity = 0" for end in ends)
             return f"{keys} {'stops' if len(ends) == 1 else 'stop'} it"
     return f"a position in {strokes[here].key}.through stops it"
-
-
-def _must_turn_back_between(stroke: Stroke, following_stroke: Stroke) -> bool:
-    """Whether the motion must turn back or rest at the end of a stroke."""
-    return (stroke.high - stroke.low) * (following_stroke.high - following_stroke.low) <= 0.0
 
 
 def _rest_keeps_within_positions(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:

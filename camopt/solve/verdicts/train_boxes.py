@@ -124,7 +124,8 @@ def driven_motion_over_trains(
 ) -> DrivenMotion | None:
     """Motion of all followers of a box, with the range of their lifts; None if one may fail to assemble."""
     search = TrainConstraintSearch(problem, constraint, design, tuple(number_ranges), inf)
-    return search.enclose_motion(search.whole_tool_panels(number_ranges).take([0])).driven_with_lift_range
+    motion = search.enclose_motion(search.whole_tool_panels(number_ranges).take([0]))
+    return replace(motion.driven, lift=range_of(motion.driven.lift)) if np.all(motion.assembled) else None
 
 
 class BoxMotion(NamedTuple):
@@ -135,12 +136,6 @@ class BoxMotion(NamedTuple):
     angle: SlopedInterval
     assembled: Any
     """In which parts every train and cam can be assembled, and moves in the same direction."""
-
-    @property
-    def driven_with_lift_range(self) -> DrivenMotion | None:
-        """The motion with lifts as ranges; None if a part may fail to assemble."""
-        lift = range_of(self.driven.lift)
-        return replace(self.driven, lift=lift) if np.all(self.assembled) else None
 
 
 @dataclass(frozen=True)
@@ -174,16 +169,11 @@ class TrainConstraintSearch(ConstraintSearch):
         )
         parts = BoxParts.from_panels(np.flatnonzero(kinds & self.constraint.kinds), self.constraint, ends)
         centre, half = table.centre[parts.panel], table.half_width[parts.panel]
-        for corner in self.load_corner_angles:
+        load = self.problem.programme.load
+        for corner in () if load is None else load.angles:
             parts = parts.split_at_place((np.mod(corner - centre + np.pi, 2.0 * np.pi) - np.pi) / half)
             centre, half = table.centre[parts.panel], table.half_width[parts.panel]
         return parts
-
-    @property
-    def load_corner_angles(self) -> tuple[float, ...]:
-        """Cam angles between which loads are linear."""
-        load = self.problem.programme.load
-        return () if load is None else load.angles
 
     def load_function_over_parts(self, parts: BoxParts, middle_place: FloatArray, angle: SlopedInterval) -> LoadAt:
         """Loads over parts; no part may have a corner of a load inside."""
