@@ -128,7 +128,8 @@ class TieredKernel(Kernel):
         kinds = tuple(map(argument_kind, arguments))
         while kinds not in self.loaded:
             called = self.called_kernels(kinds, arguments)
-            least = self.work * largest_array_size(arguments) * nested_curve_count(kinds[0])
+            filled = max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
+            least = self.work * filled * nested_curve_count(kinds[0])
             most = self.uncompiled_work_limit(called, least)
             if least >= most:
                 break
@@ -180,11 +181,6 @@ class TieredKernel(Kernel):
                 self.in_python(*arguments)
         finally:
             PLAIN_RUN.most = np.inf
-
-
-def largest_array_size(arguments: tuple[Any, ...]) -> int:
-    """Size of the largest array among the arguments, which the call fills."""
-    return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
 
 
 def nested_curve_count(curve_kind: Any) -> int:

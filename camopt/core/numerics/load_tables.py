@@ -78,14 +78,13 @@ def tabulated_load(
 ROW_FIELDS = ("low", "high", "most", "error")
 
 
-def _force_as_columns(force: ForceTable) -> ForceTable:
-    return force._replace(**{name: getattr(force, name).T[:, :, None] for name in ("nodes", *ROW_FIELDS)})
-
-
 def load_as_columns(load: LoadTable | TrainLoadTable) -> LoadTable | TrainLoadTable:
     """The load for formulas on all rows or nodes at once (index ``...``): numbers become columns (rows, 1)."""
     if isinstance(load, TrainLoadTable):
-        return TrainLoadTable(*map(_force_as_columns, load))
+        names = ("nodes", *ROW_FIELDS)
+        return TrainLoadTable(
+            *(force._replace(**{name: getattr(force, name).T[:, :, None] for name in names}) for force in load)
+        )
     columns = {name: getattr(load, name)[:, None] for name in ("nodes", "slope", "low", "high")}
     return load._replace(**columns, error=load.error.T[:, :, None])
 

@@ -9,6 +9,8 @@ from typing import Literal
 from camopt.core.quantities.motion_names import (
     AT_FOLLOWER,
     DERIVATIVE_UNITS,
+    MOTION_QUANTITIES,
+    MOTION_RMS_QUANTITIES,
     RMS_ORDERS,
     STROKE_WORDS,
     displacement_unit,
@@ -16,9 +18,7 @@ from camopt.core.quantities.motion_names import (
     error_quantity,
     motion_error_quantities,
     motion_mean,
-    motion_quantities,
     motion_quantity,
-    motion_rms_quantities,
     motion_unit,
 )
 from camopt.core.quantities.quantity import AT_LEAST, AT_MOST, Quantity
@@ -123,71 +123,67 @@ def _pair_quantities() -> list[Quantity]:
     ]
 
 
-def _lash_quantities() -> list[Quantity]:
-    return [
-        Quantity(
-            f"{stem}_speed_max_{unit.replace('/', '_')}",
-            "v",
-            unit,
-            "lash",
-            f"Largest speed of the follower {words}.",
-        )
-        for stem, words in (
-            ("opening", "as it takes up the lash"),
-            ("closing", "as it gives the lash back"),
-            ("lash", "as it takes up the lash or gives it back"),
-        )
-        for unit in ("m/s", "rad/s")
-    ] + [
-        Quantity(
-            "lash_open_deg", "", "deg", "lash", "Cam angle over which the lash is taken up, as of an open valve."
-        )
-    ]
+LASH_QUANTITIES = [
+    Quantity(
+        f"{stem}_speed_max_{unit.replace('/', '_')}",
+        "v",
+        unit,
+        "lash",
+        f"Largest speed of the follower {words}.",
+    )
+    for stem, words in (
+        ("opening", "as it takes up the lash"),
+        ("closing", "as it gives the lash back"),
+        ("lash", "as it takes up the lash or gives it back"),
+    )
+    for unit in ("m/s", "rad/s")
+] + [
+    Quantity("lash_open_deg", "", "deg", "lash", "Cam angle over which the lash is taken up, as of an open valve.")
+]
 
 
-def _vibration_quantities() -> list[Quantity]:
-    return [
-        Quantity(name, symbol, unit, "vibration", sentence)
-        for stem, symbol, units, sentence in (
-            (
-                "overshoot_max",
-                "z_max",
-                ("mm", "deg"),
-                "Largest deviation of the elastic train from the motion that its cam gives.",
-            ),
-            (
-                "acceleration_elastic_max",
-                "a_max",
-                ("m/s²", "rad/s²"),
-                "Largest |acceleration| of the mass on the elastic train.",
-            ),
-            (
-                "residual_vibration_max",
-                "A",
-                ("mm", "deg"),
-                "Largest amplitude of the vibration that remains in a dwell.",
-            ),
-        )
-        for unit in units
-        for name in (f"{stem}_{unit.replace('²', '2').replace('/', '_')}",)
-    ] + [
-        Quantity(
-            "dynamic_factor",
-            "",
-            "",
-            "vibration",
-            "Peak acceleration of the mass on the elastic train divided by the peak of a rigid one.",
+VIBRATION_QUANTITIES = [
+    Quantity(name, symbol, unit, "vibration", sentence)
+    for stem, symbol, units, sentence in (
+        (
+            "overshoot_max",
+            "z_max",
+            ("mm", "deg"),
+            "Largest deviation of the elastic train from the motion that its cam gives.",
         ),
-        Quantity(
-            "contact_force_elastic_min_N",
-            "F_min",
-            "N",
-            "vibration",
-            "Smallest contact force along the motion with the elastic train; contact is lost at 0 and below.",
-            least=True,
-            signed=True,
+        (
+            "acceleration_elastic_max",
+            "a_max",
+            ("m/s²", "rad/s²"),
+            "Largest |acceleration| of the mass on the elastic train.",
         ),
-    ]
+        (
+            "residual_vibration_max",
+            "A",
+            ("mm", "deg"),
+            "Largest amplitude of the vibration that remains in a dwell.",
+        ),
+    )
+    for unit in units
+    for name in (f"{stem}_{unit.replace('²', '2').replace('/', '_')}",)
+] + [
+    Quantity(
+        "dynamic_factor",
+        "",
+        "",
+        "vibration",
+        "Peak acceleration of the mass on the elastic train divided by the peak of a rigid one.",
+    ),
+    Quantity(
+        "contact_force_elastic_min_N",
+        "F_min",
+        "N",
+        "vibration",
+        "Smallest contact force along the motion with the elastic train; contact is lost at 0 and below.",
+        least=True,
+        signed=True,
+    ),
+]
 
 
 class QuantityTable(dict[str, Quantity]):
@@ -240,8 +236,8 @@ _LISTED_QUANTITIES = [
     ),
     *(quantity for number in NUMBERS for quantity in number.quantities),
     *_pair_quantities(),
-    *motion_quantities(),
-    *motion_rms_quantities(),
+    *MOTION_QUANTITIES,
+    *MOTION_RMS_QUANTITIES,
     *motion_error_quantities(),
     Quantity(
         "lift_area_mm_deg",
@@ -459,8 +455,8 @@ _LISTED_QUANTITIES = [
         least=True,
     ),
     Quantity("jump_speed_ratio", "", "", "force", "Jump speed divided by the speed of the cam.", least=True),
-    *_lash_quantities(),
-    *_vibration_quantities(),
+    *LASH_QUANTITIES,
+    *VIBRATION_QUANTITIES,
     Quantity(
         "torque_max_N_m",
         "T_max",

@@ -42,19 +42,18 @@ def _suffix_and_unit(derivative: str, *, angular: bool, timed: bool) -> tuple[st
     return [*DERIVATIVE_UNITS[derivative][1].items()][2 * (not timed) + angular]  # the order of the units there
 
 
-def motion_quantities() -> list[Quantity]:
-    return [
-        Quantity(
-            motion_quantity(derivative, stroke, angular=angular, timed=timed),
-            f"{DERIVATIVE_UNITS[derivative][0]}_max",
-            motion_unit(derivative, angular=angular, timed=timed),
-            "motion",
-            f"Largest |{derivative}| {words}.",
-        )
-        for derivative, (stroke, words), angular, timed in product(
-            DERIVATIVE_UNITS, STROKE_WORDS.items(), (False, True), (True, False)
-        )
-    ]
+MOTION_QUANTITIES = [
+    Quantity(
+        motion_quantity(derivative, stroke, angular=angular, timed=timed),
+        f"{DERIVATIVE_UNITS[derivative][0]}_max",
+        motion_unit(derivative, angular=angular, timed=timed),
+        "motion",
+        f"Largest |{derivative}| {words}.",
+    )
+    for derivative, (stroke, words), angular, timed in product(
+        DERIVATIVE_UNITS, STROKE_WORDS.items(), (False, True), (True, False)
+    )
+]
 
 
 def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
@@ -108,14 +107,13 @@ def motion_error_quantities() -> list[Quantity]:
     ]
 
 
-def motion_rms_quantities() -> list[Quantity]:
-    return [
-        Quantity(
-            motion_mean(derivative, angular=angular, timed=timed),
-            f"{DERIVATIVE_UNITS[derivative][0]}_rms",
-            motion_unit(derivative, angular=angular, timed=timed),
-            "rms",
-            f"Root mean square of the {derivative} over the turn; with a train, of the tool.",
-        )
-        for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
-    ]
+MOTION_RMS_QUANTITIES = [
+    Quantity(
+        motion_mean(derivative, angular=angular, timed=timed),
+        f"{DERIVATIVE_UNITS[derivative][0]}_rms",
+        motion_unit(derivative, angular=angular, timed=timed),
+        "rms",
+        f"Root mean square of the {derivative} over the turn; with a train, of the tool.",
+    )
+    for derivative, angular, timed in product(RMS_ORDERS, (False, True), (True, False))
+]
