@@ -49,7 +49,7 @@ from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.tables.designs import joined_laws
 
-GENTLE_SLACK = 5e-5  # share of the objective's unit that is given up for the least jerk
+GENTLE_SLACK = 1e-4  # share of the objective's unit that is given up for the least jerk
 MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
 ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before
 SMALL_GAP = 5e-4  # relative gap to the bound at which laws with more pieces are not tried

@@ -25,7 +25,6 @@ CONVEX = (
             "belt-matching",
             "bottle-filler-by-rib",
             "bucket-valve",
-            "flat-reciprocating",
             "indexing-overlap",
         )
     ),
