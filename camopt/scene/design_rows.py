@@ -130,11 +130,11 @@ def _unknown_law_mistakes(scene: "Scene", values: Mapping[str, Any]) -> Iterator
     known = (*LAWS, *scene.laws)
     for name in LAW_NAME_COLUMNS:
         law = values.get(name)
-        if not is_missing(law) and law not in known and law not in _joined_law_names(scene):
+        if not is_missing(law) and law not in known and law not in _law_column_texts_of_own_motion(scene):
             yield Mistake(ROW_WORD, name, law, f"a motion law; {suggest_names(str(law), known)}")
 
 
-def _joined_law_names(scene: "Scene") -> tuple[str, ...]:
+def _law_column_texts_of_own_motion(scene: "Scene") -> tuple[str, ...]:
     """The names that tables have for the laws of a motion, of rises and of returns; "" for no law."""
     turn = turn_of_scene(scene)
     return ("",) if turn is None else ("", turn[1].law_names(RISE), turn[1].law_names(RETURN))

@@ -134,15 +134,18 @@ def _node_angle_in_python(panels, node):
 
 
 @called_by_kernels
-def may_exceed(before, after, excess, count, goal, best):
+def may_any_design_exceed_best(start_values, end_values, largest_rise, design_count, extreme_kind, best):
     """Whether a panel may exceed the best value of any design."""
     exceeds = False
-    for i in range(count):
-        exceeds |= max(orient(before[i], goal), orient(after[i], goal)) + excess[i] > best[i]
+    for i in range(design_count):
+        exceeds |= (
+            max(orient(start_values[i], extreme_kind), orient(end_values[i], extreme_kind)) + largest_rise[i]
+            > best[i]
+        )
     return exceeds
 
 
-@may_exceed.array_version
+@may_any_design_exceed_best.array_version
 def _may_exceed_in_python(before, after, excess, count, goal, best):
     ends = larger(orient(before[:count], goal), orient(after[:count], goal))
     return bool(np.any(ends + excess[:count] > best[:count]))
@@ -176,23 +179,23 @@ def _choose_candidate_designs_in_python(panel, node, count, query, work):
 
 
 @inline_in_kernels
-def is_panel_open(curve, first, count, panels, panel, node, goal, work):
+def may_panel_exceed_best(curve, first, count, panels, panel, node, goal, work):
     """Whether a panel may exceed the best value of any design, by its jets."""
     before, after = work.values[node], work.values[node + 1]
     for row in (panels.group[panel], panel):  # the bounds of the group are enough for most panels
         if not work.looked[row]:
             call(curve.row, (curve.source, row, panels.half_width[panel], first, count, work.bounds))
             work.looked[row] = True
-        if not may_exceed(before, after, work.bounds.excess[row], count, goal, work.found.best):
+        if not may_any_design_exceed_best(before, after, work.bounds.excess[row], count, goal, work.found.best):
             return False
     return True
 
 
-@is_panel_open.array_version
-def _is_panel_open_in_python(curve, first, count, panels, panel, node, goal, work):
+@may_panel_exceed_best.array_version
+def _may_panel_exceed_best_in_python(curve, first, count, panels, panel, node, goal, work):
     before, after, best = work.values[node], work.values[node + 1], work.found.best
     return all(
-        may_exceed(before, after, work.bounds.excess[row], count, goal, best)
+        may_any_design_exceed_best(before, after, work.bounds.excess[row], count, goal, best)
         for row in (panels.group[panel], panel)
     )
 
@@ -239,7 +242,7 @@ def search_tile(curve, first, count, panels, question, precision, work):
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
+                if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
                     search_open_panel(curve, first, count, panels, (p, p + q), (goal, precision), work)
 
 
@@ -251,7 +254,7 @@ def _search_tile_in_python(curve, first, count, panels, question, precision, wor
     panel, piece = panels_that_may_exceed_best(panels, kinds, goal, count, work)
     bound_unknown_rows(curve, first, count, panels, panel, work)
     for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
-        if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
+        if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
             search_open_panel(curve, first, count, panels, (p, p + q), (goal, precision), work)
 
 
@@ -274,7 +277,7 @@ def search_inexact_designs(curve, first, count, panels, question, precision, wor
     for q in range(panels.kind.size if many else 0):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if is_panel_open(curve, first, count, panels, p, p + q, goal, work):
+                if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
                     for way in range(one, other):
                         sharp = PeakQuery(
                             1.0 - 2.0 * way, precision.value, precision.location, SHARP_SHARE * precision.value

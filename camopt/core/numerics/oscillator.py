@@ -142,7 +142,7 @@ def periodic_response(
         shift, drive, kicks = _stiff_train_forcing(motion, phase, corners / ratio)
     shift = np.where(soft, 2.0 * damping * moved, shift)
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
-    solution = _particular_solution(shift, drive, phase, damping)
+    solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
     # start on the polynomial: from rest there would be a vibration, whose removal costs digits of the phase
     smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
     *_, end = _free_vibration(solution, phase, kicks, damping, smooth)
@@ -157,7 +157,7 @@ def response_from_rest(
     """z from rest, for each r in ``ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
     phase, damping = ratio * half_width, np.full_like(ratio, damping)
     shift, drive, kicks = _stiff_train_forcing(motion, phase, corners / ratio)
-    solution = _particular_solution(shift, drive, phase, damping)
+    solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
     start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
     return _assemble_wave(solution, half_width, phase, kicks, damping, start)
 
@@ -173,20 +173,22 @@ def _stiff_train_forcing(
     return np.zeros_like(drive), drive, -jumps
 
 
-def _particular_solution(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: FloatArray) -> StatePair:
+def _polynomial_solution_by_panel(
+    shift_coefficients: FloatArray, drive_coefficients: FloatArray, phase: FloatArray, damping: FloatArray
+) -> StatePair:
     """Polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
-    degree, shape = len(drive) - 1, (SERIES_TERMS + 1, *phase.shape)
+    degree, shape = len(drive_coefficients) - 1, (SERIES_TERMS + 1, *phase.shape)
     s, p = np.zeros(shape), np.zeros(shape)
     a = np.maximum(phase, SERIES_PHASE)
     for k in range(degree, -1, -1):
-        s[k] = (drive[k] - (k + 1) * p[k + 1]) / a
-        p[k] = (k + 1) * s[k + 1] / a + 2.0 * damping * s[k] - shift[k]
+        s[k] = (drive_coefficients[k] - (k + 1) * p[k + 1]) / a
+        p[k] = (k + 1) * s[k + 1] / a + 2.0 * damping * s[k] - shift_coefficients[k]
     up, along = np.zeros(shape), np.zeros(shape)
     a = np.minimum(phase, SERIES_PHASE)
     for k in range(SERIES_TERMS):
         driven = k <= degree
-        up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if driven else 0.0)) / (k + 1)
-        along[k + 1] = ((drive[k] if driven else 0.0) - a * up[k]) / (k + 1)
+        up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift_coefficients[k] if driven else 0.0)) / (k + 1)
+        along[k + 1] = ((drive_coefficients[k] if driven else 0.0) - a * up[k]) / (k + 1)
     short = phase < SERIES_PHASE
     return np.where(short, up, s), np.where(short, along, p)
 

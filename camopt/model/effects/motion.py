@@ -30,13 +30,13 @@ MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
     """The derivative and the kinds of strokes of each quantity, by name."""
-    return _motion_quantities(
+    return _derivative_and_stroke_kinds_by_quantity(
         setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None
     )
 
 
 @cache
-def _motion_quantities(
+def _derivative_and_stroke_kinds_by_quantity(
     tool_turns: bool, follower_turns: bool | None, timed: bool
 ) -> dict[str, tuple[Derivative, int]]:
     """Derivative and kinds of strokes of each motion quantity, by name.

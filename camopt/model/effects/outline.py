@@ -42,9 +42,9 @@ EDGE_WALL = "edge_wall_min_mm"
 
 
 @curve_type_from_formula
-def outline_clearance(state, outline, distance):
+def clearance_beyond_outline(state, outline, distance_from_axis):
     """A distance from the cam's axis, such as that of the pivot, minus that of the outline [mm]."""
-    return distance - outline
+    return distance_from_axis - outline
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
@@ -69,13 +69,13 @@ def _outermost_curve(setup: Setup, designs: Designs, programme: Programme) -> An
 
 
 def _pivot_clearance(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
-    return outline_clearance(outline(designs, programme), designs.centre_distance)
+    return clearance_beyond_outline(outline(designs, programme), designs.centre_distance)
 
 
 def _edge_clearance(
     outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
 ) -> Any:
-    return outline_clearance(outline(designs, programme), np.full(len(designs), edge))
+    return clearance_beyond_outline(outline(designs, programme), np.full(len(designs), edge))
 
 
 def _centre_distance(designs: Designs) -> Any:

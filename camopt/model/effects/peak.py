@@ -114,7 +114,7 @@ class BodyRadiusPlus(RadiusWeight):
 
 
 @dataclass(frozen=True)
-class CutterOverRoller(RadiusWeight):
+class CutterExcessOverRoller(RadiusWeight):
     """R_c − R_r for a cutter larger than the roller, else 0 [mm].
 
     Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
@@ -353,7 +353,7 @@ class CutterRadius(Scale):
         return numbers.of(-1.0)
 
     def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
-        return CutterOverRoller(quantity)
+        return CutterExcessOverRoller(quantity)
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         for peak in panel.peaks:
             peak.text = four_digits(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
     angles = [np.degrees(piece) for piece in picture.pieces]
-    for kind, start, end in picture.stretches:
+    for kind, start, end in picture.stroke_kind_spans:
         axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
     for low, high in panel.bands:
         axes.axhspan(low * factor, high * factor, color=FAINT, lw=0, zorder=0.5)
@@ -155,7 +155,7 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
         level = bound * factor
         if kinds == 0 and low < level < high:
             axes.axhline(level, zorder=2, **LIMIT_STYLE)
-        for kind, start, end in picture.stretches:
+        for kind, start, end in picture.stroke_kind_spans:
             if kind & kinds and level < high:
                 axes.hlines([level, -level], *np.degrees([start, end]), zorder=2, **LIMIT_STYLE)
     shown = [f"{bound:.4g}" for _, bound in panel.limits if low < bound * factor < high]

@@ -50,7 +50,7 @@ class Picture:
         return [int(kind) & ALL_STROKES for kind in self.problem.programme.table.kind]
 
     @cached_property
-    def stretches(self) -> list[tuple[int, float, float]]:
+    def stroke_kind_spans(self) -> list[tuple[int, float, float]]:
         """RISE, RETURN or DWELL with its ends (rad); neighbouring pieces of one kind are joined."""
         starts = self.problem.programme.piece_starts
         first = [k for k, kind in enumerate(self.kinds) if k == 0 or kind != self.kinds[k - 1]]

@@ -198,7 +198,7 @@ class TrueCam:
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
         """Names of the follower's strokes with their cam angles [rad]; those of the scene's segments, if any."""
-        found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
+        found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stroke_kind_spans]
         if self.problem.segments:
             programme = self.problem.programme  # with a train only the tool has a constant velocity
             steady = constant_velocity_strokes(programme) if programme.tool is programme else []

@@ -258,15 +258,17 @@ def centred_cylinder_ends(problem: Problem, length: float) -> tuple[float, float
 def smooth_spans(programme: Programme) -> Iterator[SmoothSpan]:
     for stroke in programme.strokes:
         for ends in pairwise(
-            (0.0, 1.0) if stroke.law is None else sorted({*stroke.law.BREAKS, *_wave_half_joint_shares(stroke.law)})
+            (0.0, 1.0)
+            if stroke.law is None
+            else sorted({*stroke.law.BREAKS, *_joint_between_wave_halves(stroke.law)})
         ):
             yield SmoothSpan(stroke, *(stroke.start + stroke.angle * x for x in ends))
 
 
-def _wave_half_joint_shares(law: Any) -> tuple[float, ...]:
+def _joint_between_wave_halves(law: Any) -> tuple[float, ...]:
     """The joint between the halves of a law of waves (share of the stroke): paths have a joint there."""
     if not isinstance(law, SkewedLaw) and hasattr(law, "law"):
-        return _wave_half_joint_shares(law.law)
+        return _joint_between_wave_halves(law.law)
     return (0.5,) if isinstance(law, SCCALaw) and not law.shares[-1] else ()
 
 

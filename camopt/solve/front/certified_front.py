@@ -55,7 +55,7 @@ def certify_front_with_resweeps(
         return CertifiedFront(space_result.without_rows(), reported, reported.front, None)
     proofs = ToleranceVerdicts(plan.space)
     for done in range(SWEEP_EXCHANGES + 1):
-        proofs.until = clock_seconds() + CERTIFY_SECONDS
+        proofs.deadline = clock_seconds() + CERTIFY_SECONDS
         front, best = (proofs.with_proof_column(rows) for rows in (reported.front, reported.best))
         if not proofs.violating_errors or done == SWEEP_EXCHANGES:
             break
@@ -77,7 +77,7 @@ class ToleranceVerdicts:
     """The verdicts on designs of a space over the boxes of their tolerances."""
 
     space: DesignSpace
-    until: float = inf
+    deadline: float = inf
     """When the proofs must end (``clock_seconds``)."""
     verdicts: dict[tuple[Any, ...], str] = field(default_factory=dict)
     """The verdicts so far, by the sizes and laws of a row."""
@@ -92,7 +92,7 @@ class ToleranceVerdicts:
         for problem, index, designs in self.space.designs_by_setting(rows.take(unknown)):
             for place, number in enumerate(unknown[index].tolist()):
                 cam = with_toleranced_numbers(at_rounding_error(replace(problem, design=designs.take([place]))))
-                verdict, errors = certify_over_tolerances(cam, cam.design, self.until)
+                verdict, errors = certify_over_tolerances(cam, cam.design, self.deadline)
                 self.violating_errors += errors
                 self.verdicts[keys[number]] = verdict
         return DesignRows(

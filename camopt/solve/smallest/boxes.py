@@ -150,10 +150,10 @@ class Bisection(ABC):
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
 
-    def bisect(self, boxes: DesignBoxes, until: float) -> float:
+    def bisect(self, boxes: DesignBoxes, deadline: float) -> float:
         """Lower bound of the size over all boxes [mm], by as many cuts as there is time for (``clock_seconds``)."""
         examined = 0
-        while len(boxes) and examined < self.most_boxes and clock_seconds() < until:
+        while len(boxes) and examined < self.most_boxes and clock_seconds() < deadline:
             while len(boxes) < LEAST_BATCH:
                 boxes = boxes.halve_boxes()
             batch, rest = self.select_batch(boxes)

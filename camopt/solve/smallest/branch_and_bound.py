@@ -61,21 +61,21 @@ def branch_and_bound(
     problem: Problem,
     bounds: SizeBounds,
     floor: float = 0.0,
-    until: float = inf,
+    deadline: float = inf,
     *,
     discs: tuple[str, ...] = ("size",),
     start: Designs | None = None,
 ) -> SmallestCam:
     """The smallest feasible design of a box.
 
-    ``floor`` is a proved lower bound of the size, infinite if no design is feasible. After ``until``
+    ``floor`` is a proved lower bound of the size, infinite if no design is feasible. After ``deadline``
     (``clock_seconds``) the answer is the best so far, not proved. ``discs`` are the fields of the sizes whose
     maximum is minimised. ``start`` is a feasible design, if one is known.
     """
     look = (
         GridOptimum(start)
         if start
-        else search_coarse_grid(problem, bounds, GRID_VALUES if floor < inf else FEW_GRID_VALUES, until)
+        else search_coarse_grid(problem, bounds, GRID_VALUES if floor < inf else FEW_GRID_VALUES, deadline)
     )
     least = max(negligible_size(problem, bounds), floor if len(discs) == 1 else 0.0)
     most = (
@@ -98,8 +98,8 @@ def branch_and_bound(
         *size_constraints_with_variants(problem),
         *size_mean_constraints(problem),
     ]
-    search = BoxSearch(problem, constraints, crossings, look.design, until, discs)
-    bound = search.bisect(boxes, until)
+    search = BoxSearch(problem, constraints, crossings, look.design, deadline, discs)
+    bound = search.bisect(boxes, deadline)
     return SmallestCam(search.incumbent, max(bound, floor), look.nearest, discs)
 
 
@@ -115,7 +115,7 @@ class BoxSearch(Bisection):
     """Places where cams cross themselves, which prove boxes empty; None if crossing is not a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
-    until: float = inf
+    deadline: float = inf
     """When to stop (``clock_seconds``)."""
     discs: tuple[str, ...] = ("size",)
     """The fields of the sizes whose maximum is minimised."""
@@ -163,11 +163,11 @@ class BoxSearch(Bisection):
         inside = inside.take(np.argsort(self.sizes_of(inside), kind="stable"))
         first = bisect_first_design_where(
             inside,
-            lambda design: clock_seconds() < self.until and is_provably_feasible(problem, design, self.until),
+            lambda design: clock_seconds() < self.deadline and is_provably_feasible(problem, design, self.deadline),
         )
         if first is None:
             return undecided
-        if not self.problem.has_deferred_limits or is_provably_feasible(self.problem, first, self.until):
+        if not self.problem.has_deferred_limits or is_provably_feasible(self.problem, first, self.deadline):
             self.incumbent = first
         return undecided & (self.sizes_of(state.inside) < self.sizes_of(first))
 
@@ -212,7 +212,7 @@ class BoxSearch(Bisection):
                 self.sizes_of(points) < (inf if self.incumbent is None else self.sizes_of(self.incumbent))
             )
             points = points.take(np.argsort(self.sizes_of(points), kind="stable"))
-            design = first_feasible_design(self.problem, points, self.crossings, self.until)
+            design = first_feasible_design(self.problem, points, self.crossings, self.deadline)
             self.incumbent = design or self.incumbent
 
 
@@ -232,7 +232,7 @@ class DiscSearch(BoxSearch):
 
 
 def disc_size_lower_bound(
-    problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, until: float = inf
+    problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, deadline: float = inf
 ) -> float:
     """Lower bound of one disc of a pair, whatever the other disc is [mm]; at most its size in ``pair``."""
     second = disc == SECOND_SIZE
@@ -242,9 +242,9 @@ def disc_size_lower_bound(
     if ends[disc][0] >= ends[disc][1]:
         return ends[disc][0]
     constraints = size_constraints_with_variants(problem, lambda limit: limit.constraints_at_contact(int(second)))
-    search = DiscSearch(problem, constraints, None, pair, until, (disc,))
+    search = DiscSearch(problem, constraints, None, pair, deadline, (disc,))
     return search.bisect(
-        DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), until
+        DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), deadline
     )
 
 

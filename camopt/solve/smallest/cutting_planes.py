@@ -57,10 +57,10 @@ class LinearOptimum(NamedTuple):
     floor: float
 
 
-def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, until: float = inf) -> LinearOptimum | None:
+def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> LinearOptimum | None:
     """The smallest cam under the linear limits; None for other mechanisms, or without such limits.
 
-    After ``until`` (``clock_seconds``) it is the lower bound so far.
+    After ``deadline`` (``clock_seconds``) it is the lower bound so far.
     """
     form = LINEAR_FORMS.get(problem.setup.mechanism.pressure)
     limits = form.limits(problem) if form else []
@@ -70,7 +70,7 @@ def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, until: float = i
     planes = _planes_active_at_samples(form, limits, problem.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
     for done in range(PLANE_ROUNDS):
-        if done and clock_seconds() > until:
+        if done and clock_seconds() > deadline:
             break
         point = form.least_point(np.concatenate([ranges, planes]), bounds)
         if point is None:

@@ -54,29 +54,30 @@ class GridOptimum:
 
 
 def search_coarse_grid(
-    problem: Problem, bounds: SizeBounds, values_per_variable: int = GRID_VALUES, until: float = inf
+    problem: Problem, bounds: SizeBounds, values_per_variable: int = GRID_VALUES, deadline: float = inf
 ) -> GridOptimum:
     """The best design of a coarse grid, with ``values_per_variable`` of each free variable except the size."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values_per_variable)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
     points = points.take(np.argsort(largest_disc_sizes(points, minimised_disc_fields(bounds)), kind="stable"))
     crossings = empty_crossing_memory(problem)
-    for block in _split_blocks(points, until):
-        design = first_feasible_design(problem, block, crossings, until)
+    for block in _split_blocks(points, deadline):
+        design = first_feasible_design(problem, block, crossings, deadline)
         if design is not None:
             return GridOptimum(design)
     if not len(points):
         return GridOptimum(None)
     bounded = [
-        quantities_with_excess_bounds(problem, block, frozenset(), until) for block in _split_blocks(points, until)
+        quantities_with_excess_bounds(problem, block, frozenset(), deadline)
+        for block in _split_blocks(points, deadline)
     ]
     excess, inner = (np.concatenate([getattr(b, side) for b in bounded], axis=1) for side in ("outer", "inner"))
     if _is_infeasible_at_every_size(problem, inner) or any(
         _motion_breaks_limit(*variant) for variant in problem.nominal_and_error_variants(points.take([0]))
     ):
         return GridOptimum(None, points.take([index_of_least_excess(excess)]), motion_infeasible=True)
-    near = find_nearest_miss(problem, bounds, points.take([index_of_least_excess(excess)]), until)
-    return GridOptimum(near) if is_provably_feasible(problem, near, until) else GridOptimum(None, near)
+    near = find_nearest_miss(problem, bounds, points.take([index_of_least_excess(excess)]), deadline)
+    return GridOptimum(near) if is_provably_feasible(problem, near, deadline) else GridOptimum(None, near)
 
 
 def linear_then_geometric_sizes(low: Any, high: Any, scale: float, count: int) -> FloatArray:
@@ -118,11 +119,11 @@ def largest_possible_size(problem: Problem, bounds: SizeBounds) -> float:
     return min(bounds["size"][1], limit_sizes, reach if has_triangle else inf, LARGEST_VALUE)
 
 
-def _split_blocks(points: Designs, until: float) -> Iterator[Designs]:
-    """The designs block by block; after ``until`` only the first ``GRID_BATCH``."""
+def _split_blocks(points: Designs, deadline: float) -> Iterator[Designs]:
+    """The designs block by block; after ``deadline`` only the first ``GRID_BATCH``."""
     size = SMALL_BLOCK if len(points) <= UNCOMPILED_DESIGNS else GRID_BATCH
     for first in range(0, len(points), size):
-        if first >= GRID_BATCH and clock_seconds() > until:
+        if first >= GRID_BATCH and clock_seconds() > deadline:
             return
         yield points.take(slice(first, first + size))
 
@@ -145,15 +146,15 @@ def _is_infeasible_at_every_size(problem: Problem, excess: FloatArray) -> bool:
     return False
 
 
-def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, until: float = inf) -> Designs:
-    """A design near a given one that exceeds its limits the least; the best so far after ``until``."""
+def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, deadline: float = inf) -> Designs:
+    """A design near a given one that exceeds its limits the least; the best so far after ``deadline``."""
     return _zoom_grids(
-        problem, bounds, design, lambda designs, excess: index_of_least_excess(excess), NEAR_ZOOMS, until
+        problem, bounds, design, lambda designs, excess: index_of_least_excess(excess), NEAR_ZOOMS, deadline
     )
 
 
 def shrink_on_grids(
-    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, until: float = inf
+    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, deadline: float = inf
 ) -> Designs | None:
     """The smallest feasible design that grids find near a given one; None if they find none."""
     discs = minimised_disc_fields(bounds)
@@ -163,7 +164,7 @@ def shrink_on_grids(
         size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
         return int(np.lexsort((worst, size))[0])  # at equal sizes the least excess
 
-    best = _zoom_grids(problem, bounds, design, smallest_feasible_index, zooms, until)
+    best = _zoom_grids(problem, bounds, design, smallest_feasible_index, zooms, deadline)
     return best if feasible_designs(problem, best)[0] else None
 
 
@@ -173,13 +174,13 @@ def _zoom_grids(
     design: Designs,
     choose_design: DesignChoice,
     zooms: int,
-    until: float = inf,
+    deadline: float = inf,
 ) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
     spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
     for _ in range(zooms):
-        if clock_seconds() > until:
+        if clock_seconds() > deadline:
             break
         steps = [np.linspace(-1, 1, ZOOM_STEPS) * spans[name] for name in free]
         mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
@@ -190,9 +191,9 @@ def _zoom_grids(
         if len(points):
             variants = problem.nominal_and_error_variants(points)
             excess = np.concatenate(
-                [quantities_with_excess_bounds(*pair, frozenset(), until).outer for pair in variants]
+                [quantities_with_excess_bounds(*pair, frozenset(), deadline).outer for pair in variants]
             )
-            if clock_seconds() > until:  # some excesses may be missing
+            if clock_seconds() > deadline:  # some excesses may be missing
                 break
             design = points.take([choose_design(points, excess)])
         spans = {name: span / ZOOM_FACTOR for name, span in spans.items()}

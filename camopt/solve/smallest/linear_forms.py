@@ -95,7 +95,7 @@ def _linear_arm_limits(problem: Problem) -> list[LinearLimit]:
     return limits
 
 
-def _arm_range_planes(programme: Programme, bounds: SizeBounds) -> Planes:
+def _arm_end_position_planes(programme: Programme, bounds: SizeBounds) -> Planes:
     """The planes of the ranges: sin ψ ≥ 0 in both end positions of the arm."""
     return np.array([[0.0, 1.0, 0.0, 0.0], [np.sin(programme.lift), np.cos(programme.lift), 0.0, 0.0]])
 
@@ -291,7 +291,9 @@ def _groove_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[
     return {"size": float(point[0]), "arm_length": float(point[2])}
 
 
-ARM_FORM = LinearForm(_linear_arm_limits, _arm_range_planes, _smallest_arm_cam_point, _arm_cam_sizes_at_point)
+ARM_FORM = LinearForm(
+    _linear_arm_limits, _arm_end_position_planes, _smallest_arm_cam_point, _arm_cam_sizes_at_point
+)
 FACE_FORM = LinearForm(_linear_face_limits, _face_range_planes, _smallest_face_cam_point, _face_cam_sizes_at_point)
 GROOVE_FORM = LinearForm(
     _linear_groove_limits, _groove_range_planes, _smallest_groove_cam_point, _groove_cam_sizes_at_point

@@ -56,7 +56,7 @@ class MotionSearch(Bisection):
     most_boxes = 50_000
     problem: Problem
     bounds: SizeBounds
-    until: float
+    deadline: float
     """When to stop (``clock_seconds``)."""
     best: SmallestCam
     """The smallest cam so far."""
@@ -94,7 +94,7 @@ class MotionSearch(Bisection):
         if most > floor:
             scale = size_scale(self.problem, self.bounds, self.lift)
             floor = self.bisect(
-                DesignBoxes.single_box(ends, scale, self.problem.search_space.variables), self.until
+                DesignBoxes.single_box(ends, scale, self.problem.search_space.variables), self.deadline
             )
         return replace(self.best, floor=floor)
 
@@ -152,14 +152,16 @@ class MotionSearch(Bisection):
             return
         design = design.without_numbers(self.motion_fields)
         if closely:
-            self.update_best(solve_small_cam_unproved(problem, self.bounds, self.best.design, self.until), motion)
+            self.update_best(
+                solve_small_cam_unproved(problem, self.bounds, self.best.design, self.deadline), motion
+            )
         rounding = allowed_proof_gap(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.best.size)
         for _ in range(LADDER_ROUNDS):
             sizes = np.linspace(low, high, LADDER_SIZES)
             ladder = replace(design.take(np.zeros(LADDER_SIZES, dtype=int)), size=sizes)
-            cam = first_feasible_design(problem, ladder, empty_crossing_memory(problem), self.until)
+            cam = first_feasible_design(problem, ladder, empty_crossing_memory(problem), self.deadline)
             if cam is None:
                 return
             self.update_best(SmallestCam(cam, 0.0), motion)

@@ -36,17 +36,17 @@ def descend_simplex(
     steps: FloatArray,
     end_tolerances: tuple[float, float],
     moves_per_variable: int,
-    until: float,
+    deadline: float,
     variable_range: tuple[float, float] | None = None,
 ) -> FloatArray:
     """The point of least cost that the simplex method reaches from a start, with ``steps`` along each variable.
 
-    It ends at ``moves_per_variable`` evaluations for each variable, after ``until``, or when the steps and costs of
-    the simplex differ by no more than ``end_tolerances``. ``variable_range`` is the range of every variable.
+    It ends at ``moves_per_variable`` evaluations for each variable, after ``deadline``, or when the steps and costs
+    of the simplex differ by no more than ``end_tolerances``. ``variable_range`` is the range of every variable.
     """
 
     def stop_after_deadline(intermediate_result: Any) -> None:
-        if clock_seconds() > until:
+        if clock_seconds() > deadline:
             raise StopIteration
 
     corners = start + np.vstack([np.zeros(start.size), np.diag(steps)])
@@ -83,7 +83,7 @@ class NelderMead:
         scene = self.turns.scene_angles
         inside = np.all((scene >= self.box.low) & (scene <= self.box.high))
         for freed in [*self.turns.corner_turn_angles, *([scene] if inside else [])]:
-            if clock_seconds() < self.turns.until:
+            if clock_seconds() < self.turns.deadline:
                 self.solve_small_cam_of_turn(freed)
         return self.best
 
@@ -98,7 +98,7 @@ class NelderMead:
     def solve_small_cam_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> SmallestCam:
         """A small cam for a turn, kept if it is the best so far."""
         best, problem = self.best.answer.design, self.turns.problem_with_angles(freed_angles)
-        answer = solve_small_cam_unproved(problem, self.bounds, best, self.turns.until, closely=closely)
+        answer = solve_small_cam_unproved(problem, self.bounds, best, self.turns.deadline, closely=closely)
         if answer.design is None and best is None:
             self.best = TurnOptimum(answer, freed_angles)
         self.best = better_turn(self.best, TurnOptimum(answer, freed_angles))
@@ -106,7 +106,7 @@ class NelderMead:
 
     def size_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> float:
         """Size of a small cam for a turn [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
-        if clock_seconds() > self.turns.until:
+        if clock_seconds() > self.turns.deadline:
             return INFEASIBLE_COST
         return min(self.solve_small_cam_of_turn(freed_angles, closely=closely).size, INFEASIBLE_COST)
 
@@ -142,7 +142,7 @@ class NelderMead:
         Pairs of segments follow the edges of the box of turns, and stay exactly on an end of a range.
         """
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
-        while step > LEAST_TRADE and clock_seconds() < self.turns.until:
+        while step > LEAST_TRADE and clock_seconds() < self.turns.deadline:
             before = least
             for longer, shorter in permutations(self.free, 2):
                 most_gain, most_loss = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
@@ -177,6 +177,6 @@ class NelderMead:
             inwards,
             (end_tolerance, end_tolerance),
             DESCENT_MOVES,
-            self.turns.until,
+            self.turns.deadline,
         )
         return self.shifted_turn(start, order, steps)

@@ -120,7 +120,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
         report_progress(progress, done, len(programmes))
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         until = next_task_deadline(end, len(programmes) - done)
-        turns = SegmentAngles(problem, pair, until=until)
+        turns = SegmentAngles(problem, pair, deadline=until)
         nominal = _nominal_optimum(
             problem.with_programme(programme), turns, next_task_deadline(until, NOMINAL_PARTS)
         )
@@ -184,7 +184,7 @@ class BoxOptimum(NamedTuple):
 
 
 def solve_all_trains_and_boxes(
-    problem: Problem, turns: SegmentAngles, until: float
+    problem: Problem, turns: SegmentAngles, deadline: float
 ) -> tuple[list[BoxOptimum], BoxOptimum | None]:
     """The smallest cam of each train and box of sizes, and the smallest of all, if there is one, with its proof.
 
@@ -199,11 +199,11 @@ def solve_all_trains_and_boxes(
     if train_entries(problem.zones):  # few of the many trains at corners matter; the proof finds these
         problem, turns = _with_robust_errors(problem, turns, ())
     for _ in range(CAM_EXCHANGES if problem.zones else 1):
-        answers = list(solve_each_train(problem, turns, until))
+        answers = list(solve_each_train(problem, turns, deadline))
         least = _smallest_of_boxes(problem, answers)
         if least is None or not problem.zones:
             break
-        proved, violating = certify_robust_answer(least.problem, least.answer, least.bounds, until)
+        proved, violating = certify_robust_answer(least.problem, least.answer, least.bounds, deadline)
         all_errors = [*corner_errors, *(error for error in problem.robust_errors if error not in corner_errors)]
         least = least._replace(answer=proved, problem=replace(least.problem, robust_errors=tuple(all_errors)))
         if proved.every_cam == UNDECIDED and proved.design is not None:
@@ -223,11 +223,11 @@ def _with_robust_errors(
     return replace(problem, robust_errors=errors), replace(turns, problem=robust)
 
 
-def solve_each_train(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[BoxOptimum]:
+def solve_each_train(problem: Problem, turns: SegmentAngles, deadline: float) -> Iterator[BoxOptimum]:
     """The smallest cam of each train that ``[search]`` lists, in each box of sizes."""
     trains = listed_train_combinations(problem)
     for done, numbers in enumerate(trains):
-        end, listed = next_task_deadline(until, len(trains) - done), problem.with_numbers(numbers)
+        end, listed = next_task_deadline(deadline, len(trains) - done), problem.with_numbers(numbers)
         if listed.setup.mechanism.has_no_assembly:
             for box in search_boxes(listed):
                 yield BoxOptimum(listed, box, SmallestCam(None, inf), turns.scene_angles, {})
@@ -235,11 +235,11 @@ def solve_each_train(problem: Problem, turns: SegmentAngles, until: float) -> It
             yield from _solve_each_box(listed, replace(turns, problem=turns.problem.with_numbers(numbers)), end)
 
 
-def _solve_each_box(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[BoxOptimum]:
+def _solve_each_box(problem: Problem, turns: SegmentAngles, deadline: float) -> Iterator[BoxOptimum]:
     """The smallest cam of each box of sizes, with the problem's train or with the best train in its ranges."""
     boxes = search_boxes(problem)
     for done, bounds in enumerate(boxes):
-        end = next_task_deadline(until, len(boxes) - done)
+        end = next_task_deadline(deadline, len(boxes) - done)
         if free_train_numbers(problem):
             best = TrainOptimiser(problem, bounds, end).find_smallest_cam()
             yield BoxOptimum(best.problem, bounds, best.answer, turns.scene_angles, {}, best.out_of_time)
@@ -247,7 +247,7 @@ def _solve_each_box(problem: Problem, turns: SegmentAngles, until: float) -> Ite
         if not turns.freed_segments:
             yield BoxOptimum(problem, bounds, solve_smallest_cam(problem, bounds, end), turns.scene_angles, {})
             continue
-        answer, freed = smallest_over_turns(replace(turns, until=end), bounds)
+        answer, freed = smallest_over_turns(replace(turns, deadline=end), bounds)
         angles = {"angles_deg": turns.all_segment_angles(freed)}
         yield BoxOptimum(turns.problem_with_angles(freed), bounds, answer, freed, angles)
 
@@ -264,26 +264,26 @@ def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimu
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
-def _infeasibility_in_words(answers: list[BoxOptimum], until: float) -> str:
+def _infeasibility_in_words(answers: list[BoxOptimum], deadline: float) -> str:
     """Why no box of sizes holds a feasible design, box by box where the reasons differ."""
     reasons = {}
     for done, box in enumerate(answers):
         reasons[describe_listed_values(box.problem, box.bounds)] = _infeasibility_of_box(
-            box, next_task_deadline(until, len(answers) - done)
+            box, next_task_deadline(deadline, len(answers) - done)
         )
     return join_infeasibilities(reasons)
 
 
-def _infeasibility_of_box(box: BoxOptimum, until: float) -> Infeasibility:
-    """The reason for one box; after ``until``, the limits that its nearest miss breaks."""
+def _infeasibility_of_box(box: BoxOptimum, deadline: float) -> Infeasibility:
+    """The reason for one box; after ``deadline``, the limits that its nearest miss breaks."""
     mechanism = box.problem.setup.mechanism
     if mechanism.has_no_assembly:
         return Infeasibility(f"assembly: {mechanism.assembly}")
-    if box.answer.is_proved and (clock_seconds() <= until or box.answer.nearest is None):
-        return find_infeasibility(box.problem, box.bounds, until)
+    if box.answer.is_proved and (clock_seconds() <= deadline or box.answer.nearest is None):
+        return find_infeasibility(box.problem, box.bounds, deadline)
     if box.answer.nearest is None:
         return Infeasibility("unknown limits (not proved)")
-    rows = evaluate_with_verdicts(box.problem, box.answer.nearest, frozenset(), until)
+    rows = evaluate_with_verdicts(box.problem, box.answer.nearest, frozenset(), deadline)
     return Infeasibility(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
@@ -340,7 +340,7 @@ def _miss_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[
     return excess_rank(excess[:, 0]), {name: values[name] for name in in_column_order(values)}
 
 
-def _optimum_quantities(problem: Problem, answer: SmallestCam, until: float) -> dict[str, Any]:
+def _optimum_quantities(problem: Problem, answer: SmallestCam, deadline: float) -> dict[str, Any]:
     """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
@@ -349,13 +349,13 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, until: float) -> 
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_column_order(values)}
     smaller = answer.with_larger_sizes(-ACTIVE_DISTANCE * design.prime_radius)
-    stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
+    stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), deadline).column("violated")[0]).split(",")
     binding = [
         limit.name
         for limit, over in zip(problem.limits, excess, strict=True)
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
-    clear = _clear_above_size(problem, answer, until)
+    clear = _clear_above_size(problem, answer, deadline)
     return {
         **quantities,
         "binding": binding,
@@ -366,16 +366,16 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, until: float) -> 
     }
 
 
-def _nominal_optimum(problem: Problem, turns: SegmentAngles, until: float) -> SmallestCam | None:
+def _nominal_optimum(problem: Problem, turns: SegmentAngles, deadline: float) -> SmallestCam | None:
     """The smallest cam without tolerances, to compare a robust one with; None if the problem is not robust."""
     if not problem.zones:
         return None
-    nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), until=until)
-    _, least = solve_all_trains_and_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, until)
+    nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), deadline=deadline)
+    _, least = solve_all_trains_and_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, deadline)
     return least and least.answer
 
 
-def _clear_above_size(problem: Problem, answer: SmallestCam, until: float) -> float:
+def _clear_above_size(problem: Problem, answer: SmallestCam, deadline: float) -> float:
     """Least size above which no larger cam of a geometric grid breaks a limit [mm]; infinite if the largest does.
 
     The other sizes are those of the optimum. If both discs of a pair are free, both grow by the same length, and
@@ -394,7 +394,7 @@ def _clear_above_size(problem: Problem, answer: SmallestCam, until: float) -> fl
         return inf
     broken, clear = -1, CLEARANCE_SIZES - 1
     while broken < clear - 1:
-        if clock_seconds() > until:
+        if clock_seconds() > deadline:
             return float(sizes[clear])
         block = np.arange(max(clear - LAST_DESIGNS_AT_ONCE, broken + 1), clear)
         broken = int(np.max(block[~holds_limits(sizes[block])], initial=broken))
@@ -402,7 +402,7 @@ def _clear_above_size(problem: Problem, answer: SmallestCam, until: float) -> fl
     if broken < 0:
         return size
     low, high = sizes[broken], sizes[clear]
-    while high - low > RELATIVE_GAP * prime_radius and clock_seconds() <= until:
+    while high - low > RELATIVE_GAP * prime_radius and clock_seconds() <= deadline:
         middle = (low + high) / 2
         low, high = (low, middle) if holds_limits(np.array([middle]))[0] else (middle, high)
     return float(high)

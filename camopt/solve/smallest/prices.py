@@ -59,7 +59,7 @@ class PricedTolerance:
     """The field of designs with this tolerance, if there is one."""
 
     @property
-    def bound(self) -> float:
+    def largest_deviation_in_unit(self) -> float:
         """The larger of its two ends, in its unit."""
         return max(-self.band.low, self.band.high) / self.unit_size
 
@@ -76,7 +76,7 @@ class PricedTolerance:
 
     def excess_slopes(self, problem: Problem, limits: list[Limit]) -> FloatArray:
         """Change of the relative excess over each limit per unit of the tolerance, as both ends move outwards."""
-        step = TOLERANCE_STEP * self.bound * self.unit_size
+        step = TOLERANCE_STEP * self.largest_deviation_in_unit * self.unit_size
         names, excesses = [limit.name for limit in limits], []
         for change in (step, -step):
             band = ErrorBand(self.band.low - change, self.band.high + change)
@@ -90,7 +90,7 @@ class PricedTolerance:
         return np.asarray((excesses[0] - excesses[1]) / (2.0 * step) * self.unit_size)
 
 
-def priced_tolerances(problem: Problem) -> Iterator[PricedTolerance]:
+def nonzero_tolerances(problem: Problem) -> Iterator[PricedTolerance]:
     """The tolerances of a problem that are above 0."""
     bands, variables = problem.setup.errors, {variable.field: variable for variable in problem.variables}
     fields = {variable.key: field for field, variable in variables.items()}
@@ -224,13 +224,17 @@ def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariable
 def _active_prices(cam: FreeVariables) -> list[Price]:
     """The prices of the active limits of a smallest cam, without the cams that lack them."""
     bounds = active_constraints(cam)
-    tolerances = {tolerance.key: tolerance for tolerance in priced_tolerances(cam.problem)}
+    tolerances = {tolerance.key: tolerance for tolerance in nonzero_tolerances(cam.problem)}
     slopes = {key: _constraint_slopes_by_tolerance(tolerance, cam, bounds) for key, tolerance in tolerances.items()}
     rates = price_rates(cam, bounds, slopes)
     binding = _significant_constraints(bounds, rates)
     priced = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
     rows = [(key, bound.value, bound.unit, bound.relation) for key, bound in priced.items()]
-    rows += [(key, each.bound, each.unit, "±") for key, each in tolerances.items() if np.any(slopes[key])]
+    rows += [
+        (key, each.largest_deviation_in_unit, each.unit, "±")
+        for key, each in tolerances.items()
+        if np.any(slopes[key])
+    ]
     return [Price(*row, _finite_price(rates[row[0]].eased), _finite_price(rates[row[0]].tightened)) for row in rows]
 
 
@@ -253,19 +257,22 @@ def _finite_price(value: float) -> float | None:
     return value + 0.0 if isfinite(value) else None  # no −0
 
 
-def _with_next_optimum(price: Price, cam: FreeVariables, until: float) -> Price:
+def _with_next_optimum(price: Price, cam: FreeVariables, deadline: float) -> Price:
     """The price with the smallest cam without its limit, if that cam is proved in time."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
-    tolerance = next((each for each in priced_tolerances(cam.problem) if each.key == price.key), None)
-    if not (limits or tolerance) or clock_seconds() >= until:
+    tolerance = next((each for each in nonzero_tolerances(cam.problem) if each.key == price.key), None)
+    if not (limits or tolerance) or clock_seconds() >= deadline:
         return price
 
     def ease_limit(problem: Problem) -> Problem:
         return tolerance.problem_with_band(problem, NO_BAND) if tolerance else problem.without_bound(price.key)
 
-    easier, turns = ease_limit(cam.problem), replace(cam.turns, problem=ease_limit(cam.turns.problem), until=until)
+    easier, turns = (
+        ease_limit(cam.problem),
+        replace(cam.turns, problem=ease_limit(cam.turns.problem), deadline=deadline),
+    )
     try:
-        _, least = solve_all_trains_and_boxes(easier, turns, until)
+        _, least = solve_all_trains_and_boxes(easier, turns, deadline)
     except BadInput:  # nothing else limits the size
         return replace(price, size_without=0.0, next=())
     if least is None or least.answer.design is None or not least.answer.is_proved:

@@ -74,9 +74,9 @@ def allowed_proof_gap(design: Designs) -> float:
 
 
 def first_feasible_design(
-    problem: Problem, designs: Designs, crossings: KnownCrossings | None, until: float = inf
+    problem: Problem, designs: Designs, crossings: KnownCrossings | None, deadline: float = inf
 ) -> Designs | None:
-    """The first feasible one of some designs, or None if none is found before ``until`` (``clock_seconds``).
+    """The first feasible one of some designs, or None if none is found before ``deadline`` (``clock_seconds``).
 
     Deferred limits cost too much to evaluate for all designs. camopt evaluates them for one design, then for twice
     as many, and so on. Once a design crosses itself, all others that cross at the same place are dropped.
@@ -86,7 +86,7 @@ def first_feasible_design(
     if crossings is None:
         return designs.take([0]) if len(designs) else None
     count = 1
-    while len(designs) and clock_seconds() <= until:
+    while len(designs) and clock_seconds() <= deadline:
         designs = designs.take(~crossings.cross_at_known_angles(designs))
         block, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
         held = np.flatnonzero(feasible_designs(problem, block))
@@ -98,10 +98,10 @@ def first_feasible_design(
     return None
 
 
-def is_provably_feasible(problem: Problem, design: Designs, until: float = inf) -> bool:
-    """Whether a design is proved feasible before ``until``, by intervals where doubles do not decide."""
+def is_provably_feasible(problem: Problem, design: Designs, deadline: float = inf) -> bool:
+    """Whether a design is proved feasible before ``deadline``, by intervals where doubles do not decide."""
     return all(
-        evaluate_with_verdicts(own, each, frozenset(), until).column("feasible")[0]
+        evaluate_with_verdicts(own, each, frozenset(), deadline).column("feasible")[0]
         for own, each in problem.nominal_and_error_variants(design)
     )
 

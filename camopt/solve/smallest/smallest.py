@@ -35,28 +35,33 @@ EQUAL_DISCS = 1e-6  # relative: discs whose sizes differ by no more count as equ
 MOST_SHRINKS = 40  # rounds of grids that make an answer smaller
 
 
-def solve_smallest_cam(problem: Problem, bounds: SizeBounds, until: float = inf) -> SmallestCam:
+def solve_smallest_cam(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> SmallestCam:
     """The smallest design within bounds that meets every limit of the problem.
 
-    After ``until`` (``clock_seconds``) it is the best so far, not proved. Deferred limits get half of the time.
+    After ``deadline`` (``clock_seconds``) it is the best so far, not proved. Deferred limits get half of the time.
     """
     problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
     answer = _solve_without_deferred_limits(
         problem.without_deferred_limits,
         bounds,
-        next_task_deadline(until, 2) if problem.has_deferred_limits else until,
+        next_task_deadline(deadline, 2) if problem.has_deferred_limits else deadline,
     )
     if (
         answer.design is not None
         and problem.has_deferred_limits
         and not feasible_designs(problem, answer.design)[0]
     ):
-        answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), until, discs=answer.discs)
-    return _shrink_other_disc(problem, bounds, answer, until) if len(answer.discs) > 1 else answer
+        answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), deadline, discs=answer.discs)
+    return _shrink_other_disc(problem, bounds, answer, deadline) if len(answer.discs) > 1 else answer
 
 
 def solve_small_cam_unproved(
-    problem: Problem, bounds: SizeBounds, near: Designs | None = None, until: float = inf, *, closely: bool = False
+    problem: Problem,
+    bounds: SizeBounds,
+    near: Designs | None = None,
+    deadline: float = inf,
+    *,
+    closely: bool = False,
 ) -> SmallestCam:
     """A small design within bounds that meets every limit: much sooner than ``solve_smallest_cam``, without proof.
 
@@ -64,42 +69,42 @@ def solve_small_cam_unproved(
     there is one and it can be made feasible, else around the best design of a coarse grid.
     """
     problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
-    linear = _solve_linear_limits(problem, bounds, until)
+    linear = _solve_linear_limits(problem, bounds, deadline)
     discs = minimised_disc_fields(bounds)
     if linear.design is not None or linear.floor == inf:
         return SmallestCam(linear.design, linear.floor, discs=discs)
     bounds = {**bounds, "size": (linear.floor, bounds["size"][1])}
     zooms = CLOSE_ZOOMS if closely else NEAR_ZOOMS
-    design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, until)
+    design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, deadline)
     if design is None:
-        look = search_coarse_grid(problem, bounds, until=until)
+        look = search_coarse_grid(problem, bounds, deadline=deadline)
         if look.design is None:
             return SmallestCam(None, inf if look.motion_infeasible else linear.floor, look.nearest, discs)
-        design = shrink_on_grids(problem, bounds, look.design, zooms, until)
+        design = shrink_on_grids(problem, bounds, look.design, zooms, deadline)
     return SmallestCam(design, linear.floor, discs=discs)
 
 
-def _solve_without_deferred_limits(problem: Problem, bounds: SizeBounds, until: float) -> SmallestCam:
-    linear = _solve_linear_limits(problem, bounds, until)
+def _solve_without_deferred_limits(problem: Problem, bounds: SizeBounds, deadline: float) -> SmallestCam:
+    linear = _solve_linear_limits(problem, bounds, deadline)
     discs = minimised_disc_fields(bounds)
     if linear.design is not None:
         return SmallestCam(linear.design, max(linear.floor, *(bounds[disc][0] for disc in discs)), discs=discs)
     if len(discs) == 1 or linear.floor == inf:
         return _shrink_unproved_on_grids(
-            problem, bounds, branch_and_bound(problem, bounds, linear.floor, until, discs=discs), until
+            problem, bounds, branch_and_bound(problem, bounds, linear.floor, deadline, discs=discs), deadline
         )
-    floor, start = linear.floor, smallest_equal_pair(problem, bounds, next_task_deadline(until, 2))
+    floor, start = linear.floor, smallest_equal_pair(problem, bounds, next_task_deadline(deadline, 2))
     for disc in discs:
         if start is None:
             break
         smaller = start.with_values({disc: start.sizes[disc] * (1.0 - EQUAL_DISCS)})
         if not feasible_designs(problem, smaller)[0]:  # else this disc is not the one that makes the pair so large
-            floor = max(floor, disc_size_lower_bound(problem, bounds, start, disc, next_task_deadline(until, 2)))
-    return branch_and_bound(problem, bounds, floor, until, discs=discs, start=start)
+            floor = max(floor, disc_size_lower_bound(problem, bounds, start, disc, next_task_deadline(deadline, 2)))
+    return branch_and_bound(problem, bounds, floor, deadline, discs=discs, start=start)
 
 
 def _shrink_unproved_on_grids(
-    problem: Problem, bounds: SizeBounds, answer: SmallestCam, until: float
+    problem: Problem, bounds: SizeBounds, answer: SmallestCam, deadline: float
 ) -> SmallestCam:
     """The answer made smaller by grids, if some limit has no formula that boxes can enclose."""
     enclosed = all(
@@ -110,7 +115,7 @@ def _shrink_unproved_on_grids(
         return answer
     design = answer.design
     for _ in range(MOST_SHRINKS):  # grids follow a narrow valley slowly
-        smaller = shrink_on_grids(problem, bounds, design, CLOSE_ZOOMS, until)
+        smaller = shrink_on_grids(problem, bounds, design, CLOSE_ZOOMS, deadline)
         if smaller is None or smaller.size[0] >= design.size[0]:
             break
         is_converged = smaller.size[0] >= design.size[0] * (1.0 - EQUAL_DISCS)
@@ -120,7 +125,7 @@ def _shrink_unproved_on_grids(
     return answer if design is answer.design else replace(answer, design=design)
 
 
-def smallest_equal_pair(problem: Problem, bounds: SizeBounds, until: float) -> Designs | None:
+def smallest_equal_pair(problem: Problem, bounds: SizeBounds, deadline: float) -> Designs | None:
     """The smallest pair with equal discs; None if there is none, or if the two ranges do not overlap."""
     low, high = (pick(bounds[name][k] for name in ("size", SECOND_SIZE)) for k, pick in enumerate((max, min)))
     if low > high:
@@ -128,11 +133,11 @@ def smallest_equal_pair(problem: Problem, bounds: SizeBounds, until: float) -> D
     others = {name: size for name, size in problem.design.second.items() if name != SECOND_SIZE}
     equal = replace(problem, design=replace(problem.design, second=others))
     kept = {name: ends for name, ends in bounds.items() if name != SECOND_SIZE}
-    design = _solve_without_deferred_limits(equal, {**kept, "size": (low, high)}, until).design
+    design = _solve_without_deferred_limits(equal, {**kept, "size": (low, high)}, deadline).design
     return None if design is None else design.with_values({SECOND_SIZE: design.size})
 
 
-def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam, until: float) -> SmallestCam:
+def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam, deadline: float) -> SmallestCam:
     """The smallest pair, with the smaller disc minimised beside the larger one by its own sizes alone.
 
     If the discs are equal, each is tried.
@@ -142,17 +147,17 @@ def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam
     sizes = {disc: float(answer.design.sizes[disc][0]) for disc in answer.discs}
     smaller = [disc for disc, size in sizes.items() if size <= min(sizes.values()) + EQUAL_DISCS * answer.size]
     count, start = len(smaller), answer.design
-    pairs = [_shrink_disc(problem, bounds, start, disc, next_task_deadline(until, count)) for disc in smaller]
+    pairs = [_shrink_disc(problem, bounds, start, disc, next_task_deadline(deadline, count)) for disc in smaller]
     best = min(pairs, key=lambda pair: pair.size)
     return replace(answer, design=best.design, second_disc_gap=best.gap)
 
 
-def _shrink_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: str, until: float) -> SmallestCam:
+def _shrink_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: str, deadline: float) -> SmallestCam:
     """The pair with one disc minimised by the sizes that belong to this disc alone."""
     own = design.second if disc == SECOND_SIZE else [name.removeprefix("second_") for name in design.second]
     ends = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
     ends |= {name: bounds[name] for name in own}
-    return branch_and_bound(problem, ends, 0.0, until, discs=(disc,), start=design)
+    return branch_and_bound(problem, ends, 0.0, deadline, discs=(disc,), start=design)
 
 
 def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
@@ -169,10 +174,10 @@ def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     return tight
 
 
-def _solve_linear_limits(problem: Problem, bounds: SizeBounds, until: float = inf) -> LinearOptimum:
+def _solve_linear_limits(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> LinearOptimum:
     start = closed_form_design(problem, bounds)
     if start is None:
-        return cutting_plane_optimum(problem, bounds, until) or LinearOptimum(None, bounds["size"][0])
+        return cutting_plane_optimum(problem, bounds, deadline) or LinearOptimum(None, bounds["size"][0])
     floor = float(start.size[0]) * (1.0 - NUDGES[-1])
     return (
         LinearOptimum(None, inf)

@@ -60,8 +60,8 @@ class TrainOptimum(NamedTuple):
 class TrainBoxSearch(MotionSearch):
     """Branch and bound over the trains of a problem, below the best cam so far."""
 
-    def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, until: float) -> None:
-        self.problem, self.bounds, self.until = at_rounding_error(problem), bounds, until
+    def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, deadline: float) -> None:
+        self.problem, self.bounds, self.deadline = at_rounding_error(problem), bounds, deadline
         self.best, self.best_motion = best.answer, best.problem
         self.limits = TrainLimits.from_problem(self.problem.with_keys_per_design(self.motion_fields))
 
@@ -135,7 +135,7 @@ class TrainOptimiser:
 
     problem: Problem
     bounds: SizeBounds
-    until: float
+    deadline: float
     """When to stop (``clock_seconds``)."""
     optima: dict[tuple[float, ...], TrainOptimum] = field(default_factory=dict)
     """The smallest cam of each train tried, by its shares."""
@@ -144,7 +144,7 @@ class TrainOptimiser:
 
     def find_smallest_cam(self) -> TrainOptimum:
         """The smallest cam of all trains tried, with the lower bound over all trains."""
-        spread, rough, boxes = (clock_seconds() + part * (self.until - clock_seconds()) for part in PHASE_SHARES)
+        spread, rough, boxes = (clock_seconds() + part * (self.deadline - clock_seconds()) for part in PHASE_SHARES)
         for shares in self._trial_shares():
             self.size_of_train(shares, solve_small_cam_unproved, spread)
         for start in self._best_shares(TRAIN_DESCENTS):
@@ -154,18 +154,18 @@ class TrainOptimiser:
             return bounded
         self.out_of_time |= clock_seconds() > boxes
         for start in self._best_shares(1):
-            self.descend_from_train(start, FINE_DESCENT, self.until)
+            self.descend_from_train(start, FINE_DESCENT, self.deadline)
         best = min(bounded, self._best_train, key=lambda train: train.answer.size)
         return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=self.out_of_time)
 
-    def _bound_all_trains(self, until: float) -> TrainOptimum:
+    def _bound_all_trains(self, deadline: float) -> TrainOptimum:
         """The best train, with a lower bound of the size over all trains.
 
         If the scene gives the motion at the follower, limits that do not involve the tool are the same for all
         trains, and give the bound.
         """
         if not self.problem.programme.given_at_follower:
-            search = TrainBoxSearch(self.problem, self.bounds, self._best_train, until)
+            search = TrainBoxSearch(self.problem, self.bounds, self._best_train, deadline)
             answer = search.find_smallest_cam()
             return TrainOptimum(search.best_motion, answer)
         best, floor, train = self._best_train, 0.0, self.problem.setup.train
@@ -173,7 +173,7 @@ class TrainOptimiser:
             limits = tuple(
                 limit for limit in self.problem.limits if limit.constraints and not _limits_tool_motion(limit)
             )
-            floor = solve_smallest_cam(replace(self.problem, limits=limits), self.bounds, until=until).floor
+            floor = solve_smallest_cam(replace(self.problem, limits=limits), self.bounds, deadline=deadline).floor
         return best._replace(answer=replace(best.answer, floor=floor))
 
     @property
@@ -182,9 +182,9 @@ class TrainOptimiser:
             self.optima.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.has_no_assembly)
         )
 
-    def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], until: float) -> float:
+    def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], deadline: float) -> float:
         """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
-        if self.optima and clock_seconds() > until:
+        if self.optima and clock_seconds() > deadline:
             self.out_of_time = True
             return INFEASIBLE_COST
         variables = free_train_numbers(self.problem)
@@ -193,18 +193,18 @@ class TrainOptimiser:
         }
         problem = self.problem.with_numbers(values)
         has_no_assembly = problem.setup.mechanism.has_no_assembly
-        answer = SmallestCam(None, inf) if has_no_assembly else solve(problem, self.bounds, until=until)
+        answer = SmallestCam(None, inf) if has_no_assembly else solve(problem, self.bounds, deadline=deadline)
         key = tuple(map(float, shares))
         if key not in self.optima or answer.size < self.optima[key].answer.size:
             self.optima[key] = TrainOptimum(problem, answer)
         return min(answer.size, INFEASIBLE_COST)
 
-    def descend_from_train(self, start: FloatArray, descent: Descent, until: float) -> None:
+    def descend_from_train(self, start: FloatArray, descent: Descent, deadline: float) -> None:
         """Descend from a train by the simplex method; all trains tried go into ``optima``."""
-        cost = partial(self.size_of_train, solve=descent.solve, until=until)
+        cost = partial(self.size_of_train, solve=descent.solve, deadline=deadline)
         steps = np.where(start > 0.5, -descent.reach, descent.reach)
         closest = descent.share, descent.size
-        descend_simplex(cost, start, steps, closest, descent.moves, until, variable_range=(0.0, 1.0))
+        descend_simplex(cost, start, steps, closest, descent.moves, deadline, variable_range=(0.0, 1.0))
 
     def _best_shares(self, count: int) -> list[FloatArray]:
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)

@@ -53,9 +53,9 @@ def smallest_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum
 
 def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> TurnOptimum:
     """The smallest cam of the best turn, if there is time; a descent has only come near it."""
-    if best.answer.design is None or clock_seconds() > turns.until:
+    if best.answer.design is None or clock_seconds() > turns.deadline:
         return best
-    answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.until)
+    answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.deadline)
     return better_turn(best, TurnOptimum(answer, best.freed_angles))
 
 

@@ -32,7 +32,7 @@ class SegmentAngles:
     laws: LawPair
     skipped_dwells: tuple[int, ...] = ()
     """Freed dwells that are absent in these turns."""
-    until: float = inf
+    deadline: float = inf
     """When a search among these turns must stop (``clock_seconds``)."""
 
     @property

@@ -4,8 +4,8 @@
 
     y⁽ᵏ⁾(φ + a) − y⁽ᵏ⁾(φ) ∈ a·y⁽ᵏ⁺¹⁾([φ, φ + a]),    ∂/∂a = y⁽ᵏ⁺¹⁾(φ + a),    ∂/∂φ = y⁽ᵏ⁺¹⁾(φ + a) − y⁽ᵏ⁺¹⁾(φ)
 
-with ranges of the derivatives over stretches of the turn (``numerics.stretches``). Where y'' jumps between both
-angles, the change of y'' excludes the jump, which ``JumpRanges`` has.
+with ranges of the derivatives over stretches of the turn (``numerics.stretches``). Where y'' jumps between
+both angles, the change of y'' excludes the jump, which ``JumpRanges`` has.
 
 **Contacts.** A contact touches with the place φ at the cam angle θ = φ + τ(φ). At the cam angle φ + b it touches
 with the place φ + a, where
@@ -326,16 +326,16 @@ def error_through_train(
         return deltas[order] * ratio
     train = RealTrain(problem, links, deltas[0], motion[0], order)
     if order == 0:
-        return train.derivative_change_by_errors(0)
+        return train.train_derivative_change_by_errors(0)
     velocity = motion[1] + deltas[1]
     if order == 1:
-        return train.derivative_change_by_errors(1) * velocity + train.nominal_derivative(1) * deltas[1]
+        return train.train_derivative_change_by_errors(1) * velocity + train.nominal_derivative(1) * deltas[1]
     by_nominal_train = (
         train.nominal_derivative(2) * (motion[1] * 2.0 + deltas[1]) * deltas[1]
         + train.nominal_derivative(1) * deltas[2]
     )
-    by_links = train.derivative_change_by_errors(1) * (motion[2] + deltas[2])
-    return train.derivative_change_by_errors(2) * np.square(velocity) + by_links + by_nominal_train
+    by_links = train.train_derivative_change_by_errors(1) * (motion[2] + deltas[2])
+    return train.train_derivative_change_by_errors(2) * np.square(velocity) + by_links + by_nominal_train
 
 
 def difference_through_train(
@@ -385,7 +385,7 @@ class RealTrain:
     nominal_position: SlopedInterval
     order: int
 
-    def derivative_change_by_errors(self, order: int) -> SlopedInterval:
+    def train_derivative_change_by_errors(self, order: int) -> SlopedInterval:
         """Change Δ_k of the derivative of an order."""
         (between, _, nominal_at, real_at), by_link = self._derivative_blocks
         parts = [

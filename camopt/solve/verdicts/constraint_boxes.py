@@ -204,7 +204,7 @@ class ConstraintSearch:
     """A constraint on a curve or on a mean."""
     design: Designs
     names: tuple[str, ...]
-    until: float
+    deadline: float
     at_once: ClassVar[int] = CONSTRAINT_PARTS_AT_ONCE
     rounds: ClassVar[int] = MOST_ROUNDS
 
@@ -221,7 +221,7 @@ class ConstraintSearch:
                 return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
             open_ = np.flatnonzero(~(excess.value.high <= 0.0))
             open_ = open_[np.argsort(excess.value.high[open_], kind="stable")]  # NaN comes last
-            if np.any(parts.is_narrow[open_]) or clock_seconds() > self.until:
+            if np.any(parts.is_narrow[open_]) or clock_seconds() > self.deadline:
                 break
             parts = parts.take(open_).reduce_monotone(excess.slopes[:, open_])
             steepest = excess.slopes[:, open_].largest_magnitude

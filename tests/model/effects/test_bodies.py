@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from camopt.model.effects.peak import BodyRadiusPlus, CutterOverRoller, RadiusRange
+from camopt.model.effects.peak import BodyRadiusPlus, CutterExcessOverRoller, RadiusRange
 from camopt.scene.problem.limit import CLEAR_SHARE
 
 
-@pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterOverRoller])
+@pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterExcessOverRoller])
 @given(radius=st.sampled_from([0.0, 0.3, 1.0, 25.0, 1e4]), seed=st.integers(0, 10**6))
 def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, radius, seed):
     """For certain within the range, and nowhere beyond the wider range; only next to its end it is open."""
@@ -36,7 +36,7 @@ def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, r
     assert np.array_equal(surely[clear], held[clear])
 
 
-@pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterOverRoller])
+@pytest.mark.parametrize("weight", [BodyRadiusPlus, CutterExcessOverRoller])
 @given(radius=st.sampled_from([0.0, 0.3, 25.0, 1e4]), ends=st.tuples(st.floats(0, 60), st.floats(0, 60)))
 def test_no_body_of_a_range_weighs_more_than_the_largest(weight, radius, ends):
     range_ = RadiusRange(min(ends), max(ends))

@@ -605,7 +605,7 @@ def test_when_the_time_is_over_a_feasible_design_is_kept():
     bounds = {**search_boxes(problem)[0], "size": (1.0, 100.0)}
     large = designs.take([-1])
     assert shrink_on_grids(problem, bounds, large).size < large.size
-    assert shrink_on_grids(problem, bounds, large, until=clock_seconds()).size == large.size
+    assert shrink_on_grids(problem, bounds, large, deadline=clock_seconds()).size == large.size
     with_time, without = (
         _clear_above_size(problem, SmallestCam(large, 0.0), until) for until in (np.inf, clock_seconds())
     )

@@ -26,7 +26,7 @@ from camopt.core.mistakes import Unmet
 from camopt.core.quantities import AT_MOST, QUANTITIES
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.effects import EvaluationBlock, section
-from camopt.model.effects.peak import DOUBLES, CutterOverRoller, DegreeScale, Derivative
+from camopt.model.effects.peak import DOUBLES, CutterExcessOverRoller, DegreeScale, Derivative
 from camopt.scene.limits import Limits
 from camopt.scene.problem.limits import PART_LIMITS, SINGLE_QUANTITY_KEYS
 from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
@@ -124,7 +124,7 @@ def test_a_hollow_corner_stops_every_cutter():
 def test_any_cutter_no_larger_than_the_roller_will_do():
     roller = scene_of("roller").replace(**{"limits.cutter_radius": 14.0})
     assert certify(roller)["cutter_radius"] == "held"
-    assert CutterOverRoller(14.0)(resolve_design(roller).design)[0] == 0.0
+    assert CutterExcessOverRoller(14.0)(resolve_design(roller).design)[0] == 0.0
 
 
 # ------------------------------------------------------------------------------------------------- searches

@@ -83,7 +83,10 @@ class Largest:
         return -self._looks[0][0] if self._looks else -INFINITE
 
     def verdict(self, bound: arb, factor: arb = ONE, until: float = inf) -> str:
-        """Whether factor·largest ≤ bound, factor ≥ 0; undecided if not proved before ``until`` (``clock.now``)."""
+        """Whether factor·largest ≤ bound, factor ≥ 0.
+
+        Undecided if not proved before ``deadline`` (``clock.now``).
+        """
         for _ in range(DECIDING_PARTS):
             if self.least * factor > bound:
                 return BROKEN

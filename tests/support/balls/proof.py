@@ -120,7 +120,7 @@ def _quantity_verdict(limit: Limit, rows: DesignRows, design: Designs) -> str:
 
 @precisely()
 def verdicts_in_balls(problem: Problem, design: Designs, until: float = inf) -> dict[str, str]:
-    """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
+    """The verdict on each limit for one design: held, broken or undecided, as at ``deadline`` (``clock.now``)."""
     if not problem.setup.mechanism.can_assemble(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
     try:

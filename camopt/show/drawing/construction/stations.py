@@ -82,7 +82,7 @@ class StationPlan:
         yield from ((stroke.start, stroke.end, stroke) for stroke in kept if stroke.kind != DWELL)
         edges = [0.0, *(edge for stroke in kept for edge in (stroke.start, stroke.end)), TURN_ANGLE]
         for low, high in zip(edges[::2], edges[1::2], strict=True):  # moves lie between strokes with laws
-            for kind, start, end in self.picture.stretches:
+            for kind, start, end in self.picture.stroke_kind_spans:
                 ends = max(start, low), min(end, high)
                 if kind != DWELL and ends[1] - ends[0] > EQUAL_PLACES:
                     yield (*ends, None)
