@@ -37,7 +37,7 @@ def keys_of_table(place: str, names: Iterable[str] = ()) -> Iterator[KeyDescript
             yield KeyDescription(
                 key,
                 place,
-                record.units,
+                record.both_units_text,
                 allowed_in_words(schema),
                 default,
                 field.is_required(),

@@ -110,7 +110,9 @@ def _describe_key(schema: dict[str, Any], model: type[SceneTable], name: str, ke
     if target := schema.pop("$ref", None):  # readers ignore keys beside a $ref
         schema["allOf"] = [{"$ref": target}]
     record = key_record(model, name)
-    schema["description"] = f"{record.sentence}. Unit: {record.units}." if record.units else f"{record.sentence}."
+    schema["description"] = (
+        f"{record.sentence}. Unit: {record.both_units_text}." if record.both_units_text else f"{record.sentence}."
+    )
     if site:
         page = f"{site}/reference/{'limits' if key.startswith('limits.') else 'scene'}.html#key-{key}"
         schema["description"] += f" [Reference]({page})"

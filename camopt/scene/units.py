@@ -11,7 +11,7 @@ from typing import Any
 
 from camopt.core.mistakes import Mistake
 from camopt.core.quantities.key import NO_UNIT
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.scene.mapping import given_at_follower
 from camopt.scene.sizes import mechanism_of_tables
 from camopt.scene.spring import has_straight_spring
@@ -141,7 +141,7 @@ class _UnitNamer(_UnitReader):
     def convert_value(self, value: Any, unit: str, where: str) -> Any:
         if isinstance(value, Mapping):
             return super().convert_value(value, unit, where)
-        return "" if unit == NO_UNIT else shown_unit(unit.replace("`", ""))
+        return "" if unit == NO_UNIT else unit_in_shown_system(unit.replace("`", ""))
 
 
 def convert_text_to_unit(text: str, unit: str) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from math import sqrt
 
 from camopt.core.numerics.neighbours import noise_share
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.scene.checks import groove_axial_length
 from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, reversal_value_for_end
 from camopt.scene.scene import SCENE_TABLES, Scene
@@ -51,7 +51,9 @@ def _wide_contact_notes(scene: Scene) -> Iterator[str]:
     key = scene.mechanism.body.flank_height or "thickness"
     width, available = scene.materials.face_width, getattr(scene.part, key)
     if width and available and width > available:
-        wide, limit = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (width, available))
+        wide, limit = (
+            f"{to_shown_unit(each, 'mm'):.4g} {unit_in_shown_system('mm')}" for each in (width, available)
+        )
         more = (
             f"if only {limit} carries, the contact stress is {sqrt(width / available):.3g} times the computed one"
         )
@@ -66,7 +68,7 @@ def _roller_over_pivot_notes(scene: Scene) -> Iterator[str]:
         rows["drive"] = second.roller_radius or first.roller_radius, second.arm_length or first.arm_length
     for table, (radius, arm) in rows.items():
         if radius and arm and radius >= arm:
-            wide, long = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (radius, arm))
+            wide, long = (f"{to_shown_unit(each, 'mm'):.4g} {unit_in_shown_system('mm')}" for each in (radius, arm))
             of = " of the second disc" if table == "drive" else ""
             yield f"{table}.roller_radius = {wide}: the roller{of} covers the pivot of its arm ({long})"
 
@@ -106,7 +108,8 @@ def thin_hub_notes(scene: Scene) -> list[str]:
     if wall <= 0.0 or outer >= NARROW_HUB * part.bore:
         return []
     usual, actual, rest = (
-        f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in (USUAL_HUB * part.bore, outer, wall)
+        f"{to_shown_unit(each, 'mm'):.4g} {unit_in_shown_system('mm')}"
+        for each in (USUAL_HUB * part.bore, outer, wall)
     )
     rule = f"a keyed hub of steel usually has {USUAL_HUB:g} times the diameter of its bore, {usual}"
     return [f"part.keyway_width: a wall of {rest} is left; {rule}; this one has {actual}"]
@@ -118,7 +121,9 @@ def thin_groove_side_notes(scene: Scene) -> list[str]:
     run = groove_axial_length(scene) if whole and depth else None
     if not whole or not depth or run is None or whole - run >= 2.0 * THIN_SIDE * depth:
         return []
-    rest, deep = (f"{to_shown_unit(each, 'mm'):.4g} {shown_unit('mm')}" for each in ((whole - run) / 2.0, depth))
+    rest, deep = (
+        f"{to_shown_unit(each, 'mm'):.4g} {unit_in_shown_system('mm')}" for each in ((whole - run) / 2.0, depth)
+    )
     rule = f"a wall thinner than {THIN_SIDE:g} times the groove's depth ({deep}) bends under the roller"
     return [f"part.thickness: a wall of {rest} is left beside the groove at either end; {rule}"]
 

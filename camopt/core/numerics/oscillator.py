@@ -145,7 +145,7 @@ def periodic_response(
     solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
     # start on the polynomial: from rest there would be a vibration, whose removal costs digits of the phase
     smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
-    *_, end = _free_vibration(solution, phase, kicks, damping, smooth)
+    *_, end = _free_vibration_at_panel_starts(solution, phase, kicks, damping, smooth)
     short = _closing_correction((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
     wave = _assemble_wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
     return wave.plus_polynomial(np.where(soft, -moved, 0.0)) if soft.any() else wave
@@ -193,13 +193,13 @@ def _polynomial_solution_by_panel(
     return np.where(short, up, s), np.where(short, along, p)
 
 
-def _free_vibration(
-    solution: StatePair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: StatePair
+def _free_vibration_at_panel_starts(
+    forced_solution: StatePair, phase: FloatArray, kicks: FloatArray, damping: FloatArray, start: StatePair
 ) -> tuple[FloatArray, FloatArray, StatePair]:
     """Free vibration (s, p) at the start of each panel, and the state after the last panel."""
     (s, p), w = start, damped_frequency_ratio(damping)
     ends = np.array([-1.0, 1.0])[:, None, None]
-    (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
+    (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in forced_solution)
     decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
     leaning = damping * sine
     free_s, free_p = np.empty_like(phase), np.empty_like(phase)
@@ -237,7 +237,7 @@ def _assemble_wave(
     damping: FloatArray,
     start: StatePair,
 ) -> Wave:
-    s, p, _ = _free_vibration(solution, phase, kicks, damping, start)
+    s, p, _ = _free_vibration_at_panel_starts(solution, phase, kicks, damping, start)
     sine = (p - damping * s) / damped_frequency_ratio(damping)
     series = solution[0]
     used = np.flatnonzero(series.any(axis=(1, 2)))

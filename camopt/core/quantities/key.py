@@ -48,7 +48,7 @@ class Key:
     turning_example: float | None = field(default=None, kw_only=True)
 
     @property
-    def units(self) -> str:
+    def both_units_text(self) -> str:
         """Both units as text for readers."""
         return f"{self.unit}, oscillating {self.turning}" if self.turning else self.unit
 

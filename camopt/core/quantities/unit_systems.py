@@ -79,9 +79,9 @@ def shown_system() -> str:
     return _shown_system
 
 
-def shown_unit(unit: str) -> str:
+def unit_in_shown_system(computed_unit: str) -> str:
     """The unit in which a number computed in ``unit`` is shown."""
-    return unit if _shown_system == MM else _customary_unit_and_size(unit)[0]
+    return computed_unit if _shown_system == MM else _customary_unit_and_size(computed_unit)[0]
 
 
 def to_shown_unit(value: Any, unit: str) -> Any:

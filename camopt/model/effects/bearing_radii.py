@@ -48,7 +48,7 @@ def required_face_radius(state, normal, radius, share):
     return share * normal - radius
 
 
-def sure_and_possible_bearing_radii(
+def sure_and_possible_radii_for_load(
     case: EvaluationBlock, inverse_allowed_load: Callable[[Designs], Any], body_radii: RadiusRange
 ) -> tuple[RadiusRange, RadiusRange]:
     """The radii of ``body_radii`` with which pitch curves surely bear a load, and those with which they may.

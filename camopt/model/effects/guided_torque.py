@@ -36,11 +36,11 @@ def smooth_torque_parts(setup: Setup, design: Designs, programme: Programme) -> 
     setup, design = setup.absorb_design_numbers(design)
     sizes = tuple(float(size[0]) for size in design.sizes.values())
     cuts = _sign_change_cuts(programme, setup.dynamics, setup.omega)
-    return _cut_smooth_parts(programme, cuts, setup.mechanism, sizes, design.sense)
+    return _cut_panels_at_cuts_and_pressure_sign_changes(programme, cuts, setup.mechanism, sizes, design.sense)
 
 
 @lru_cache(maxsize=4096)
-def _cut_smooth_parts(
+def _cut_panels_at_cuts_and_pressure_sign_changes(
     programme: Programme, cuts: PanelCuts, mechanism: Mechanism, sizes: tuple[float, ...], sense: float
 ) -> PanelParts:
     """The panels cut at ``cuts``, and where tan β changes its sign."""

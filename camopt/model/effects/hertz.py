@@ -28,7 +28,7 @@ from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.point_contact import carlson_integrals, ellipticity_of
 from camopt.model.effects import force
-from camopt.model.effects.bearing_radii import sure_and_possible_bearing_radii
+from camopt.model.effects.bearing_radii import sure_and_possible_radii_for_load
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.loads import (
     can_bear_load,
@@ -109,7 +109,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.is_knife or missing_keys_by_quantity(setup):
         return {}
     curves, stress = tuple(variant for *_, variant in loads_by_flank_and_friction(setup)), stress_scale(setup)
-    bodies = None if setup.spherical or has_guide_friction(setup) else sure_and_possible_bearing_radii
+    bodies = None if setup.spherical or has_guide_friction(setup) else sure_and_possible_radii_for_load
     stresses = {STRESS: Peak(curves, LARGEST, stress, jumps_at_corners, bodies=bodies)}
     if not setup.spherical:
         stresses[SHEAR_STRESS] = stresses[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))

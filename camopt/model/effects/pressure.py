@@ -45,11 +45,11 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     }
     curves = {name: (setup.mechanism.pressure, kinds) for name, kinds in names.items()}
     if BOTTOM_ANGLE in offered_quantities(setup) and BOTTOM_ANGLE not in missing_keys_by_quantity(setup):
-        curves[BOTTOM_ANGLE] = (_groove_bottom_pressure(setup), ALL_STROKES)
+        curves[BOTTOM_ANGLE] = (_pressure_angle_tangent_at_groove_bottom(setup), ALL_STROKES)
     return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
 
 
-def _groove_bottom_pressure(setup: Setup) -> Callable[[Designs, Programme], Any]:
+def _pressure_angle_tangent_at_groove_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
     """Curve tan β at the bottom of the groove, or the foot of the rib."""
     inwards = (setup.solid.groove_depth_or_rib_height or 0.0) / 2.0
 

@@ -76,8 +76,8 @@ def cam_turn_to_point(sense: float, point: ContactPoint, cam_shift: Shift, follo
     return np.arcsin(across / (np.square(x) + np.square(y))) * sense
 
 
-def angle_growth(sine: Any, cosine: Any, sine_growth: Any) -> Any:
+def angle_increase(sine: Any, cosine: Any, sine_increase: Any) -> Any:
     """Growth of an angle between −90 and 90 deg whose sine grows by ``sine_growth`` [rad]."""
-    fall = sine_growth * (sine * 2.0 + sine_growth)
+    fall = sine_increase * (sine * 2.0 + sine_increase)
     nearer = np.sqrt(np.square(cosine) - fall)
-    return np.arcsin(sine_growth * cosine + sine * fall / (nearer + cosine))
+    return np.arcsin(sine_increase * cosine + sine * fall / (nearer + cosine))

@@ -28,7 +28,7 @@ from camopt.core.numerics.curves import (
     rotated_derivatives,
 )
 from camopt.core.numerics.trigonometry import rotate
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_increase
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, without_roller
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND_TIPS
 from camopt.model.mechanisms.trace import cylinder_arm_velocity_components, tangential_acceleration, trace_curvature
@@ -98,7 +98,7 @@ def _swinging_shifted_contact(design: Designs, lift: float, y: Any, y1: Any, err
     psi, l, longer, sense = y - lift / 2, design.arm_length, errors.size_error("arm_length"), design.sense  # noqa: E741
     across, up = errors.point_shift(_swinging_contact(design, lift, y * 0.0, y, y1))
     cosine, sine = np.cos(psi), np.sin(psi)
-    moved = angle_growth(sine, cosine, (up - sine * longer) / (longer + l))
+    moved = angle_increase(sine, cosine, (up - sine * longer) / (longer + l))
     fall = np.sin(psi + moved * 0.5) * np.sin(moved * 0.5) * 2.0
     return ContactShift(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
 

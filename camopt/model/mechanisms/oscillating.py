@@ -30,7 +30,7 @@ from camopt.model.mechanisms.contact_errors import (
     ContactErrors,
     ContactPoint,
     ContactShift,
-    angle_growth,
+    angle_increase,
     cam_turn_to_point,
 )
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
@@ -143,7 +143,7 @@ def _oscillating_shifted_contact(
     square = across * (point.x * 2.0 + across) + up * (point.y * 2.0 + up)
     square = square - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
     fall = (square + (c * dl + l * dc + dc * dl) * 2.0 * cosine) / ((c + dc) * (l + dl) * 2.0)
-    moved = -angle_growth(cosine, sine, -fall)
+    moved = -angle_increase(cosine, sine, -fall)
     rise = np.cos(angle + moved * 0.5) * np.sin(moved * 0.5) * 2.0
     tip = dc - (cosine - fall) * dl + fall * l, (sine + rise) * dl + rise * l
     return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), tip))

@@ -21,7 +21,7 @@ from camopt.core.numerics.curves import (
     rotated_derivatives,
 )
 from camopt.core.numerics.trigonometry import rotate
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_increase
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_face_through_pivot
 from camopt.model.mechanisms.elements import DISC, FLAT, OSCILLATING, SPRUNG
 from camopt.model.motion.profile_contact import OscillatingFace
@@ -109,7 +109,7 @@ def _swinging_face_shifted_contact(
     """The distance of the face from the axis, f + c·sin ψ, grows by δn; the cam turns back with the face."""
     point, wider = _swinging_face_contact(design, lift, 0.0, y, y1), errors.size_error("centre_distance")
     more = errors.profile_error(point) - errors.size_error("face_offset") - point.across * wider
-    moved = angle_growth(point.across, point.up, more / (design.centre_distance + wider))
+    moved = angle_increase(point.across, point.up, more / (design.centre_distance + wider))
     return ContactShift(moved, -(moved * design.sense))
 
 

@@ -44,7 +44,7 @@ from camopt.core.numerics.curves import curve_formula, curve_or_number_value, cu
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import cylindrical, cylindrical_oscillating, oscillating, translating
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_growth
+from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_increase
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import (
     FACE_WALLS,
@@ -89,7 +89,7 @@ def _roller_spacing_error(mechanism: Mechanism, designs: Designs, errors: Contac
     longer, arm = errors.size_error("arm_length"), designs.arm_length
     sine = designs.roller_spacing / (2.0 * arm)
     more = (wider * 0.5 - longer * sine) / (longer + arm)
-    return angle_growth(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
+    return angle_increase(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
 
 
 def _advanced_roller_mechanism(

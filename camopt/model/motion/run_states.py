@@ -70,7 +70,7 @@ class States:
         return np.tile(self.angles.mean() ** np.arange(count), joints)
 
     @cached_property
-    def unknown_index_by_joint_and_order(self) -> IntArray:
+    def number_index_by_joint_and_order(self) -> IntArray:
         """Index of each of the states' numbers; the last joint of a closed run has the indices of the first."""
         joints, count = self.low.shape
         place = np.arange(joints * count).reshape(joints, count)
@@ -82,13 +82,13 @@ class States:
     def integral_factor(self) -> FloatArray:
         """Matrix from the numbers to a vector whose square is the integral."""
         count = self.low.shape[1]
-        factor = np.zeros((self.angles.size * count, self.unknown_index_by_joint_and_order.size))
+        factor = np.zeros((self.angles.size * count, self.number_index_by_joint_and_order.size))
         for i, share in enumerate(self.angles / self.angles.mean()):
             powers = np.tile(share ** np.arange(count), 2)
             rows = factor[i * count : (i + 1) * count]
             np.add.at(
                 rows.T,
-                self.unknown_index_by_joint_and_order[i : i + 2].ravel(),
+                self.number_index_by_joint_and_order[i : i + 2].ravel(),
                 (_unit_integral_factor(count) * powers).T,
             )
             rows *= share ** (0.5 - count)
@@ -114,16 +114,16 @@ class States:
 
     @cached_property
     def free_number_index(self) -> IntArray:
-        return np.unique(self.unknown_index_by_joint_and_order.ravel()[~self.is_fixed])
+        return np.unique(self.number_index_by_joint_and_order.ravel()[~self.is_fixed])
 
     def _free_number_limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
         """Linear limits on the free numbers, as rows and their least (or equal) values; ranges are among them."""
         limits = [limit for limit in self.limits if limit.equal == equal]
-        spread = np.eye(self.unknown_index_by_joint_and_order.size)[
-            self.unknown_index_by_joint_and_order.ravel()
+        spread = np.eye(self.number_index_by_joint_and_order.size)[
+            self.number_index_by_joint_and_order.ravel()
         ]  # from distinct numbers to all numbers of the states
         rows = np.concatenate(
-            [np.empty((0, self.unknown_index_by_joint_and_order.size)), *(limit.rows for limit in limits)]
+            [np.empty((0, self.number_index_by_joint_and_order.size)), *(limit.rows for limit in limits)]
         )
         rows = rows / self._order_scale @ spread
         least = np.concatenate([np.empty(0), *(limit.least for limit in limits)]) - rows @ self.fixed_numbers
@@ -141,7 +141,7 @@ class States:
         states = self.fixed_numbers
         states[self.free_number_index] = np.clip(numbers, low[self.free_number_index], high[self.free_number_index])
         return np.asarray(
-            (states[self.unknown_index_by_joint_and_order.ravel()] / self._order_scale).reshape(self.low.shape)
+            (states[self.number_index_by_joint_and_order.ravel()] / self._order_scale).reshape(self.low.shape)
         )
 
 

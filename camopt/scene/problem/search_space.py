@@ -33,7 +33,7 @@ class SearchSpace(NamedTuple):
     @property
     def numbers(self) -> list[Variable]:
         """The variables that are other numbers of the scene."""
-        return [each for each in self.variables.values() if each.is_number]
+        return [each for each in self.variables.values() if each.is_scene_number]
 
     @property
     def trains(self) -> list[Variable]:

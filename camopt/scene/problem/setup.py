@@ -32,7 +32,9 @@ def setup_of(scene: Scene) -> Setup:
         train=build_train(scene.train, angular=angular),
         errors=_errors_from_tolerances(scene),
         own_quantities=own_quantities(scene.quantities),
-        varied={each.key: each.quantity for each in variables_of(scene) if each.is_number and each.is_searched},
+        varied={
+            each.key: each.quantity for each in variables_of(scene) if each.is_scene_number and each.is_searched
+        },
     )
 
 

@@ -160,7 +160,7 @@ def grid_space(problem: Problem) -> DesignSpace:
 
 def sweep_mistakes(problem: Problem) -> list[Mistake]:
     """Mistakes of a scene that no sweep allows: missing sizes, and varied angles of segments."""
-    sized = [each.key for each in problem.variables if each.is_number or each.is_searched]
+    sized = [each.key for each in problem.variables if each.is_scene_number or each.is_searched]
     return [
         *missing_variable_mistakes(problem, sized),
         *variation_mistakes(problem.file, problem.search_space.angles, "a sweep takes"),

@@ -74,7 +74,7 @@ class Variable:
         return self.role == "size"
 
     @property
-    def is_number(self) -> bool:
+    def is_scene_number(self) -> bool:
         """Whether it is a number of the scene other than a size."""
         return self.role in ("number", "shared", "train")
 

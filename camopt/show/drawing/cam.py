@@ -7,7 +7,7 @@ import scipy
 from shapely import LinearRing, Point, Polygon, make_valid
 
 from camopt.core.numerics import ComplexArray
-from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.stroke import DWELL
 from camopt.show.drawing.follower import FollowerAxes, draw_follower
@@ -280,7 +280,7 @@ def frame_with_scale_bar(axes: Any, points: ComplexArray) -> tuple[complex, floa
     length = round_length(
         to_shown_unit(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6, "mm")
     )
-    text, length = f"{length:g} {shown_unit('mm')}", from_shown_unit(length, "mm")
+    text, length = f"{length:g} {unit_in_shown_system('mm')}", from_shown_unit(length, "mm")
     draw_line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
     axes.text(place.real, place.imag, text, fontsize=TEXT_SIZE, color=INK, ha="left", va="bottom")

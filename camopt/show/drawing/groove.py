@@ -6,7 +6,7 @@ import numpy as np
 from shapely import LineString
 
 from camopt.core.numerics import ComplexArray
-from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.model.mechanisms.geometry import CamCurves
 from camopt.scene.problem.linkage import follower_pivot
 from camopt.show.drawing.follower import FollowerAxes, draw_arm
@@ -57,7 +57,7 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     width = min(box.width, float(needed))  # the points at equal scales need no more
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
     fit_axes(axes, points, 0.02)
-    radius, unit = length_in_digits(float(design.size[0])), shown_unit("mm")
+    radius, unit = length_in_digits(float(design.size[0])), unit_in_shown_system("mm")
     axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along the axis, {unit}")
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, _round_length_in_shown_unit(around / 4)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_quantity
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
 from camopt.show.drawing.limit_lines import limit_lines
@@ -80,7 +80,7 @@ class Panel:
             return self
         return replace(
             self,
-            unit=shown_unit(self.unit),
+            unit=unit_in_shown_system(self.unit),
             values=[factor * values for values in self.values],
             peaks=[peak.with_factor(factor) for peak in self.peaks],
             limits=[(kinds, factor * bound) for kinds, bound in self.limits],
@@ -169,7 +169,7 @@ def _displacement_panel(picture: Picture) -> Panel:
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
         panel.bands = [(low, high)]
-        scale, unit_name = to_shown_unit(1.0, panel.unit), shown_unit(panel.unit)
+        scale, unit_name = to_shown_unit(1.0, panel.unit), unit_in_shown_system(panel.unit)
         ends = f"{scale * low:.4g}" + (f" to {scale * high:.4g} {unit_name}" if high > low else "")
         notes.append(f"grey: lash {ends}")
     panel.note = "  ·  ".join(notes)
@@ -185,7 +185,7 @@ def _scaled_follower_displacement(picture: Picture, tool_lift: float) -> tuple[P
     factor, unit = (np.degrees(1.0), "deg") if setup.angular else (1.0, "mm")
     same_unit = setup.angular == setup.tool_turns
     scale = factor if same_unit else tool_lift / lift
-    scaled = "" if same_unit else f" {shown_unit(unit)}, scaled to the same height"
+    scaled = "" if same_unit else f" {unit_in_shown_system(unit)}, scaled to the same height"
     note = f"dash-dot: follower, up to {four_digits(to_shown_unit(lift * factor, unit))}{scaled}"
     return [rows[0] * scale for rows in picture.motion], note
 

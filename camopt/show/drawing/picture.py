@@ -9,7 +9,7 @@ import numpy as np
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.quantities import GEOMETRY
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects import EvaluationBlock, available_quantities, find_quantity, with_read_quantities
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
@@ -192,7 +192,7 @@ def length_in_digits(length: float) -> str:
 
 def value_with_unit(value: float, unit: str = "mm") -> str:
     """A number with four digits and its unit, converted to the shown unit."""
-    return f"{four_digits(to_shown_unit(value, unit))} {shown_unit(unit)}"
+    return f"{four_digits(to_shown_unit(value, unit))} {unit_in_shown_system(unit)}"
 
 
 def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:

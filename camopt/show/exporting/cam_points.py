@@ -10,7 +10,7 @@ from pyarrow import csv
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, displacement_unit, motion_quantity
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.core.storage.files import checked_suffix, whole_file
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
@@ -245,7 +245,7 @@ def _shown_columns(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray
     """The columns in shown units, with these units in their names, and a list of the units."""
     units = {name: _column_metadata(name)["unit"] for name in columns}
     found = {name_in_shown_unit(name, unit): to_shown_unit(columns[name], unit) for name, unit in units.items()}
-    return found, [shown_unit(unit) for unit in units.values()]
+    return found, [unit_in_shown_system(unit) for unit in units.values()]
 
 
 def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, unit_in_shown_system
 from camopt.core.storage.files import write_text
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.workpiece import Export, Workpiece
@@ -27,7 +27,9 @@ def write(work: Workpiece, path: Path, points: int = 361) -> Export:
     degrees = np.linspace(0.0, 360.0, points)
     y, y1, y2, _ = work.problem.programme.motion_at(np.radians(degrees))
     unit, per = (
-        ("deg", np.radians(1.0)) if work.problem.setup.angular else (shown_unit("mm"), from_shown_unit(1.0, "mm"))
+        ("deg", np.radians(1.0))
+        if work.problem.setup.angular
+        else (unit_in_shown_system("mm"), from_shown_unit(1.0, "mm"))
     )
     rate = np.radians(1.0)  # of the master, rad per deg
     columns = degrees, y / per, y1 * rate / per, y2 * rate**2 / per

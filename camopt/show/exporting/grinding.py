@@ -19,7 +19,7 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BISECTIONS, FloatArray
-from camopt.core.quantities.unit_systems import INCH, MM, shown_system, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import INCH, MM, shown_system, to_shown_unit, unit_in_shown_system
 from camopt.core.storage.files import write_text
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.cam_points import check_cutter
@@ -62,7 +62,7 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     angles = angles_in_steps(step)
     radii = _radii_in_directions(work, work.only_disc.curves(cutter_radius)["cutter"], angles)
     lift_max = float(np.ptp(radii))
-    unit, decimals = shown_unit("mm"), DECIMALS_BY_SYSTEM[shown_system()]
+    unit, decimals = unit_in_shown_system("mm"), DECIMALS_BY_SYSTEM[shown_system()]
     centres, wheel = to_shown_unit(radii, "mm"), to_shown_unit(cutter_radius, "mm")
     lifts = centres - centres.min()
     lines = [
@@ -113,7 +113,11 @@ def _write_rib_table(work: Workpiece, path: Path, cutter_radius: float, step: fl
     check_cutter(work.problem, cutter_radius)
     angles = angles_in_steps(step)
     columns = dict(_wheel_positions(work, angles))
-    wheel, unit, decimals = to_shown_unit(cutter_radius, "mm"), shown_unit("mm"), DECIMALS_BY_SYSTEM[shown_system()]
+    wheel, unit, decimals = (
+        to_shown_unit(cutter_radius, "mm"),
+        unit_in_shown_system("mm"),
+        DECIMALS_BY_SYSTEM[shown_system()],
+    )
     turned = "ccw" if work.problem.design.sense > 0.0 else "cw"
     zero = "lower end of the cylinder" if work.part.thickness else "middle of the first roller at cam angle 0"
     swings = len(columns) > len(work.discs)

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 from math import ceil, isfinite
 
 from camopt.core.mistakes import Mistake
-from camopt.core.quantities.unit_systems import MM, from_shown_unit, shown_system, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import (
+    MM,
+    from_shown_unit,
+    shown_system,
+    to_shown_unit,
+    unit_in_shown_system,
+)
 from camopt.show.exporting.program import CONTROL_DIALECTS
 from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
@@ -127,4 +133,4 @@ def least_chord(decimals: int) -> float:
 
 def length_with_unit(length: float, form: str = ".6g") -> str:
     """A length given in mm, as text in the shown unit."""
-    return f"{to_shown_unit(length, 'mm'):{form}} {shown_unit('mm')}"
+    return f"{to_shown_unit(length, 'mm'):{form}} {unit_in_shown_system('mm')}"

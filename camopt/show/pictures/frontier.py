@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import RISE
 from camopt.show.drawing.labels import Label, label_places, place_labels
 from camopt.show.drawing.style import (
@@ -81,7 +81,7 @@ def _axis_label(frontier: Frontier, axis: str) -> str:
     """The label of an axis, with its unit."""
     unit = term_unit(axis, frontier.scene)
     words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
-    return f"{words}, {shown_unit(unit)}" if unit else words
+    return f"{words}, {unit_in_shown_system(unit)}" if unit else words
 
 
 def _frontier_in_shown_units(frontier: Frontier) -> Frontier:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import RISE
 from camopt.scene.problem.problem import resolve
 from camopt.show.drawing.diagrams import power_of_ten
@@ -103,7 +103,7 @@ def _draw_lift(axes: Any, result: Fit, picture: Picture) -> None:
             color=ALARM,
             label="left out",
         )
-    axes.set_title(f"Lift, {shown_unit(result.unit)}", loc="left")
+    axes.set_title(f"Lift, {unit_in_shown_system(result.unit)}", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
@@ -123,7 +123,7 @@ def _draw_deviations(axes: Any, result: Fit) -> None:
         place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
         axes.annotate(f"row {each.row}: {four_digits(-one * each.deviation)}", (angle, 0.93 * side), **place)
     axes.set_ylim(-BANDS_SHOWN * band, BANDS_SHOWN * band)
-    axes.set_title(f"Deviation of the points, {shown_unit(result.unit)}", loc="left")
+    axes.set_title(f"Deviation of the points, {unit_in_shown_system(result.unit)}", loc="left")
 
 
 def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
@@ -132,7 +132,7 @@ def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     at, before = result.differences["acceleration"]
     order = np.argsort(at)
     unit = QUANTITIES[result.quantity("acceleration")].unit
-    values, before, unit = to_shown_unit(values, unit), to_shown_unit(before, unit), shown_unit(unit)
+    values, before, unit = to_shown_unit(values, unit), to_shown_unit(before, unit), unit_in_shown_system(unit)
     factor, unit = power_of_ten([values[~np.isnan(values)]], unit)
     low, high = float(np.nanmin(values)) * factor, float(np.nanmax(values)) * factor
     axes.plot(

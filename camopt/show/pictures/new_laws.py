@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
@@ -110,7 +110,7 @@ def _draw_motions(figure: Any, pictures: list[Picture]) -> None:
     for order, name in enumerate(CURVES):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         unit = motion_table_unit(setup, order)
-        per, unit = to_shown_unit(motion_unit_factor(setup, order), unit), shown_unit(unit)
+        per, unit = to_shown_unit(motion_unit_factor(setup, order), unit), unit_in_shown_system(unit)
         factor, unit = power_of_ten([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
         words = ["moves of the scene", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):

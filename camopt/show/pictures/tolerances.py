@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.error_response import RESPONSE_ORDERS
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
@@ -83,7 +83,7 @@ def draw_in(axes: Any, what: "MotionErrors") -> None:
 def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionError") -> None:
     """Draw the range of an error over the turn."""
     angles, unit = np.degrees(turn.nodes), to_shown_unit(motion_unit_factor(turn.problem.setup, order), error.unit)
-    axes.set_title(f"{MOTION_NAMES[order].capitalize()} error, {shown_unit(error.unit)}", loc="left")
+    axes.set_title(f"{MOTION_NAMES[order].capitalize()} error, {unit_in_shown_system(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
     bounded = bool(np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all())
     if not turn.node_contributions:
@@ -136,7 +136,8 @@ def _draw_contributions(axes: Any, keys: list[str], error: "MotionError") -> Non
     """Draw the contribution of each tolerance to the worst case, in the same order in all panels."""
     values = to_shown_unit(np.array([error.shares[key] for key in keys]), error.unit)
     axes.set_title(
-        f"Worst case, {shown_unit(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite", loc="left"
+        f"Worst case, {unit_in_shown_system(error.unit)}" if np.isfinite(error.worst) else "Worst case: infinite",
+        loc="left",
     )
     axes.set_yticks(range(len(keys)), labels=[key.removeprefix("follower.").replace("_", " ") for key in keys])
     axes.set_ylim(-0.8, max(len(keys), 4) - 0.2)
@@ -187,7 +188,7 @@ def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> N
     """Draw the histogram of one number of the cams."""
     values = to_shown_unit(column.values[np.isfinite(column.values)], column.unit)
     words = name.removesuffix(suffix_of(column.unit)).replace("_", " ").capitalize()
-    axes.set_title(f"{words}, {shown_unit(column.unit)}", loc="left")
+    axes.set_title(f"{words}, {unit_in_shown_system(column.unit)}", loc="left")
     low, high = np.quantile(values, [TAIL_SHARE, 1.0 - TAIL_SHARE]) if values.size else (0.0, 0.0)
     if high - low <= EQUAL_VALUES * max(abs(low), abs(high), EQUAL_VALUES):
         what = f"{number_text(float(high))} for all" if values.size else "no cam can be assembled"

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from camopt.core.mistakes import BadInput
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.unusual_values import missing_wall_notes
@@ -200,7 +200,7 @@ def cam_downloads_and_missing_reason(scene: Scene, stem: str) -> tuple[list[Down
             except BadInput as refused:
                 why = "; ".join(mistake.allowed for mistake in refused.mistakes)
                 continue
-            unit, curves = shown_unit("mm"), written.curves.items()
+            unit, curves = unit_in_shown_system("mm"), written.curves.items()
             deviations = ((name, to_shown_unit(curve.deviation_mm, "mm")) for name, curve in curves)
             within = [f"{name} within {deviation:.2g} {unit} (proved)" for name, deviation in deviations]
             downloads.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))

@@ -6,7 +6,7 @@ from math import ceil, floor
 from typing import Any
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
-from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.scene.choices import StepRange
 from camopt.scene.numbers_with_units import numbers_with_units
 from camopt.scene.problem.problem import Problem, resolve
@@ -52,7 +52,7 @@ class Control:
 
     @property
     def shown_unit(self) -> str:
-        return shown_unit(self.unit)
+        return unit_in_shown_system(self.unit)
 
     def control_value(self, value: Any) -> Any:
         """A value of the scene, in the unit of the control."""

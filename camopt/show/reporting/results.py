@@ -12,7 +12,7 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.problem.variables import variables_of
 from camopt.scene.scene import Scene
@@ -175,8 +175,8 @@ def _bound_gap_sentences(result: ResultRows) -> list[str]:
     gap = best[axis] / best["bound"] - 1.0 if best["bound"] else float("nan")
     unit = frame.attrs["units"].get(axis, "")
     least, bound = (signed_text(float(to_shown_unit(best[name], unit))) for name in (axis, "bound"))
-    words = f"Smallest {axis} {least} {shown_unit(unit)}; proven lower bound over all motions"
-    return [f"{words} {bound} {shown_unit(unit)}: a gap of {gap:.2%}"]
+    words = f"Smallest {axis} {least} {unit_in_shown_system(unit)}; proven lower bound over all motions"
+    return [f"{words} {bound} {unit_in_shown_system(unit)}: a gap of {gap:.2%}"]
 
 
 def _motions_and_row_indices(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:

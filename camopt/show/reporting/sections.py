@@ -5,7 +5,7 @@ from math import isfinite
 from typing import Any
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects import find_quantity
 from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.limit import Limit, OwnQuantityLimit
@@ -79,7 +79,9 @@ def _limit_cells(limit: Limit | None, evaluation: Evaluation, verdict: str) -> I
     base = evaluation.scene.cam.base_radius
     if limit is not None and limit.is_on_base_circle and base:
         values = (limit.bound, 2.0 * base, 2.0 * base - limit.bound)
-        bound, diameter, margin = (_with_unit(to_shown_unit(each, "mm"), shown_unit("mm")) for each in values)
+        bound, diameter, margin = (
+            _with_unit(to_shown_unit(each, "mm"), unit_in_shown_system("mm")) for each in values
+        )
         yield f"≥ {bound}", diameter, margin
         return
     names = [] if limit is None else [name for name in limit.shown_quantities if name in evaluation]
@@ -92,11 +94,11 @@ def _limit_cells(limit: Limit | None, evaluation: Evaluation, verdict: str) -> I
         distance = side * (limit.bound - (abs(value) if side > 0.0 else value))
         rounding = evaluation.scene.accuracy.relative_error * abs(limit.bound)
         distance = 0.0 if verdict == HELD and abs(distance) <= rounding else distance
-        words = f"{limit.relation} {to_shown_unit(limit.bound, unit):g} {shown_unit(unit)}".replace(
+        words = f"{limit.relation} {to_shown_unit(limit.bound, unit):g} {unit_in_shown_system(unit)}".replace(
             "-", "−"
         ).strip()
-        reached = f"{with_minus_sign(quantity_text(name, value))} {shown_unit(unit)}".strip()
-        yield words, reached, _with_unit(float(f"{to_shown_unit(distance, unit):.3g}"), shown_unit(unit))
+        reached = f"{with_minus_sign(quantity_text(name, value))} {unit_in_shown_system(unit)}".strip()
+        yield words, reached, _with_unit(float(f"{to_shown_unit(distance, unit):.3g}"), unit_in_shown_system(unit))
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -162,7 +164,7 @@ def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem],
         about = next(find_quantity(name, resolve(each.scene).setup) for each in evaluations if name in each)
         reasons = dict.fromkeys(each.unbounded[name] for each in evaluations if name in each.unbounded)
         meaning, title = "; ".join(reasons) or about.sentence, name_in_shown_unit(name, about.unit)
-        unit, bound = shown_unit(about.unit), bounds.get(name, "")
+        unit, bound = unit_in_shown_system(about.unit), bounds.get(name, "")
         rows.append([title, about.symbol, *values, unit, bound, Cell(meaning, ABOUT)])
     return Table.from_texts("Quantities", heads, rows)
 
@@ -175,7 +177,7 @@ def _shown_tables(scene: Scene) -> dict[str, Any]:
 def motion_table(scene: Scene) -> Table:
     """A table of the segments of the motion, or of the arcs and lines of the profile."""
     data = _shown_tables(scene)
-    unit = "deg" if scene.given_motion_is_angle else shown_unit("mm")
+    unit = "deg" if scene.given_motion_is_angle else unit_in_shown_system("mm")
     body = "follower" if scene.given_at_follower else "tool"
     name = f"Motion of the {body}" if scene.train else "Motion"
     title = f"{name}, segment by segment (angles in deg, lifts in {unit})"
@@ -190,7 +192,7 @@ def train_tables(scene: Scene) -> list[Table]:
     """A table of the stages between follower and tool; none without a train."""
     stages = _shown_tables(scene).get("train", [])
     keys = list(dict.fromkeys(key for stage in stages for key in stage))
-    title = f"Train, from the follower to the tool (lengths in {shown_unit('mm')}, angles in deg)"
+    title = f"Train, from the follower to the tool (lengths in {unit_in_shown_system('mm')}, angles in deg)"
     return (
         [Table.from_texts(title, keys, ([_cell_text(s.get(key, "")) for key in keys] for s in stages))]
         if stages
@@ -208,7 +210,7 @@ def inputs_table(scene: Scene) -> Table:
         [
             key,
             Cell(_cell_text(value), NUMERIC if isinstance(value, (int, float)) else WORDS),
-            shown_unit(units[key].unit if key in units else "mm" if key in LENGTH_KEYS else ""),
+            unit_in_shown_system(units[key].unit if key in units else "mm" if key in LENGTH_KEYS else ""),
             units[key].sentence if key in units else "",
         ]
         for key, value in inputs

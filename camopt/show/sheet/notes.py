@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
 
-from camopt.core.quantities.unit_systems import shown_system, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import shown_system, to_shown_unit, unit_in_shown_system
 from camopt.model.effects import find_quantity
 from camopt.model.effects.curvature import CUTTER_RADIUS
 from camopt.model.effects.pressure import BOTTOM_ANGLE
@@ -193,7 +193,7 @@ def _constant_velocity_text(stroke: Stroke, cam: TrueCam) -> str:
     assert stroke.given
     velocity = stroke.given.change / stroke.given.angle
     unit = "deg/deg" if stroke.given.angular else "mm/deg"
-    per = f"{'' if stroke.given.angular else ' '}{shown_unit(unit).replace('deg', '°')}"
+    per = f"{'' if stroke.given.angular else ' '}{unit_in_shown_system(unit).replace('deg', '°')}"
     ends = (decimal_text(degrees(angle)) for angle in (stroke.start, stroke.end))
     return cam.translate("θ {}° to {}° at constant velocity {}{}").format(
         *ends, decimal_text(to_shown_unit(velocity, unit), 5), per
@@ -280,5 +280,5 @@ def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
 def _result_text(value: float | None, unit: str) -> str:
     """Text of a result; a mass has four digits, since densities are not known better."""
     assert value is not None
-    mass = f"{to_shown_unit(value, unit):.4g} {shown_unit(unit)}"
+    mass = f"{to_shown_unit(value, unit):.4g} {unit_in_shown_system(unit)}"
     return length_text(value) if unit == "mm" else decimal_text(value) if unit == "deg" else mass

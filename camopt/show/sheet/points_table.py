@@ -13,7 +13,7 @@ from math import ceil
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities.unit_systems import shown_system, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import shown_system, to_shown_unit, unit_in_shown_system
 from camopt.show.sheet.marks import (
     EXTRA_DECIMALS,
     MEDIUM,
@@ -53,7 +53,7 @@ def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
     degrees = np.arange(0.0, 360.0 - step / 2, step)
     angles = np.radians(degrees)
     lift = problem.programme.motion_at(angles)[0]
-    unit = shown_unit("mm")
+    unit = unit_in_shown_system("mm")
     lifts = _decimal_texts(np.degrees(lift)) if problem.setup.angular else _length_texts(lift)
     curves = cam.curves_at(angles)
     columns = [TableColumn(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
@@ -76,7 +76,7 @@ def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
 
 def _rib_columns(cam: TrueCam, angles: FloatArray) -> Iterator[TableColumn]:
     """Columns of the centres of both rollers; if they translate, both have the same x round a cylinder."""
-    unit, developed = shown_unit("mm"), cam.problem.setup.mechanism.body.developed
+    unit, developed = unit_in_shown_system("mm"), cam.problem.setup.mechanism.body.developed
     for place in (0, 1):
         name, points = (
             cam.translate("roller {}").format(place + 1),
@@ -95,7 +95,7 @@ def _polar_columns(name: str, points: ComplexArray, sense: float) -> Iterator[Ta
     turns = np.degrees(-sense * np.angle(points / 1j))
     turns = np.round(turns, 3) % 360.0  # 360 becomes 0
     yield TableColumn((name, "φ", "°"), _decimal_texts(np.asarray(turns)))
-    yield TableColumn(("", "r", shown_unit("mm")), _length_texts(np.abs(points)))
+    yield TableColumn(("", "r", unit_in_shown_system("mm")), _length_texts(np.abs(points)))
 
 
 def _decimal_texts(values: FloatArray, digits: int = 3) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from camopt.core.mistakes import BadInput
 from camopt.core.numerics.clock import time_runs
 from camopt.core.quantities import EVERYTHING, in_column_order
 from camopt.core.quantities.own_quantity import OWN_EFFECT
-from camopt.core.quantities.unit_systems import shown_unit
+from camopt.core.quantities.unit_systems import unit_in_shown_system
 from camopt.model.effects import (
     EFFECTS,
     EvaluationBlock,
@@ -102,7 +102,10 @@ class CostReport(Result):
         """A tree of the effects, with the reasons why they run, and their times."""
         branches: list[Branch] = []
         if read := numbers_with_units(self.scene):
-            inputs = (f"{each.key} = {scene_number_text(each)} {shown_unit(each.unit)}".rstrip() for each in read)
+            inputs = (
+                f"{each.key} = {scene_number_text(each)} {unit_in_shown_system(each.unit)}".rstrip()
+                for each in read
+            )
             branches.append(Branch.from_texts("read from the scene", *inputs))
         for entry in self.entries:
             lines = [f"needed by {', '.join(entry.called_by)}"]

@@ -22,7 +22,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.quantities import displacement_unit
 from camopt.core.quantities.display import Drawable
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
@@ -197,9 +197,9 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
     """Draw the amplitudes of displacement and acceleration by order."""
     unit = displacement_unit(angular=what.scene.tool_turns)
     amplitudes = (
-        (f"Displacement, {shown_unit(unit)}", to_shown_unit(what.displacement, unit)),
+        (f"Displacement, {unit_in_shown_system(unit)}", to_shown_unit(what.displacement, unit)),
         (
-            f"Acceleration, {shown_unit(what.acceleration_unit)}",
+            f"Acceleration, {unit_in_shown_system(what.acceleration_unit)}",
             to_shown_unit(what.acceleration, what.acceleration_unit),
         ),
     )
@@ -214,7 +214,9 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
 def draw_in(axes: Any, what: "Harmonics") -> None:
     """Draw the amplitudes of the displacement in axes."""
     unit = displacement_unit(angular=what.scene.tool_turns)
-    _draw_amplitudes(axes, f"Displacement, {shown_unit(unit)}", what, to_shown_unit(what.displacement, unit))
+    _draw_amplitudes(
+        axes, f"Displacement, {unit_in_shown_system(unit)}", what, to_shown_unit(what.displacement, unit)
+    )
 
 
 def _draw_amplitudes(axes: Any, name: str, what: "Harmonics", values: Any) -> None:

@@ -156,7 +156,7 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     scene = scene_from(scene)
     problem = at_rounding_error(resolve_design(scene))
     variables = _variable_values_and_magnitudes(problem)
-    numbers = {each.key: value for each, (value, _) in variables.items() if each.is_number}
+    numbers = {each.key: value for each, (value, _) in variables.items() if each.is_scene_number}
     freed = problem.with_numbers_per_design(numbers)
     names = [name for name in problem.evaluated_quantities if find_quantity(name, problem.setup).kind is float]
     around = _stencil_designs(problem.design, variables)

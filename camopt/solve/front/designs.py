@@ -256,7 +256,7 @@ def _problem_of_search(
     scene: Scene, scene_problem: Problem, varied: Mapping[str, Variable], table: DesignColumns
 ) -> Problem:
     """The problem of a scene whose search varies the numbers that a valid table has columns for."""
-    columns = {each.search_key: name for name, each in varied.items() if each.is_number and table.count}
+    columns = {each.search_key: name for name, each in varied.items() if each.is_scene_number and table.count}
     if not columns:
         return problem_with_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}

@@ -11,7 +11,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, QUANTITIES, displacement_unit, motion_quantity
 from camopt.core.quantities.display import Drawable
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms.elements import OSCILLATING
 from camopt.model.motion.programme import derivative_peak, derivative_root_mean_square
@@ -162,7 +162,7 @@ class Fit(Result, Drawable):
                 "largest": name,
                 "by differences": to_shown_unit(before[name], unit),
                 "of the motion": to_shown_unit(value, unit),
-                "unit": shown_unit(unit),
+                "unit": unit_in_shown_system(unit),
             }
             for name, value in self.after.items()
             for unit in [QUANTITIES[self.quantity(name)].unit]

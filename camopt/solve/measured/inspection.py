@@ -490,7 +490,7 @@ class InspectedDisc:
     def build_inspection(self) -> Inspection:
         errors = self.smooth_motion_errors
         place = int(np.abs(errors).argmax())
-        unit, tool_errors = motion_unit_factor(self.problem.setup, 0), self._errors_at_tool(errors)
+        unit, tool_errors = motion_unit_factor(self.problem.setup, 0), self._tool_errors_through_train(errors)
         used = tuple(
             self._tolerance_uses(place, unit * float(tool_errors[place]), unit * float(np.abs(tool_errors).max()))
         )
@@ -739,12 +739,12 @@ class InspectedDisc:
             if getattr(counted, contribution.key, None) is None:
                 yield contribution.key
 
-    def _errors_at_tool(self, errors: FloatArray) -> FloatArray:
+    def _tool_errors_through_train(self, follower_errors: FloatArray) -> FloatArray:
         """Errors of the tool for errors of the follower."""
         train = self.problem.setup.train
         if train is None:
-            return errors
-        positions = (self._nominal_follower_positions, self._nominal_follower_positions + errors)
+            return follower_errors
+        positions = (self._nominal_follower_positions, self._nominal_follower_positions + follower_errors)
         first, second = (np.asarray(train.tool_displacement(Taylor([position])).terms[0]) for position in positions)
         return np.asarray(second - first)
 

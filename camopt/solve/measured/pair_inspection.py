@@ -364,7 +364,7 @@ class _ContactPair:
             unit * self._drawn_distance,
             None
             if tolerance is None
-            else unit * tolerance * float(self._sum_over_contacts(profile_responses).max()),
+            else unit * tolerance * float(self._sum_over_contacts_at_all_cam_angles(profile_responses).max()),
             np.degrees(self.all_cam_angles),
             unit * self.distance_errors + (np.nan if self._mismatch_reason else 0.0),
             self.scene.drive.interference or 0.0,
@@ -408,7 +408,7 @@ class _ContactPair:
         """Cam angles of all points [rad]."""
         return np.unique(np.concatenate(self._contact_angles))
 
-    def _sum_over_contacts(self, values: Sequence[FloatArray]) -> FloatArray:
+    def _sum_over_contacts_at_all_cam_angles(self, values: Sequence[FloatArray]) -> FloatArray:
         """Sum over both contacts of values at the points of each disc."""
         both = zip(self._contact_angles, [*values] * 2, strict=False)
         return np.asarray(sum(np.interp(self.all_cam_angles, *each, period=2.0 * np.pi) for each in both))
@@ -416,7 +416,7 @@ class _ContactPair:
     @cached_property
     def distance_errors(self) -> FloatArray:
         """Errors of the distance between both contacts at all cam angles [mm or rad]."""
-        return self._sum_over_contacts(
+        return self._sum_over_contacts_at_all_cam_angles(
             [disc.smooth_motion_errors_at(self.shared_zero_angle) for disc in self.discs]
         )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 from warnings import warn
 
-from camopt.core.quantities.unit_systems import from_shown_unit, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of, to_json_values
 
@@ -75,7 +75,7 @@ class Price:
 
     def in_words(self, unit_of_size: str = "mm") -> dict[str, str]:
         """The price as a row of texts; ``unit_of_size`` is that of the objective."""
-        unit = f"{shown_unit(unit_of_size)} per {shown_unit(self.unit) or 'unit'}".lstrip()
+        unit = f"{unit_in_shown_system(unit_of_size)} per {unit_in_shown_system(self.unit) or 'unit'}".lstrip()
 
         def price_text(value: float | None) -> str:
             if value is None:

@@ -147,13 +147,13 @@ class TrainOptimiser:
         spread, rough, boxes = (clock_seconds() + part * (self.deadline - clock_seconds()) for part in PHASE_SHARES)
         for shares in self._trial_shares():
             self.size_of_train(shares, solve_small_cam_unproved, spread)
-        for start in self._best_shares(TRAIN_DESCENTS):
+        for start in self._range_positions_of_best_tried_trains(TRAIN_DESCENTS):
             self.descend_from_train(start, ROUGH_DESCENT, rough)
         bounded = self._bound_all_trains(boxes)
         if bounded.answer.is_proved:
             return bounded
         self.out_of_time |= clock_seconds() > boxes
-        for start in self._best_shares(1):
+        for start in self._range_positions_of_best_tried_trains(1):
             self.descend_from_train(start, FINE_DESCENT, self.deadline)
         best = min(bounded, self._best_train, key=lambda train: train.answer.size)
         return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=self.out_of_time)
@@ -206,7 +206,7 @@ class TrainOptimiser:
         closest = descent.share, descent.size
         descend_simplex(cost, start, steps, closest, descent.moves, deadline, variable_range=(0.0, 1.0))
 
-    def _best_shares(self, count: int) -> list[FloatArray]:
+    def _range_positions_of_best_tried_trains(self, count: int) -> list[FloatArray]:
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
 

@@ -6,7 +6,7 @@ from math import inf
 from typing import Any
 
 from camopt.core.quantities import QUANTITIES
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 
 LONGEST_TIME = 1000 * 365.25 * 86400.0  # seconds; longer times are shown as "more than 1,000 years"
 
@@ -46,13 +46,15 @@ def shown_column_name(name: str) -> str:
 
 def name_in_shown_unit(name: str, unit: str) -> str:
     """A name that ends in ``unit``, with the unit in which the number is shown."""
-    shown = shown_unit(unit)
+    shown = unit_in_shown_system(unit)
     return name if shown == unit else name.removesuffix(suffix_of(unit)) + suffix_of(shown)
 
 
 def with_unit(value: float | None, unit: str) -> str:
     """Text of a number with its unit, both as they are shown."""
-    return f"{number_text(value if value is None else to_shown_unit(value, unit))} {shown_unit(unit)}".rstrip()
+    return (
+        f"{number_text(value if value is None else to_shown_unit(value, unit))} {unit_in_shown_system(unit)}"
+    ).rstrip()
 
 
 def duration_text(seconds: float) -> str:
@@ -64,7 +66,7 @@ def heading(name: str, unit: str | None = None) -> str:
     """Heading of a column: its name, one word a line, then its unit as it is shown; see ``unit_of_column``."""
     unit = unit_of_column(name, unit)
     stem = name.removesuffix(suffix_of(unit)) if unit else name
-    return "\n".join([*stem.split("_"), *([shown_unit(unit)] if unit else [])])
+    return "\n".join([*stem.split("_"), *([unit_in_shown_system(unit)] if unit else [])])
 
 
 def axis_label(name: str, unit: str | None = None) -> str:

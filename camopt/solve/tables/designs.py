@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from camopt.core.mistakes import BadInput, Mistake, UnknownName, suggest_names
 from camopt.core.quantities import QUANTITIES, Flag, Word, in_column_order
 from camopt.core.quantities.display import Drawable
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects import find_quantity
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.design_rows import (
@@ -163,7 +163,7 @@ def design_table(title: str, problem: Problem, design: TableRow, meanings: Mappi
         unit = unit_of_column(name, units.get(name))
         limit = [bounds.get(name, "")] if bounds else []
         value = quantity_text(name, design[name], unit).replace(",", ", ")
-        rows.append([name_in_shown_unit(name, unit), value, shown_unit(unit), *limit, text])
+        rows.append([name_in_shown_unit(name, unit), value, unit_in_shown_system(unit), *limit, text])
     heads = [Cell(""), Cell("", VALUE), Cell(""), *([Cell("")] if bounds else []), Cell("", ABOUT)]
     return Table.from_texts(title, heads, rows)
 

@@ -123,7 +123,7 @@ def contact_problems(problem: Problem) -> tuple[Problem, ...]:
     return replace(problem, setup=setup, programme=programme).contact_problems
 
 
-def is_second_mirrored(problem: Problem) -> bool:
+def turns_oppositely_at_second_contact(problem: Problem) -> bool:
     """Whether the cam turns in the opposite sense at the second contact: a mirror image along the cam's axis."""
     (further,) = problem.setup.mechanism.further_contacts
     return bool(further.local_designs(problem.design).sense != problem.design.sense)
@@ -136,7 +136,7 @@ def errors_at_contact(problem: Problem, contact_number: int, errors: Mapping[str
     """
     if not problem.setup.mechanism.further_contacts:
         return dict(errors)
-    at_contact, mirrored = dict[str, Any](), bool(contact_number) and is_second_mirrored(problem)
+    at_contact, mirrored = dict[str, Any](), bool(contact_number) and turns_oppositely_at_second_contact(problem)
     for key, value in errors.items():
         if key == BORE:
             at_contact[key] = np.conj(value) if mirrored and BORE_DIRECTION not in errors else value
@@ -162,14 +162,16 @@ def error_keys(problem: Problem, key: str) -> tuple[str, ...]:
     return (key,) if is_single else tuple(errors_by_contact(problem.setup.mechanism, key))
 
 
-def contact_error_ranges(scene: Scene, problem: Problem, order: int = 0) -> dict[str, tuple[float, float]]:
+def permitted_error_ranges_by_key(
+    scene: Scene, problem: Problem, derivative_order: int = 0
+) -> dict[str, tuple[float, float]]:
     """Least and largest value of each error of cams within the tolerances, at one contact or two, mm or rad.
 
     For velocity (order 1) and acceleration (2) the axis of a cylinder has a direction, and a profile the phase of
     its waves. A profile without a limit of its waves counts as a constant error: its rate has no bound.
     """
     ranges = {each: ends for key, ends in error_ranges(scene, problem).items() for each in error_keys(problem, key)}
-    for key, (_, high) in [*ranges.items()] if order else ():
+    for key, (_, high) in [*ranges.items()] if derivative_order else ():
         if key == BORE or (scene.tolerances.waves and key.startswith("profile")):
             ranges |= {key: (0.0, high), direction_key(key): (-pi, pi)}
     return ranges

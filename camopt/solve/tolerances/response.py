@@ -49,7 +49,7 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import number_zones, zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import BORE, contact_problems, is_second_mirrored
+from camopt.solve.tolerances.errors import BORE, contact_problems, turns_oppositely_at_second_contact
 
 BASE_RADII = "cam.base_radius", "drive.base_radius"
 BASE_RADIUS_STEP = 1e-6
@@ -170,7 +170,10 @@ class PairResponse:
         """
         (x, y), (across, up) = (each.bore_responses for each in self.contacts)
         sign = second_motion_sign(self.problem.setup.mechanism)
-        return (x, sign * across), (y, -sign * up if is_second_mirrored(self.problem) else sign * up)
+        return (x, sign * across), (
+            y,
+            -sign * up if turns_oppositely_at_second_contact(self.problem) else sign * up,
+        )
 
     @property
     def tool_ratio(self) -> FloatArray:

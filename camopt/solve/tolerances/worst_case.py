@@ -52,10 +52,10 @@ from camopt.solve.tolerances.errors import (
     PROFILE_LEVEL,
     WAVE_PHASE,
     Errors,
-    contact_error_ranges,
     direction_key,
     flat_errors,
     is_direction,
+    permitted_error_ranges_by_key,
     polar_errors,
 )
 from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactError, RealCam, follower_errors
@@ -176,7 +176,7 @@ class WorstSearch:
 
     turn: TurnErrors
     error_ranges: NumberRanges
-    """Least and largest value of each error (``errors.contact_error_ranges``)."""
+    """Least and largest value of each error (``errors.permitted_error_ranges_by_key``)."""
     order: int = 0
     """Order of the derivative: 0 displacement, 1 velocity, 2 acceleration."""
 
@@ -523,5 +523,7 @@ def make_worst_cam_search(
     ``changed_error_ranges`` has ranges of errors that replace those of the scene.
     """
     return WorstSearch(
-        turn, {**contact_error_ranges(turn.scene, turn.problem, order), **(changed_error_ranges or {})}, order
+        turn,
+        {**permitted_error_ranges_by_key(turn.scene, turn.problem, order), **(changed_error_ranges or {})},
+        order,
     )

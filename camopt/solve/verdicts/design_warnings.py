@@ -12,7 +12,7 @@ from numpy.polynomial import polynomial
 from camopt.core.mistakes import Unmet
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.quantities import displacement_unit
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.hertz import STRESS
 from camopt.model.effects.preload import PRELOAD_RATIO
@@ -82,7 +82,7 @@ def _warn_slow_stress(problem: Problem) -> Iterator[str]:
 
 
 def _four_digits(value: float, unit: str) -> str:
-    return f"{to_shown_unit(value, unit):.4g} {shown_unit(unit)}"
+    return f"{to_shown_unit(value, unit):.4g} {unit_in_shown_system(unit)}"
 
 
 def _warn_steep_groove(problem: Problem) -> Iterator[str]:

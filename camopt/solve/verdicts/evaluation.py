@@ -11,7 +11,7 @@ import numpy as np
 from camopt.core.mistakes import UnknownName, suggest_names
 from camopt.core.quantities import QUANTITIES, Flag, Word, displacement_unit, in_column_order
 from camopt.core.quantities.display import Drawable
-from camopt.core.quantities.unit_systems import MM, shown_in, shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import MM, shown_in, to_shown_unit, unit_in_shown_system
 from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.effects.clearance import SKIDDING_TIME
 from camopt.model.effects.contacts import CONTACT_NAMES
@@ -123,7 +123,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
             yield JOINTS_NOTE
         if numbers := numbers_with_units(self.scene):
             rows = [
-                {"key": number.key, "value": scene_number_text(number), "unit": shown_unit(number.unit)}
+                {"key": number.key, "value": scene_number_text(number), "unit": unit_in_shown_system(number.unit)}
                 for number in numbers
             ]
             yield ""

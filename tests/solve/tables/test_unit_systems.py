@@ -36,8 +36,8 @@ from camopt.core.quantities.unit_systems import (
     UNIT_FACTOR,
     from_shown_unit,
     shown_system,
-    shown_unit,
     to_shown_unit,
+    unit_in_shown_system,
 )
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.figures import all_panels_in_shown_units
@@ -143,22 +143,24 @@ def inch():
 @pytest.mark.parametrize("unit", UNITS)
 def test_every_unit_of_a_quantity_has_its_counterpart(unit, inch):
     assert {name for name, _ in UNIT_FACTOR.findall(unit)} <= {*CUSTOMARY} | AS_IN_MM
-    assert convert_by_pint(to_shown_unit(1.0, unit), shown_unit(unit), unit) == pytest.approx(1.0, rel=1e-12)
+    assert convert_by_pint(to_shown_unit(1.0, unit), unit_in_shown_system(unit), unit) == pytest.approx(
+        1.0, rel=1e-12
+    )
     assert from_shown_unit(to_shown_unit(np.array([3.0, -2.0]), unit), unit) == pytest.approx(
         [3.0, -2.0], rel=1e-15
     )
     with shown_in("mm"):
-        assert (to_shown_unit(1.5, unit), shown_unit(unit)) == (1.5, unit)
+        assert (to_shown_unit(1.5, unit), unit_in_shown_system(unit)) == (1.5, unit)
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_a_name_says_the_unit_in_which_its_number_is_shown(name, inch):
     unit = QUANTITIES[name].unit
     assert not unit or f"_{name}".endswith(suffix_of(unit))
-    if not unit or unit == shown_unit(unit):
+    if not unit or unit == unit_in_shown_system(unit):
         assert shown_column_name(name) == name
         return
-    assert shown_column_name(name) == name.removesuffix(suffix_of(unit)) + suffix_of(shown_unit(unit))
+    assert shown_column_name(name) == name.removesuffix(suffix_of(unit)) + suffix_of(unit_in_shown_system(unit))
 
 
 def test_units_are_those_of_the_process_and_come_back():

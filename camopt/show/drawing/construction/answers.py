@@ -9,7 +9,7 @@ from math import degrees, inf, pi
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.programme import law_peaks
 from camopt.show.drawing.construction.displacement import displacement_text
 from camopt.show.drawing.construction.inversion import Inversion
@@ -56,7 +56,7 @@ def _velocity_and_acceleration_peaks(picture: Picture, division: Division) -> It
     (omega, time), angular, length = (
         _cam_speed_and_time_unit(picture),
         picture.problem.setup.angular,
-        shown_unit("mm"),
+        unit_in_shown_system("mm"),
     )
     metres = time == "s" and length == "mm"
     travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)

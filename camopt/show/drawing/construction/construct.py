@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.quantities.display import Drawable
-from camopt.core.quantities.unit_systems import shown_unit, to_shown_unit
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.scene import Scene
@@ -82,7 +82,7 @@ class Construction(Result, Drawable):
 
     def table(self) -> Table:
         """A table with a row for each station, in shown units."""
-        length, inversion = shown_unit("mm"), self.inversion
+        length, inversion = unit_in_shown_system("mm"), self.inversion
         kinds = [f"x, {length}", f"y, {length}"] if inversion.is_developed else [f"r, {length}", "φ, deg"]
         pairs = [f"{name} {kind}" for name in ("point", "profile") for kind in kinds]
         heads = ["cam, deg", f"y, {'deg' if inversion.angular else length}", *pairs]
