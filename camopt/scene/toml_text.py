@@ -15,6 +15,8 @@ NUMBER_WITH_UNIT = re.compile(
     r"\s*[-+]?\d+(\.\d+)?(e[-+]?\d+)?((\s+\d+)?/[1-9]\d*)?\s*(1/)?[a-zA-Zµ°%].*", re.DOTALL
 )
 """A number with a unit, such as ``1.5 in`` or ``1 1/2 in``, allowed as a text in place of a number."""
+ILLEGAL_LINE_END, NO_CLOSING_QUOTE = r"Illegal character '\n'", "a text has no closing quote"
+"""How the parser words a line that ends within a text, and what the user reads in place of it."""
 SYNTAX_HINTS = {
     r"[\u2018-\u201f\u00ab\u00bb]": "a text has straight quotes, \" or '",
     r"[=\[,]\s*[-+]?\d+,\d+\s*(#|$)": "a number has a decimal point, not a comma",
@@ -57,7 +59,8 @@ def _error_with_line(text: str, error: str) -> str:
     number = int(place[1])
     line = text.split("\n")[number - 1].strip()
     hint = next(
-        (hint for pattern, hint in SYNTAX_HINTS.items() if re.search(pattern, line)), ERROR_PLACE.sub("", error)
+        (hint for pattern, hint in SYNTAX_HINTS.items() if re.search(pattern, line)),
+        NO_CLOSING_QUOTE if error.startswith(ILLEGAL_LINE_END) else ERROR_PLACE.sub("", error),
     )
     return f"line {number}, {line!r}: {hint}"
 

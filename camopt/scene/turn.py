@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 LEAST_MOVE = {"angle": 1e-6, "lift": 1e-9}  # least angle [deg] and lift [mm or deg] of a rise or return
-MOVE_POSITION_WORDS = ", mm (deg when oscillating), unless another move follows it in the turn"
+MOVE_POSITION_WORDS = (
+    ", mm (deg when oscillating); only a move without a law may leave it out, before another move of the turn or "
+    "before a stretch at constant velocity that has both to and velocity"
+)
 POSITION_ALTERNATIVES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
 """The key that may replace ``to``, by kind of segment."""
 POSITIONED_KINDS = (MOVE, CONSTANT_VELOCITY)
@@ -137,7 +140,11 @@ def _check_segment_law(scene: "Scene", kind: str, law: str, key: str) -> Iterato
     if law not in LAWS and law not in laws:
         yield from check_law_exists(law, key, move_law_names(laws) if kind == MOVE else stroke_law_names(laws))
     elif kind == MOVE and not is_move_law(laws.get(law)):
-        yield key, law, "is for a rise or return; a move takes a law of positions, or none"
+        yield (
+            key,
+            law,
+            "is for a rise or return; a move takes a law of positions (one of [laws] with positions), or none",
+        )
     elif kind != MOVE and is_move_law(laws.get(law)):
         yield key, law, "is a law of positions, for a move"
 

@@ -54,7 +54,7 @@ def message_of_scene(text, tmp_path, name="mine.toml"):
         ('form = "disc"', "form = disc", "'form = disc': a text is in quotes, and a switch is true or false"),
         ('form = "disc"', "form = “disc”", "'form = “disc”': a text has straight quotes"),
         ('form = "disc"', "form = ‘disc’", "a text has straight quotes"),
-        ('form = "disc"', 'form = "disc', "form = "),
+        ('form = "disc"', 'form = "disc', "'form = \"disc': a text has no closing quote"),
     ],
 )
 def test_the_line_that_is_no_toml_is_shown(tmp_path, before, after, line):

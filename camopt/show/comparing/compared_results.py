@@ -182,7 +182,9 @@ def _open_frontier(what: Frontier, stack: ExitStack) -> ComparedResult:
 @open_result.register
 def _open_sweep(what: Sweep, stack: ExitStack) -> ComparedResult:
     if not what.files:
-        raise BadInput([Mistake("camopt", "result", None, "a sweep with tables: give the sweep a folder, out")])
+        raise BadInput(
+            [Mistake("camopt", "result", None, "a sweep that wrote its tables: call sweep with out, a folder")]
+        )
     return _open_folder(what.files[0].parent, stack)
 
 

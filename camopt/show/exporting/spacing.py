@@ -26,7 +26,7 @@ def check_angles(angles: ArrayLike) -> FloatArray:
     except (TypeError, ValueError):
         degrees = np.empty(0)
     if not degrees.size:
-        raise BadInput([Mistake("camopt", "angles", angles, "at least one number of degrees")])
+        raise BadInput([Mistake("camopt", "angles", angles, "one or more cam angles, deg")])
     outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
     if outside.size:
         raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])

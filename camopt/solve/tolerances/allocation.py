@@ -520,7 +520,9 @@ def grade_costs(costs: Any, keys: tuple[str, ...]) -> CostsByKey:
     if isinstance(costs, str | os.PathLike):
         return _check_grade_costs(_read_grade_costs(Path(costs), keys), str(costs))
     if not isinstance(costs, Mapping) or not costs:
-        raise BadInput([Mistake("camopt", "costs", costs, "a mapping of grades to costs, for all keys or by key")])
+        raise BadInput(
+            [Mistake("camopt", "costs", costs, "a mapping of grades to costs, or of keys to such mappings")]
+        )
     if not any(isinstance(each, Mapping) for each in costs.values()):
         return _check_grade_costs(dict.fromkeys(keys, costs), "costs")
     if missing := [key for key in keys if not isinstance(costs.get(key), Mapping)]:
