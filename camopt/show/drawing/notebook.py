@@ -37,7 +37,8 @@ def result_html(result: HasHtml) -> str:
 
 def _sections_html(result: Result) -> str:
     """HTML of the tables and sentences of a result under its name."""
-    name, *rest = repr(result)[1:-1], *filter(None, result.sections())
+    text, *rest = repr(result), *filter(None, result.sections())
+    name = text[1:-1] if text.startswith("<") else type(result).__name__
     if rest and isinstance(rest[0], Table):
         first, *rest = rest
         head = html_table(replace(first, title=name))

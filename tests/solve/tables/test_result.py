@@ -99,6 +99,7 @@ def test_a_result_prints_the_same_in_a_terminal_in_a_notebook_and_for_programs(r
     assert code == result.exit_code
     printed = {*capsys.readouterr().out.split()}
     page = unescape(result._repr_html_())
+    assert "scene=" not in page  # a heading, not the fields of an object
     for text in (text for part in parts for text in texts_of(part)):
         assert {*text.split()} <= printed
         assert text in page
