@@ -86,8 +86,8 @@ def fit(  # noqa: PLR0913
     B-spline. The fit proves, in the numbers of the scene, that the motion is within the band at each point.
 
     The gentlest motion has the least mean-square jerk. If the root mean square of deviations is limited too, a
-    quarter of the mean |jerk| is added, in units of the least root mean square of any motion. It levels peaks of
-    the acceleration that errors raise.
+    quarter of the mean magnitude of the jerk is added, in units of the least root mean square of any motion. It
+    levels peaks of the acceleration that errors raise.
 
     Parameters
     ----------
