@@ -136,10 +136,10 @@ def set_speed(scene):
 @pytest.mark.parametrize(
     ("call", "told"),
     {
-        "no angle": (lambda: camopt.cam_points(SCENE, []), "angles = []: must be at least one number"),
+        "no angle": (lambda: camopt.cam_points(SCENE, []), "angles = []: must be one or more cam angles, deg"),
         "words for angles": (
             lambda: camopt.cam_points(SCENE, "ten"),
-            "angles = 'ten': must be at least one number",
+            "angles = 'ten': must be one or more cam angles, deg",
         ),
         "a word for a lift": (lambda: camopt.timing(SCENE, "10"), "lift = '10': must be above 0"),
         "a lift too large": (lambda: camopt.timing(SCENE, 50), "lift = 50: must be above 0"),
