@@ -160,11 +160,15 @@ def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
 def _problem_with_splines_of(
     result: Synthesis, problem: SynthesisProblem, optimum: RelaxedOptimum
 ) -> SynthesisProblem:
-    """The problem with the splines of a result: those with as many coefficients."""
-    law = result.scene.laws[next(iter(free_law_names(result.asked.motion)))].model_dump()
-    first = next(iter(problem.free_strokes))
-    cut = (each for each in optimum.cut_problems if each.splines_of(first).knots.size == len(law["knots"]))
-    return next(cut, problem)
+    """The problem with the splines of a result: those with as many knots in every stroke."""
+    laws = [result.scene.laws[name].model_dump() for name in free_law_names(result.asked.motion)]
+    counts = [len(law["knots"]) for law in laws]
+    cut_problems = (
+        cut
+        for cut in optimum.cut_problems
+        if [cut.splines_of(stroke).knots.size for stroke in cut.free_strokes] == counts
+    )
+    return next(cut_problems, problem)
 
 
 def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:

@@ -19,7 +19,7 @@ CUT_PIECES = (16, 48)  # pieces of a stroke that is also cut where its jerk jump
 
 
 class RelaxedOptimum(NamedTuple):
-    """What the relaxation of a problem says of its optimum."""
+    """The optimum of a relaxed problem: its bound, and splines for a motion that comes near to it."""
 
     bound: float | None
     """Lower bound of the objective for any motion; infinite if no motion meets the limits, None without a bound."""
