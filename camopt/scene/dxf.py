@@ -1,4 +1,4 @@
-"""The profile of a cam in a DXF file: its closed outlines of arcs, lines and polylines, read by ezdxf."""
+"""Closed outlines in a DXF file, such as the profile of a cam, read by ezdxf."""
 
 from collections.abc import Iterable, Iterator
 from graphlib import CycleError, TopologicalSorter
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.mistakes import BadInput
+from camopt.core.mistakes import BadInput, join_words
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.storage.files import read_bytes
 from camopt.core.storage.home import ensure_home_folder
@@ -16,6 +16,8 @@ PROFILE_LAYER = "PROFILE"
 JOINING_GAP = 1e-3  # mm: ends at most this far apart are joined
 MOST_ENTITIES = 100_000  # entities of a drawing with its blocks expanded, and vertices of polylines
 MOST_EDGE_PAIRS = 10_000_000  # comparisons of lines that end at the same point
+SPLINE_SAGITTA = 5e-4  # largest distance of a spline from the chords through its vertices, in units of the drawing
+REMEDY = "export the profile as DXF with lines, arcs, polylines or splines that close, and the axis at 0, 0"
 
 
 class DrawnOutline(NamedTuple):
@@ -55,6 +57,13 @@ class DrawnOutline(NamedTuple):
         return DrawnOutline(np.roll(self.vertices[::-1], 1), -self.bulges[::-1])
 
 
+class LayerOutline(NamedTuple):
+    """A closed outline, and the layer of its first part."""
+
+    layer: str
+    outline: DrawnOutline
+
+
 def read_dxf_profile(path: Path) -> DrawnOutline:
     """The profile in a DXF file: the outline on the layer PROFILE, or else the one that reaches farthest.
 
@@ -69,6 +78,28 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
         read_bytes(path)  # refuses pipes and huge files
     except BadInput as trouble:
         raise ValueError(f"it must be {trouble.mistakes[0].allowed}") from None
+    drawn, unit_mm = read_dxf_outlines(path, with_splines=False)
+    largest = max(
+        (each.outline for each in drawn), key=lambda each: float(np.abs([each.vertices, each.middles]).max())
+    )
+    return largest._replace(vertices=largest.vertices * (unit_mm or 1.0))
+
+
+def read_dxf_outlines(
+    path: Path, layer: str | None = None, *, with_splines: bool
+) -> tuple[list[LayerOutline], float | None]:
+    """Closed outlines in a DXF file, and its unit [mm], None if it names none. Lengths are in that unit.
+
+    They are the outlines on a layer. Without one, they are those on the layer PROFILE, or all if it has none.
+    Splines and ellipses become lines between points on them.
+
+    Raises
+    ------
+    ValueError
+        With a message on what is wrong with the file.
+    OSError
+        If the file cannot be read.
+    """
     ensure_home_folder()
     from ezdxf import disassemble, upright
     from ezdxf.filemanagement import readfile
@@ -79,17 +110,32 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
         _check_block_nesting(document)
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
-        drawn = [each for each in entities if each.dxf.layer.upper() == PROFILE_LAYER] or entities
-        outlines = [each for each in _closed_outlines(drawn) if each.bulges.any() or each.vertices.size > 2]
+        drawn = _entities_on_layer(entities, layer)
+        outlines = [
+            each
+            for each in _closed_outlines(drawn, with_splines)
+            if each.outline.bulges.any() or each.outline.vertices.size > 2
+        ]
     except RecursionError:
         raise ValueError("its blocks are nested too deep") from None
-    except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError) as trouble:
-        raise ValueError(f"it is damaged, or not a DXF file ({trouble})") from None
+    except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError, OSError) as trouble:
+        if isinstance(trouble, OSError) and trouble.errno is not None:
+            raise
+        raise ValueError(f"it is damaged, or not a DXF file ({trouble}); {REMEDY}") from None
     if not outlines:
         kinds = ", ".join(sorted({each.dxftype() for each in drawn})) or "nothing"
-        raise ValueError(f"it has no closed outline of arcs, lines or polylines; it has {kinds}")
-    largest = max(outlines, key=lambda each: float(np.abs([each.vertices, each.middles]).max()))
-    return largest._replace(vertices=largest.vertices * _unit_in_mm(document.units))
+        curves = "lines, arcs, polylines or splines" if with_splines else "arcs, lines or polylines"
+        raise ValueError(f"it has no closed outline of {curves}; it has {kinds}")
+    return outlines, _unit_in_mm(document.units)
+
+
+def _entities_on_layer(entities: list[Any], layer: str | None) -> list[Any]:
+    """Entities on a layer; without one, those on the layer PROFILE, or all."""
+    found = [each for each in entities if each.dxf.layer.upper() == (layer or PROFILE_LAYER).upper()]
+    if layer is not None and not found:
+        layers = join_words(sorted({each.dxf.layer for each in entities}))
+        raise ValueError(f"it has nothing on the layer {layer!r}, but on {layers}")
+    return found or entities
 
 
 def _check_block_nesting(document: Any) -> None:
@@ -130,31 +176,35 @@ def _entity_count(entity: Any) -> int:
     return len(entity) if "POLYLINE" in entity.dxftype() else 1
 
 
-def _unit_in_mm(unit: int) -> float:
-    """Length of the drawing's unit [mm]; 1 if it has none."""
+def _unit_in_mm(unit: int) -> float | None:
+    """Length of the drawing's unit [mm]; None if it has none."""
     from ezdxf import units
     from ezdxf.enums import InsertUnits
 
     named = InsertUnits(unit), InsertUnits(units.MM)
-    return float(f"{units.conversion_factor(*named):.9g}") if unit else 1.0
+    return float(f"{units.conversion_factor(*named):.9g}") if unit else None
 
 
-def _closed_outlines(entities: Iterable[Any]) -> Iterator[DrawnOutline]:
-    """Closed outlines: circles, closed polylines, and chains of arcs and lines."""
+def _closed_outlines(entities: Iterable[Any], with_splines: bool) -> Iterator[LayerOutline]:
+    """Closed outlines: circles, closed polylines and splines, and chains of open ones, arcs and lines."""
     from ezdxf import edgeminer, edgesmith
 
     loose = []
     for each in entities:
         if each.dxftype() == "CIRCLE":
             centre, radius = complex(*each.dxf.center.vec2), each.dxf.radius
-            yield DrawnOutline(np.array([centre + radius, centre - radius]), np.ones(2))
+            outline = DrawnOutline(np.array([centre + radius, centre - radius]), np.ones(2))
+            yield LayerOutline(each.dxf.layer, outline)
         elif each.dxftype() in ("LWPOLYLINE", "POLYLINE"):
             corners = _polyline_corners(each)
             if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= JOINING_GAP:
-                yield _outline_through(corners)
+                yield LayerOutline(each.dxf.layer, _outline_through(corners))
             else:
                 loose.append(each)
-        elif each.dxftype() in ("LINE", "ARC"):
+        elif with_splines and each.dxftype() in ("SPLINE", "ELLIPSE") and edgesmith.is_closed_entity(each):
+            points = [complex(*point.vec2) for point in each.flattening(SPLINE_SAGITTA)]
+            yield LayerOutline(each.dxf.layer, _outline_through(np.column_stack([points, np.zeros(len(points))])))
+        elif each.dxftype() in ("LINE", "ARC", *(("SPLINE", "ELLIPSE") if with_splines else ())):
             loose.append(each)
     edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=JOINING_GAP))
     if not edges:
@@ -165,7 +215,8 @@ def _closed_outlines(entities: Iterable[Any]) -> Iterator[DrawnOutline]:
         raise ValueError(f"{meeting.max():,} of its arcs and lines end at the same point")
     for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINING_GAP)):
         if edgeminer.is_loop(chain, gap_tol=JOINING_GAP):
-            yield _outline_through(_polyline_corners(edgesmith.lwpolyline_from_chain(chain)))
+            polyline = edgesmith.lwpolyline_from_chain(chain, max_sagitta=SPLINE_SAGITTA)
+            yield LayerOutline(chain[0].payload.dxf.layer, _outline_through(_polyline_corners(polyline)))
 
 
 def _polyline_corners(polyline: Any) -> ComplexArray:

@@ -37,7 +37,16 @@ TOLERANCE_OPTIONS = {
     "Files": ("picture", "out"),
     "Random cams": ("cams", "within", "seed"),
     "Grades": ("allocate", "costs", "only"),
-    "A cam that was cut": ("measured", "profile", "probe", "columns", "aligned", "keep_outliers"),
+    "A cam that was cut": (
+        "measured",
+        "profile",
+        "probe",
+        "columns",
+        "layer",
+        "lift_unit",
+        "aligned",
+        "keep_outliers",
+    ),
 }
 
 
@@ -103,6 +112,8 @@ TOLERANCE_OPTIONS = {
     "--probe", type=UnitNumber("mm"), help="Radius of the probe ball, mm, if the points are centres of the ball."
 )
 @click.option("--columns", help="Names or numbers of the two columns to read, such as 1,3.")
+@click.option("--layer", help="Layer of the profile, if the measured points are a drawing (DXF).")
+@click.option("--lift-unit", help="Unit of the measured points: mm or inch.")
 @click.option("--keep-outliers", is_flag=True, help="With --measured: count outliers in the motion error too.")
 @click.option(
     "--aligned",
@@ -124,6 +135,7 @@ def tolerance(
     measured: tuple[Path, ...],
     profile: str | None,
     probe: float | None,
+    layer: str | None,
     **reading: Any,
 ) -> int:
     """Find how far the motion of a real cam may deviate.
@@ -147,9 +159,10 @@ def tolerance(
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
         refuse_with("--measured", {**others, "within": within, "only": only or None})
-        return _print_inspection(scene, measured, profile, probe or 0.0, reading, as_json, quiet)
+        profiles = [camopt.MeasuredProfile(file, profile or "", probe or 0.0, layer) for file in measured]
+        return _print_inspection(scene, profiles, reading, as_json, quiet)
     read_options = {name: value or None for name, value in reading.items()}  # an absent flag is False
-    refuse_without("--measured", {"profile": profile, "probe": probe, **read_options})
+    refuse_without("--measured", {"profile": profile, "probe": probe, "layer": layer, **read_options})
     if cams is None:
         refuse_without("--cams", {"seed": seed, "within": within})
     if allocate is None:
@@ -187,9 +200,7 @@ def _tool_error(scene: Any, option: str, text: str | None) -> float | None:
 
 def _print_inspection(
     scene: Any,
-    measured: tuple[Path, ...],
-    profile: str | None,
-    probe: float,
+    profiles: "list[camopt.MeasuredProfile]",
     reading: dict[str, Any],
     as_json: bool,
     quiet: bool,
@@ -197,7 +208,6 @@ def _print_inspection(
     """Show a measured cam against its drawing."""
     columns = reading.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
-    profiles = [camopt.MeasuredProfile(file, profile or "", probe) for file in measured]
     if scene.mechanism.further_contacts or len(profiles) > 1:
         return cli.print_result(camopt.inspect_pair(profiles, scene, columns=chosen, **reading), as_json, quiet)
     return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **reading), as_json, quiet)
@@ -236,10 +246,13 @@ def _print_inspection(
     "--segments",
     help="Order of strokes and dwells, such as rise,dwell,return,dwell; by default found from the points.",
 )
+@click.option("--layer", help="Layer of the profile, if FILE is a drawing (DXF) with several curves.")
 @click.option("--columns", help="Names or numbers of the two columns to read, such as 1,3.")
 @click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
 @click.option(
-    "--lift-unit", help="Unit of lifts and lengths: mm or inch, or deg for lifts of an oscillating follower."
+    "--lift-unit",
+    help="Unit of lifts and lengths: mm or inch, or deg for lifts of an oscillating follower; by default that of "
+    "the heading or drawing, else that of --units.",
 )
 @click.option(
     "--turn", type=float, help="Angle of one cam turn in the file: 720 if the file has crankshaft degrees."
@@ -261,24 +274,26 @@ def fit(
     quiet: bool,
     profile: str | None,
     probe: float | None,
+    layer: str | None,
     **options: Any,
 ) -> int:
     """Fit the gentlest motion to measured points.
 
     The motion stays within a band around the points. camopt writes it as a scene. FILE is a text file or a workbook
     with columns of cam angle and lift, or with one column of lifts at equal steps. With --profile it has points of
-    a profile.
+    a profile. It may also be a drawing of the profile (DXF), or a lobe as grinders exchange it (S96).
     """
     refuse_scene_file(target, out)
-    if profile is None:
-        refuse_without("--profile", {"probe": probe})
+    is_profile = profile is not None or file.suffix.lower() == ".dxf"
+    if not is_profile:
+        refuse_without("--profile", {"probe": probe, "layer": layer})
     changes = take_overrides({"rpm": rpm, "settings": settings})
     if target:
         scene = cli.read_scene(target, None, changes, allowed=library.SCENE_WORDS)
     else:
         scene = library.nest_dotted_keys(values_by_key(changes)) or None
     chosen, order = (names and [name.strip() for name in names.split(",")] for names in (columns, segments))
-    points = file if profile is None else camopt.MeasuredProfile(file, profile, probe or 0.0)
+    points = camopt.MeasuredProfile(file, profile or "", probe or 0.0, layer) if is_profile else file
     sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
     with name_options_in_mistakes({**changes, **{key: (option, None) for key, option in sizes.items()}}):
         result = camopt.fit(points, scene, columns=chosen, segments=order, **options)

@@ -33,6 +33,7 @@ FILE_TYPES = {
     ".mpf": FileType("gcode", of_pair=False),
     ".h": FileType("gcode", of_pair=False),
     ".p": FileType("grinding", of_pair=False),
+    ".s96": FileType("s96", of_cam=False, of_disc=False),
     ".txt": FileType("electronic", of_cam=False, of_disc=False),
     ".toml": FileType("scene", of_cam=False, of_disc=False),
 }

@@ -1,7 +1,7 @@
 """Columns of a table and their units: angle and lift, or the points of a profile."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import tau
 from numbers import Real
@@ -65,9 +65,11 @@ class TableColumns:
 
     chosen: Sequence[str | int] | None = None
     angle_unit: str = "deg"
-    lift_unit: str = "mm"
+    lift_unit: str | None = None
     turn: float | None = None
     kind: TableKind = LIFT_TABLE
+    layer: str | None = None
+    """Layer of the profile in a drawing."""
 
     @property
     def turn_angle(self) -> float:
@@ -77,10 +79,10 @@ class TableColumns:
     def check_options(self) -> None:
         """BadInput for a unit or a turn that is not allowed."""
         mistakes = [
-            Mistake("camopt", key, value, f"one of {', '.join(allowed)}")
+            Mistake("camopt", key, value, f"one of {', '.join(filter(None, allowed))}")
             for key, value, allowed in (
                 ("angle_unit", self.angle_unit, ANGLE_UNITS),
-                ("lift_unit", self.lift_unit, LIFT_UNITS),
+                ("lift_unit", self.lift_unit, (*LIFT_UNITS, None)),
             )
             if value not in allowed
         ]
@@ -99,8 +101,10 @@ class TableColumns:
             raise BadInput(mistakes)
 
 
-def find_column_places(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
-    """Places of the two columns; the first is None if a table has only lifts or distances.
+def find_columns_and_unit(
+    name: str, table: NumberTable, columns: TableColumns, default_unit: str
+) -> tuple[int | None, int, str]:
+    """Places of the two columns, and the unit of the second; the first is None if a table has only lifts.
 
     Raises
     ------
@@ -110,8 +114,10 @@ def find_column_places(name: str, table: NumberTable, columns: TableColumns) -> 
     first, second = _column_places(name, table, columns)
     if first is None and columns.kind is XY_TABLE:
         raise file_mistake(name, "columns", None, "has one column, and points need both x and y")
-    _check_units(name, table.names, first, second, columns)
-    return first, second
+    heading = table.names[second]
+    unit = columns.lift_unit or next((unit for unit in _units_in_heading(heading) & {*MM_PER_UNIT}), default_unit)
+    _check_units(name, table.names, first, second, columns, unit)
+    return first, second, unit
 
 
 def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
@@ -170,10 +176,12 @@ def _place_of_column(name: str, names: Sequence[str], chosen: str | int) -> int:
     raise BadInput([Mistake(name, "columns", chosen, numbers)])
 
 
-def _check_units(name: str, names: Sequence[str], first: int | None, second: int, columns: TableColumns) -> None:
+def _check_units(
+    name: str, names: Sequence[str], first: int | None, second: int, columns: TableColumns, lift_unit: str
+) -> None:
     """BadInput if a heading names another unit than the one in use."""
     lengths = (
-        columns.lift_unit,
+        lift_unit,
         "unit of the lifts",
         LIFT_UNITS if columns.kind is LIFT_TABLE else tuple(MM_PER_UNIT),
     )
@@ -182,7 +190,7 @@ def _check_units(name: str, names: Sequence[str], first: int | None, second: int
         angles = columns.angle_unit, "unit of the angles", ANGLE_UNITS
         places.insert(0, (first, *(lengths if columns.kind is XY_TABLE else angles)))
     for place, unit, option, allowed in places:
-        units = {UNIT_SPELLINGS[word] for word in _heading_words(names[place]) if word in UNIT_SPELLINGS}
+        units = _units_in_heading(names[place])
         if units and unit not in units:
             (other, *_) = sorted(units)
             remedy = (
@@ -195,8 +203,9 @@ def _check_units(name: str, names: Sequence[str], first: int | None, second: int
 
 def heading_names_unit(heading: str) -> bool:
     """Whether the heading of a column names a unit."""
-    return any(word in UNIT_SPELLINGS for word in _heading_words(heading))
+    return bool(_units_in_heading(heading))
 
 
-def _heading_words(heading: str) -> Iterator[str]:
-    return (match[0] for match in re.finditer(r"[a-zµμ]+|°|\"", heading.lower()))
+def _units_in_heading(heading: str) -> set[str]:
+    words = (match[0] for match in re.finditer(r"[a-zµμ]+|°|\"", heading.lower()))
+    return {UNIT_SPELLINGS[word] for word in words if word in UNIT_SPELLINGS}

@@ -20,7 +20,8 @@ from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.train import tool_turns, train_stages_in
 from camopt.solve.measured.band_certificate import certify_band
-from camopt.solve.measured.columns import LIFT_TABLE, MM_PER_UNIT, PROFILE_KINDS, TableColumns
+from camopt.solve.measured.columns import MM_PER_UNIT, TableColumns
+from camopt.solve.measured.drawing_points import is_drawing
 from camopt.solve.measured.fit_result import Fit
 from camopt.solve.measured.fitted_scene import LEVEL_DIGITS, FittedSegments, fitted_segments
 from camopt.solve.measured.least_jerk import (
@@ -168,6 +169,8 @@ def fit(  # noqa: PLR0913
     >>> camopt.fit(lifts, base_radius=20, rpm=300, band=0.01).scene.cam.rpm
     300.0
     """
+    if is_drawing(points):
+        points = MeasuredProfile(points)
     profile = points if isinstance(points, MeasuredProfile) else None
     numbers = {"rpm": rpm, "base_radius": base_radius}
     scene = complete_scene_from_options(scene, numbers, follower, roller_radius, of_profile=profile is not None)
@@ -178,9 +181,12 @@ def fit(  # noqa: PLR0913
         if isinstance(tables.get(name), Mapping):
             tables[name] = {key: value for key, value in tables[name].items() if key not in keys}
     _check_segments(segments)
-    kind = PROFILE_KINDS[profile.form] if profile else LIFT_TABLE
-    columns_ = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
-    measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
+    table_columns = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn)
+    measured = (
+        read_points(points.points, points.table_columns(table_columns))
+        if isinstance(points, MeasuredProfile)
+        else read_points(points, table_columns)
+    )
     measured = replace(measured, unit_said=measured.unit_said or lift_unit is not None)
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
@@ -304,8 +310,8 @@ def complete_scene_from_options(
     return {**tables, "cam": cam_table, "follower": follower_table}
 
 
-def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: MeasuredProfile | None) -> str:
-    """Unit of the lifts or of a profile: the given one, or the default for the motion of follower or tool."""
+def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: MeasuredProfile | None) -> str | None:
+    """Unit of the lifts or of a profile: the given one, or deg if the follower or tool turns."""
     follower = tables.get("follower")
     oscillates = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
     stages = [] if given_at_follower(tables) else train_stages_in(tables)
@@ -317,7 +323,7 @@ def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: Measu
             owner = f"a tool that {'turns' if angular else 'slides'}"
         what = f"{' or '.join(units)} for {owner}"
         raise BadInput([Mistake("camopt", "lift_unit", given_unit, what)])
-    return given_unit or units[0]
+    return "deg" if angular else given_unit
 
 
 def _least_band_for_lift_range(points: MeasuredPoints) -> float:

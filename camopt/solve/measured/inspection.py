@@ -38,7 +38,7 @@ from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import tolerance_zone
 from camopt.solve.contour.curve import Disc, cam_discs
-from camopt.solve.measured.columns import MM_PER_UNIT, PROFILE_KINDS, TableColumns
+from camopt.solve.measured.columns import MM_PER_UNIT, TableColumns
 from camopt.solve.measured.fit import follow_measured_profile
 from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg, read_points
 from camopt.solve.measured.noise import OUTLIER_OFF, noise_from_neighbours
@@ -338,7 +338,7 @@ def inspect(
     (0.01, True)
     """
     scene = scene_from(scene)
-    table_columns = TableColumns(columns, angle_unit, lift_unit or "mm", turn)
+    table_columns = TableColumns(columns, angle_unit, lift_unit, turn)
     (disc,) = inspect_discs([profile], scene, table_columns, keep_outliers, aligned)
     return disc.build_inspection()
 
@@ -352,7 +352,7 @@ def inspect_discs(
         raise BadInput(
             [Mistake(problem.file, "cam.form", scene.cam.form, "disc: a measured profile needs a disc cam")]
         )
-    if columns.lift_unit not in MM_PER_UNIT:
+    if columns.lift_unit not in (*MM_PER_UNIT, None):
         raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
     discs = cam_discs(problem)
     if len(discs) > 1:  # one disc moves the follower, not the tool that both drive
@@ -362,7 +362,7 @@ def inspect_discs(
     if len(profiles) != len(discs):
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
-    points = [read_points(each.points, replace(columns, kind=PROFILE_KINDS[each.form])) for each in profiles]
+    points = [read_points(each.points, each.table_columns(columns)) for each in profiles]
     drawn_discs = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
     measured = list(zip(profiles, points, strict=True))
     followed = [

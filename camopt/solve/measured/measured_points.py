@@ -12,17 +12,20 @@ from numpy.typing import ArrayLike
 
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics import ComplexArray, FloatArray, IntArray
+from camopt.core.quantities.unit_systems import MM, shown_system
 from camopt.core.storage.files import read_bytes
 from camopt.solve.measured.columns import (
     LARGEST_MEASURED,
     MM_PER_UNIT,
     XY_TABLE,
     TableColumns,
-    find_column_places,
+    find_columns_and_unit,
     heading_names_unit,
 )
 from camopt.solve.measured.delimited_text import decode_text, text_rows
+from camopt.solve.measured.drawing_points import is_drawing, read_drawing
 from camopt.solve.measured.number_table import NumberTable, file_mistake, number_table
+from camopt.solve.measured.s96 import S96_SUFFIX, lobe_of_s96
 from camopt.solve.measured.workbook import WORKBOOK_STARTS, workbook_rows
 
 TURN_DEG = 360.0
@@ -80,25 +83,14 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
         If the file cannot be read.
     """
     columns.check_options()
+    default_unit = MM
     if isinstance(source, (str, os.PathLike)):
-        name = os.fsdecode(source)
-        try:
-            data = read_bytes(name)
-        except BadInput as error:
-            raise file_mistake(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
-        if Path(name).suffix.lower() == ".s96":
-            raise file_mistake(
-                name, "file", None, "no description of .s96 is public; save the lifts as CSV, a row for each"
-            )
-        try:
-            rows = workbook_rows(data) if data.startswith(WORKBOOK_STARTS) else text_rows(decode_text(data))
-        except ValueError as trouble:
-            raise file_mistake(name, "file", None, str(trouble)) from None
-        table = number_table(name, rows)
+        name, default_unit = os.fsdecode(source), shown_system()
+        table, columns = _table_of_file(name, columns)
     else:
         name = "points"
         table = _table_of_array(name, source)
-    place, second_place = find_column_places(name, table, columns)
+    place, second_place, unit = find_columns_and_unit(name, table, columns, default_unit)
     lifts = table.numbers[:, second_place]
     if place is None:
         count = lifts.size - (lifts.size in CLOSED_COUNTS)
@@ -106,7 +98,7 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     else:
         angles = table.numbers[:, place]
     _check_numbers(name, table, {columns.kind.first: angles, columns.kind.second: lifts})
-    step, unit_size, turn_angle = _rounding_step(lifts), MM_PER_UNIT.get(columns.lift_unit, 1.0), columns.turn_angle
+    step, unit_size, turn_angle = _rounding_step(lifts), MM_PER_UNIT.get(unit, 1.0), columns.turn_angle
     if columns.kind is XY_TABLE:
         angles, lifts = _polar_coordinates(name, table, angles + 1j * lifts)
         turn_angle = TURN_DEG
@@ -122,6 +114,22 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     return MeasuredPoints(
         name, angles_deg[order], lifts[order] * unit_size, table.rows[order], step * unit_size, unit_said=unit_said
     )
+
+
+def _table_of_file(name: str, columns: TableColumns) -> tuple[NumberTable, TableColumns]:
+    """The numbers of a file, and its columns, of which some kinds of files leave nothing to say."""
+    try:
+        data = read_bytes(name)
+    except BadInput as error:
+        raise file_mistake(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
+    try:
+        if is_drawing(name):
+            return read_drawing(Path(name), columns)
+        rows = workbook_rows(data) if data.startswith(WORKBOOK_STARTS) else text_rows(decode_text(data))
+    except ValueError as trouble:
+        raise file_mistake(name, "file", None, str(trouble)) from None
+    table = number_table(name, rows)
+    return lobe_of_s96(name, table, columns) if Path(name).suffix.lower() == S96_SUFFIX else (table, columns)
 
 
 def _table_of_array(name: str, source: Any) -> NumberTable:

@@ -338,7 +338,7 @@ def inspect_pair(
             )
         raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
     discs = inspect_discs(
-        profiles, scene, TableColumns(columns, angle_unit, lift_unit or "mm", turn), keep_outliers, aligned
+        profiles, scene, TableColumns(columns, angle_unit, lift_unit, turn), keep_outliers, aligned
     )
     return _ContactPair(problem, scene, discs).build_inspection()
 

@@ -37,7 +37,8 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.model.mechanisms.oscillating_flat import start_angle_sine
 from camopt.scene.problem.problem import Problem
-from camopt.solve.measured.columns import PROFILE_KINDS
+from camopt.solve.measured.columns import PROFILE_KINDS, TableColumns
+from camopt.solve.measured.drawing_points import is_drawing
 from camopt.solve.measured.least_jerk import AllowedDeviation, LeastJerkCurve, least_jerk_curve
 from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, forward_angle_deg
 from camopt.solve.measured.number_table import file_mistake
@@ -96,14 +97,17 @@ class MeasuredProfile:
     Parameters
     ----------
     points : str, os.PathLike or array_like
-        A file, or an array of rows, as for ``fit``: in mm, or in the unit of the lifts.
-    form : str
+        A file, or an array of rows, as for ``fit``: in mm, or in the unit of the lifts. Or a drawing (DXF), with
+        the cam's axis at 0, 0.
+    form : str, optional
         "polar": cam angle, and distance from the cam's axis; the angle is the one at which a radial follower meets
-        the
-        point, as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in the
-        scene. The place of the angle 0 or the x-axis on the cam does not matter.
+        the point, as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in
+        the scene, as in a drawing. The place of the angle 0 or the x-axis on the cam does not matter. Only a
+        drawing needs no form.
     probe : float, default 0
         Radius of the ball in mm, if the points are its centres; 0 if they are on the profile itself.
+    layer : str, optional
+        Layer of the profile in a drawing, if it has several curves about the axis and none is on the layer PROFILE.
 
     Raises
     ------
@@ -121,17 +125,24 @@ class MeasuredProfile:
     """
 
     points: str | os.PathLike[str] | ArrayLike
-    form: str
+    form: str = ""
     probe: float = 0.0
+    layer: str | None = None
 
     def __post_init__(self) -> None:
         mistakes = []
+        if not self.form and is_drawing(self.points):
+            object.__setattr__(self, "form", "xy")
         if self.form not in PROFILE_KINDS:
             mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILE_KINDS)}"))
         if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
             mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
         if mistakes:
             raise BadInput(mistakes)
+
+    def table_columns(self, columns: TableColumns) -> TableColumns:
+        """Columns of a table of lifts as those of the points."""
+        return replace(columns, kind=PROFILE_KINDS[self.form], layer=self.layer)
 
     def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
         """Its points mirrored, y → −y, as on a cam that turns the other way."""

@@ -164,7 +164,7 @@ def test_tables_have_names_and_a_series_its_index(source, columns):
         (FRAME.rename(columns={"winkel": "a"}), "which are angle and lift?"),
         ({"angle": [0.0, 1.0], "lift": [3.0]}, "points: rows: must be"),
         ({}, "points: rows: must be"),
-        (SERIES.rename("lift (inch)"), "column 'lift (inch)': is in inch, and mm is taken"),
+        (SERIES.rename("lift (deg)"), "column 'lift (deg)': is in deg, and mm is taken"),
     ],
 )
 def test_a_table_that_is_none_of_points_is_refused(source, line):
@@ -365,7 +365,7 @@ BAD = {
     "far round": (with_row(9, "4e7,1"), "row 10 = 40000000.0: the angle must be within"),
     "one angle": ("\n".join(f"5,{y}" for y in LIFTS), "row 1 = 5.0: all rows have this angle"),
     "no motion": ("\n".join(f"{a:g},2" for a in ANGLES), "row 1 = 2.0: all rows have this lift: the follower does not move"),
-    "inches": ("Angle (deg),Lift (inch)\n" + "\n".join(ROWS), "column 'Lift (inch)': is in inch, and mm is taken; give the unit of the lifts as inch"),
+    "degrees": ("Angle (deg),Lift (deg)\n" + "\n".join(ROWS), "column 'Lift (deg)': is in deg, and mm is taken; give the unit of the lifts as deg"),
     "microns": ("Angle,Lift µm\n" + "\n".join(ROWS), "column 'Lift µm': is in µm, and mm is taken; only mm, inch, deg can be read"),
     "radians": ("Angle [rad],Lift\n" + "\n".join(ROWS), "column 'Angle [rad]': is in rad, and deg is taken; give the unit of the angles as rad"),
     "no text": (b"\x00\x01\x02" * 100, "file: is neither text nor an Excel workbook"),
@@ -387,11 +387,6 @@ def test_a_bad_file_gets_one_line_with_its_row(name, tmp_path):
     (told,) = str(error.value).splitlines()
     assert told.startswith(f"{tmp_path / 'cam.csv'}: {line}")
     assert told.isprintable()
-
-
-def test_a_format_nobody_describes_is_named(tmp_path):
-    with pytest.raises(BadInput, match=r"no description of \.s96 is public; save the lifts as CSV"):
-        points_of("\n".join(ROWS), tmp_path, "lobe.s96")
 
 
 @pytest.mark.parametrize(
