@@ -5,7 +5,7 @@ the compared errors (``numerics.piecewise``). The extreme is searched near its c
 the slope, or at the end of a piece.
 """
 
-from functools import reduce
+from functools import cache, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -36,44 +36,48 @@ def extreme_near(
             arithmetic().mpf(float(end))
             for end in np.clip([u[panel] - SEARCH_WIDTH, u[panel] + SEARCH_WIDTH], -1.0, 1.0)
         )
-        places = [low, high, *_root_of_slope(curve, table, panel, low, high)]
-        values += [_value_and_slope(curve, table, panel, place)[0] for place in places]
+        value_and_slope_at = cache(partial(_value_and_slope, curve, _motion_series(table, panel)))
+        places = [low, high, *_root_of_slope(value_and_slope_at, low, high)]
+        values += [value_and_slope_at(place)[0] for place in places]
     if goal == LARGEST_MAGNITUDE:
         return max(map(abs, values))
     return min(values) if goal == LEAST else max(values)
 
 
-def _root_of_slope(curve: Any, table: Any, panel: Any, low: Any, high: Any) -> list[Any]:
-    """The root of the slope of a curve between two places of a panel, by the Illinois method; empty without one."""
-    before, after = (_value_and_slope(curve, table, panel, place)[1] for place in (low, high))
-    if before * after >= 0:
+def _root_of_slope(value_and_slope_at: Any, low: Any, high: Any) -> list[Any]:
+    """The root of the slope of a curve between two places, by the Illinois method; empty without one."""
+    (far, far_slope), (place, slope) = ((end, value_and_slope_at(end)[1]) for end in (low, high))
+    if far_slope * slope >= 0:
         return []
     for _ in range(MOST_ROOT_STEPS):
-        place = (low * after - high * before) / (after - before)
-        if not low < place < high or high - low < EQUAL_DIGITS:
+        last, last_slope = place, slope
+        place -= slope * (place - far) / (slope - far_slope)
+        slope = value_and_slope_at(place)[1]
+        if slope == 0 or abs(place - last) < EQUAL_DIGITS:
             break
-        slope = _value_and_slope(curve, table, panel, place)[1]
-        if slope * after > 0:
-            high, after, before = place, slope, before / 2
-        else:
-            low, before, after = place, slope, after / 2
-        if slope == 0:
-            break
-    return [(low * after - high * before) / (after - before)]
+        if slope * last_slope < 0:
+            far, far_slope = last, last_slope
+        else:  # the far end stays a second time
+            far_slope /= 2
+    return [place]
 
 
-def _polynomial_value(series: list[Any], u: Any) -> Any:
-    """Value of a polynomial, by Horner's rule."""
-    return reduce(lambda value, power: value * u + power, reversed(series))
-
-
-def _value_and_slope(curve: Any, table: Any, panel: Any, u: Any) -> tuple[Any, Any]:
-    """Value and slope of a curve at a place u of a panel."""
+def _motion_series(table: Any, panel: Any) -> list[list[Any]]:
+    """Polynomials of a panel: displacement and its four derivatives by cam angle, as exact numbers."""
     number, half = arithmetic().mpf, arithmetic().mpf(float(table.half_width[panel]))
-    series, rows = [number(float(c)) for c in table.coefficients[panel]], []
-    for order in range(5):
-        rows.append(Digits(_polynomial_value(series, u) / half**order))
-        series = [k * c for k, c in enumerate(series)][1:]
-    y, y1, y2, y3, y4 = rows
+    orders = [[number(float(c)) for c in table.coefficients[panel]]]
+    for _ in range(4):
+        orders.append([k * c / half for k, c in enumerate(orders[-1])][1:])
+    return orders
+
+
+def _polynomial_value(series: list[Any], u: Any) -> Digits:
+    """Value of a polynomial, by Horner's rule."""
+    return Digits(reduce(lambda value, power: value * u + power, reversed(series)))
+
+
+def _value_and_slope(curve: Any, motion: list[list[Any]], u: Any) -> tuple[Any, Any]:
+    """Value and slope of a curve at a place u of a panel."""
+    y, y1, y2, y3, y4 = (_polynomial_value(series, u) for series in motion)
     value, slope = value_and_slope(curve, ..., State(y, y1, y2, y3, None, y4))
     return as_number(value), as_number(slope)

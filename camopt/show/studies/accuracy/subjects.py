@@ -21,7 +21,7 @@ from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, extreme_near
 DESIGN_COUNT = 4096
 REFERENCE_COUNT = 24  # designs with a reference of 50 digits
 SIZE_ROOM = 0.1  # relative range around the size of a design, in which its smallest radius is searched
-FIRST_STEP = 2.0**-27  # first relative step of the secant method
+FIRST_STEP = 2.0**-40  # first relative step of the secant method
 QUANTITY_OF = {
     "pressure angle": "pressure_angle_max_deg",
     "curvature": "pitch_curvature_max_per_mm",
