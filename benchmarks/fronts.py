@@ -134,7 +134,7 @@ def excess(costs: FloatArray, exact: FloatArray) -> FloatArray:
 
 def draw(fronts: dict[str, FloatArray], exact: FloatArray, file: Path) -> None:
     """The exact front, base radius by pressure angle, and how far each point of other fronts is above it."""
-    with canvas(file, (11.0, 4.6), powers=True, layout="constrained") as figure:
+    with canvas(file, (11.0, 4.6), layout="constrained") as figure:
         left, right = figure.subplots(1, 2)
         for (peak, curve), colour in zip(curves(exact).items(), SERIES, strict=False):
             left.plot(curve[:, 2], curve[:, 0], color=colour, label=f"{peak:.0f} m/s²")
@@ -144,6 +144,7 @@ def draw(fronts: dict[str, FloatArray], exact: FloatArray, file: Path) -> None:
         left.set(xlabel="pressure angle, deg", ylabel="base radius, mm")
         left.set_title("The default sweep's front, refined", loc="left")
         right.set(xlabel="pressure angle, deg", ylabel="mm")
+        right.yaxis.set_major_formatter("{x:g}")
         right.set_title("Base radius above the least at the same angle", loc="left")
         for axes in (left, right):
             add_grid(axes)

@@ -7,7 +7,7 @@ tell them apart. Lines of a series also differ in dashes or marks.
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,6 +50,7 @@ RC_SETTINGS: dict[str, Any] = {
     "axes.spines.right": False,
     "axes.formatter.useoffset": False,
     "text.color": INK,
+    "text.parse_math": False,
     "xtick.color": MUTED,
     "ytick.color": MUTED,
     "xtick.labelsize": SMALL_SIZE,
@@ -82,26 +83,28 @@ DATE_METADATA: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"Cr
 
 Target = str | os.PathLike[str] | None
 """The file of a picture; None to draw without saving."""
+Targets = Target | Sequence[str | os.PathLike[str]]
+"""The file of a picture, or its files; None to draw without saving."""
 
 
 @contextmanager
-def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
-    """An empty figure of a size in inches. With a path, it is saved when the block ends without error.
+def canvas(path: Targets, size: tuple[float, float], **options: Any) -> "Iterator[Figure]":
+    """An empty figure of a size in inches. With a path or several, it is saved when the block ends without error.
 
-    The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
-    file. A $ in a text stays a $, unless ``powers`` is true for axes with powers of ten.
+    The suffix of a path gives the format; the errors are those of ``plot``. The same drawing gives the same
+    file. A $ in a text stays a $.
     """
-    with figure_pages(path, [size], powers=powers, **options) as (figure,):
+    with figure_pages(path, [size], **options) as (figure,):
         yield figure
 
 
 @contextmanager
-def picture_style(*, powers: bool = False) -> Iterator[None]:
+def picture_style() -> Iterator[None]:
     """Within the block, the style of all pictures."""
     import matplotlib.style
 
     with (
-        matplotlib.style.context(["default", {**RC_SETTINGS, "text.parse_math": powers}], after_reset=True),
+        matplotlib.style.context(["default", RC_SETTINGS], after_reset=True),
         warnings.catch_warnings(),
     ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
@@ -110,23 +113,38 @@ def picture_style(*, powers: bool = False) -> Iterator[None]:
 
 @contextmanager
 def figure_pages(
-    path: Target, sizes: Sequence[tuple[float, float]], *, powers: bool = False, **options: Any
+    path: Targets, sizes: Sequence[tuple[float, float]], **options: Any
 ) -> "Iterator[Sequence[Figure]]":
     """Empty figures as in ``canvas``, the pages of one file. Only a PDF has several pages."""
     from camopt.show.drawing.empty_figure import EmptyFigure  # noqa: PLC0415  it imports matplotlib
 
-    if path is not None:
-        checked_suffix(path, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
-    with picture_style(powers=powers):
+    paths = [] if path is None else [path] if isinstance(path, str | os.PathLike) else path
+    for each in paths:
+        checked_suffix(each, "path", STILL_KINDS if len(sizes) == 1 else (".pdf",))
+    with picture_style():
         figures = [EmptyFigure(size, **options) for size in sizes]
         yield figures
-        if path is None:
+        with ExitStack() as stack:
+            for figure in figures:
+                stack.enter_context(fixed_layout(figure))
+            for each in paths:
+                data = _figure_bytes(figures, Path(each).suffix.lower())
+                with whole_file(each) as partial:
+                    partial.write_bytes(data)
+        if not paths:
             for figure in figures:
                 figure.draw_without_rendering()  # makes the ticks in this style, also if the figure is shown later
-        else:
-            data = _figure_bytes(figures, Path(path).suffix.lower())
-            with whole_file(path) as partial:
-                partial.write_bytes(data)
+
+
+@contextmanager
+def fixed_layout(figure: "Figure") -> Iterator[None]:
+    """Lay a figure out; within the block it keeps this layout, which matplotlib else computes twice a drawing."""
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
+    figure.set_layout_engine(None)
+    yield
+    figure.set_layout_engine(layout)
 
 
 def _figure_bytes(figures: "Sequence[Figure]", suffix: str) -> bytes:

@@ -25,7 +25,6 @@ from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.settings import problems_by_motion
 from camopt.scene.scene import Scene
 from camopt.show.drawing.labels import Label, label_places, place_labels
-from camopt.show.drawing.plot import plot
 from camopt.show.drawing.style import (
     FAINT,
     HEADING_SIZE,
@@ -35,7 +34,7 @@ from camopt.show.drawing.style import (
     SERIES,
     SMALL_SIZE,
     Figure,
-    Target,
+    Targets,
     add_grid,
     canvas,
 )
@@ -163,8 +162,7 @@ def write_accuracy(costs: AccuracyCosts, folder: str | os.PathLike[str]) -> list
     about = {"camopt_version": VERSION, "camopt_scene": costs.scene.to_toml()}
     table, *pictures = files = [out / name for name in ACCURACY]
     write_table(pa.Table.from_pylist(costs.methods, metadata=about), table)
-    for picture in pictures:
-        plot(costs, picture)
+    draw(costs, pictures)
     return files
 
 
@@ -187,11 +185,11 @@ EPSILON = 2.2e-16
 USUAL_ERROR = 1e-9  # default relative error of scenes
 
 
-def draw(costs: "AccuracyCosts", path: Target = None) -> "Figure":
+def draw(costs: "AccuracyCosts", path: Targets = None) -> "Figure":
     """Draw the largest error of each method against its time, with a diagram for each quantity."""
     rows = costs.methods
     names = list(dict.fromkeys(row["quantity"] for row in rows))
-    with canvas(path, (4.3 * len(names), 4.6), powers=True, layout="constrained") as figure:
+    with canvas(path, (4.3 * len(names), 4.6), layout="constrained") as figure:
         figure.suptitle(
             f"Cost of accuracy: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
         )
@@ -212,6 +210,8 @@ def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]
 
     axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(LEAST_ERROR_DRAWN / 3, 3.0))
     axes.xaxis.set_major_formatter(EngFormatter("s"))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.minorticks_off()
     axes.set_title(f"{name}\n{_default_accuracy_time_text(rows)}", loc="left", fontsize=HEADING_SIZE)
     axes.axhspan(LEAST_ERROR_DRAWN / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
     axes.text(0.01, 0.01, "below double precision", transform=axes.transAxes, fontsize=SMALL_SIZE, color=MUTED)
