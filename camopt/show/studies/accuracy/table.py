@@ -19,9 +19,10 @@ from camopt.core.engines.threads import Threads
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.clock import time_runs
 from camopt.core.quantities.display import Drawable
-from camopt.core.storage.tables import write_table
+from camopt.core.storage.tables import ARROW_TYPES, write_table
 from camopt.core.storage.version import VERSION
 from camopt.scene.problem.problem import resolve
+from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import problems_by_motion
 from camopt.scene.scene import Scene
 from camopt.show.drawing.labels import Label, label_places, place_labels
@@ -42,10 +43,12 @@ from camopt.show.studies.accuracy.methods import METHODS
 from camopt.show.studies.accuracy.reference import EQUAL_DIGITS
 from camopt.show.studies.accuracy.subjects import REFERENCE_COUNT, Subject, subjects_of
 from camopt.solve.tables.result import Result, Table, table_of
+from camopt.solve.tables.table import to_arrow_table
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 TIMED_RUNS = 3
 REFERENCE_METHOD = "50 digits"
+ROW_KEY = ("quantity", "method", "setting")
 BEYOND_LIMIT = 1e-9  # relative excess over its limit of a test design, which should be refused
 
 
@@ -121,7 +124,7 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
         held, possible = (subject.sign * (each - limit) <= 0.0 for each in (far, near))
         errors = np.abs(value[: len(some)] / expected - 1.0)
         achieved = max(float(np.max(np.abs(end / value - 1.0))) for end in (far, near))
-        asked = subject.name, method.name, method.setting
+        asked = subject.name, method.name, float(method.setting)
         rows.append(_method_row(asked, seconds / len(value), errors, achieved, held, possible))
     return rows
 
@@ -136,7 +139,7 @@ def _method_row(
 ) -> dict[str, Any]:
     """A row; ``row_key`` is quantity, method and setting."""
     return {
-        **dict(zip(("quantity", "method", "setting"), row_key, strict=True)),
+        **dict(zip(ROW_KEY, row_key, strict=True)),
         "ns_per_design": seconds * 1e9,
         "error_max": float(errors.max()),
         "error_median": float(np.median(errors)),
@@ -148,11 +151,14 @@ def _method_row(
 
 def _worst_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The worst of rows with the same quantity, method and setting."""
-    import pandas as pd
-
-    groups = pd.DataFrame(rows).groupby(["quantity", "method", "setting"], sort=False)
-    worst = groups.max().assign(ns_per_design=groups["ns_per_design"].mean()).reset_index()
-    return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(tuple(row[name] for name in ROW_KEY), []).append(row)
+    return [
+        {name: max(row[name] for row in group) for name in group[0]}
+        | {"ns_per_design": sum(row["ns_per_design"] for row in group) / len(group)}
+        for group in groups.values()
+    ]
 
 
 def write_accuracy(costs: AccuracyCosts, folder: str | os.PathLike[str]) -> list[Path]:
@@ -161,7 +167,9 @@ def write_accuracy(costs: AccuracyCosts, folder: str | os.PathLike[str]) -> list
     out.mkdir(parents=True, exist_ok=True)
     about = {"camopt_version": VERSION, "camopt_scene": costs.scene.to_toml()}
     table, *pictures = files = [out / name for name in ACCURACY]
-    write_table(pa.Table.from_pylist(costs.methods, metadata=about), table)
+    columns = {name: np.array([row[name] for row in costs.methods]) for name in costs.methods[0]}
+    kinds = [(name, ARROW_TYPES[type(value)]) for name, value in costs.methods[0].items()]
+    write_table(to_arrow_table(DesignRows(columns, len(costs.methods)), pa.schema(kinds, about)), table)
     draw(costs, pictures)
     return files
 
