@@ -1,6 +1,7 @@
 """The clock of a search. It stops while kernels are compiled, because that happens once per machine."""
 
 from collections.abc import Callable
+from math import inf
 from time import monotonic, perf_counter
 from typing import TypeVar
 
@@ -20,11 +21,14 @@ def next_task_deadline(deadline: float, tasks_left: int) -> float:
     return start + max(deadline - start, 0.0) / tasks_left
 
 
-def time_runs(work: Callable[[], TimedResult], runs: int) -> tuple[TimedResult, float]:
-    """Result of some work and its shortest time over some runs [s], after a first run, which may compile."""
-    result, times = work(), []
-    for _ in range(runs):
+def time_runs(work: Callable[[], TimedResult], runs: int, enough_seconds: float = inf) -> tuple[TimedResult, float]:
+    """Result of some work and its shortest time over some runs [s]; the first of them may compile.
+
+    After two runs, those after the first need not take longer than ``enough_seconds`` together.
+    """
+    times: list[float] = []
+    while len(times) < min(runs, 2) or (len(times) < runs and sum(times[1:]) < enough_seconds):
         start = perf_counter()
-        work()
+        result = work()
         times.append(perf_counter() - start)
     return result, min(times)

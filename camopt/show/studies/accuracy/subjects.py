@@ -45,11 +45,6 @@ class PeakSubject:
         """+1 for a quantity that a limit bounds from above, −1 from below."""
         return -1.0 if self.peak.is_least else 1.0
 
-    @cached_property
-    def _extremes_in_doubles(self) -> FloatArray:
-        """Extremes to the precision of doubles."""
-        return np.asarray(self._extremes(self.designs).value[0])
-
     def _extremes(self, designs: Designs) -> Extremes:
         """Extremes of designs in doubles."""
         curve, questions = self._curve_question(designs)
@@ -62,10 +57,12 @@ class PeakSubject:
         ((make, kinds),) = self.peak.curves
         return make(designs, self.problem.programme), np.array([(kinds, self.peak.goal)])
 
-    @property
+    @cached_property
     def truth(self) -> FloatArray:
         """The quantity of each design, to the precision of doubles."""
-        return np.asarray(self.peak.scale.quantity_from_extreme(self._extremes_in_doubles, self.designs))
+        return np.asarray(
+            self.peak.scale.quantity_from_extreme(self._extremes(self.designs).value[0], self.designs)
+        )
 
     def result_by_method(
         self, method: Method, enclosure_side: float = 0.0, designs: Designs | None = None

@@ -46,7 +46,7 @@ from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.tables.table import to_arrow_table
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
-TIMED_RUNS = 3
+TIMED_RUNS, ENOUGH_SECONDS = 4, 2e-3  # of a method: at least two runs, more of a shorter one
 REFERENCE_METHOD = "50 digits"
 ROW_KEY = ("quantity", "method", "setting")
 BEYOND_LIMIT = 1e-9  # relative excess over its limit of a test design, which should be refused
@@ -115,7 +115,7 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
     ]
     limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
-        value, seconds = time_runs(partial(subject.result_by_method, method), TIMED_RUNS)
+        value, seconds = time_runs(partial(subject.result_by_method, method), TIMED_RUNS, ENOUGH_SECONDS)
         far, near = (
             (subject.result_by_method(method, side) for side in (1.0, -1.0))
             if method.setting < 1.0
