@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from time import perf_counter
 from typing import Any, ClassVar
 
 import numpy as np
@@ -105,9 +104,9 @@ def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[st
 
 def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
     """Rows of one quantity under one programme; the reference of 50 digits first."""
-    some, start = range(max(min(REFERENCE_COUNT // subject.cost_factor, len(subject.designs)), 1)), perf_counter()
-    expected = np.array([subject.reference_with_50_digits(number) for number in some])
-    spent, alike, none = perf_counter() - start, EQUAL_DIGITS, np.zeros(1, dtype=bool)
+    some = range(max(min(REFERENCE_COUNT // subject.cost_factor, len(subject.designs)), 1))
+    numbers, spent = time_runs(lambda: [subject.reference_with_50_digits(number) for number in some], 1)
+    expected, alike, none = np.array(numbers), EQUAL_DIGITS, np.zeros(1, dtype=bool)
     rows = [
         _method_row(
             (subject.name, REFERENCE_METHOD, alike), spent / len(some), np.array([alike]), alike, none, none
