@@ -7,7 +7,7 @@ by bisection.
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, log, sqrt
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 CERTIFIED_AT_ONCE = 64  # most designs at a time: a proof takes some tenths of a second
 FURTHEST_SHARE, RANGE_BISECTIONS = 1e9, 60
 """Largest ratio of a bound to the number, and most bisections."""
+END_SHARE = 1e-3  # of the range between the bounds: as near its ends are found
 
 
 def rows_with_certified_quantities(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
@@ -106,19 +107,28 @@ def _certified_range(
             for constraint in constraints_on_peak(peak, bound)
         )
 
-    def least_bound(meets: Callable[[str], bool]) -> float:
-        """Smallest bound whose verdict meets a condition that all larger bounds meet too."""
-        low, high = value / FURTHEST_SHARE, value * FURTHEST_SHARE
-        for _ in range(RANGE_BISECTIONS):
-            if high <= low * (1.0 + accuracy / 4.0):
-                break
-            middle = sqrt(low * high)
-            low, high = (low, middle) if meets(verdict(middle)) else (middle, high)
-        return high
-
-    if peak.is_least:
-        low, high = least_bound(lambda word: word != HELD), least_bound(lambda word: word == BROKEN)
-    else:
-        low, high = least_bound(lambda word: word != BROKEN), least_bound(lambda word: word == HELD)
-    low /= 1.0 + accuracy / 4.0
+    below, above = (HELD, BROKEN) if peak.is_least else (BROKEN, HELD)
+    low, high = value / FURTHEST_SHARE, value * FURTHEST_SHARE
+    for _ in range(RANGE_BISECTIONS):
+        if high <= low * (1.0 + accuracy / 4.0):
+            break
+        middle = sqrt(low * high)
+        word = verdict(middle)
+        if word not in {below, above}:
+            low, first = _bisect_to_undecided(lambda bound: verdict(bound) == below, low, middle, middle, accuracy)
+            high, _ = _bisect_to_undecided(lambda bound: verdict(bound) == above, high, middle, first, accuracy)
+            break
+        low, high = (middle, high) if word == below else (low, middle)
     return (low, high) if value / FURTHEST_SHARE < low < high < value * FURTHEST_SHARE < inf else None
+
+
+def _bisect_to_undecided(
+    is_proved: Callable[[float], bool], proved: float, undecided: float, other: float, accuracy: float
+) -> tuple[float, float]:
+    """Move a proved and an undecided bound together, to a small share of the undecided range up to ``other``."""
+    for _ in range(RANGE_BISECTIONS):
+        if abs(log(undecided / proved)) <= max(accuracy / 4.0, END_SHARE * abs(log(other / undecided))):
+            break
+        middle = sqrt(proved * undecided)
+        proved, undecided = (middle, undecided) if is_proved(middle) else (proved, middle)
+    return proved, undecided

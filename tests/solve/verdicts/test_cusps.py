@@ -1,5 +1,7 @@
 """Numbers next to a cusp, which doubles do not have: what is told of their error, against 60 digits."""
 
+from functools import cache
+
 import mpmath
 import pytest
 from mpmath import fp, mp
@@ -50,13 +52,24 @@ def worst(scene):
         return exact(there, jet(there))
 
 
+def of_size(scene, base_radius):
+    return {**scene, "cam": {**scene["cam"], "base_radius": base_radius}}
+
+
+@cache
+def evaluate_near_cusp(contact):
+    """Quantities of a cam with a cusp, and one of the scene's own."""
+    scene = cam_with(contact, outputs=NAMES, quantities={"mine": "contact_stress_max_MPa / 7"})
+    return evaluate(Scene.from_dict(of_size(scene, CUSPED[contact])))
+
+
 @pytest.mark.parametrize("contact", CUSPED)
 def test_stress_and_radius_next_to_a_cusp_are_as_near_to_those_of_60_digits_as_is_told(contact):
     """The stress grows with √(N/R): from that of a large cam, of which doubles have all digits."""
     scene = cam_with(contact, outputs=NAMES)
-    near, large = ({**scene, "cam": {**scene["cam"], "base_radius": size}} for size in (CUSPED[contact], LARGE))
+    near, large = (of_size(scene, size) for size in (CUSPED[contact], LARGE))
     (load, radius), (known, _) = map(worst, (near, large))
-    found, other = (evaluate(Scene.from_dict(each)) for each in (near, large))
+    found, other = evaluate_near_cusp(contact), evaluate(Scene.from_dict(large))
     stress = other["contact_stress_max_MPa"] * float(mpmath.sqrt(load / known))
     told = found["relative_half_width"]
     assert USUAL_ERROR < told < 1.0
@@ -66,9 +79,6 @@ def test_stress_and_radius_next_to_a_cusp_are_as_near_to_those_of_60_digits_as_i
 
 @pytest.mark.parametrize("contact", CUSPED)
 def test_an_own_quantity_is_no_more_exact_than_what_it_reads(contact):
-    scene = cam_with(contact, outputs=NAMES)
-    own = {"mine": "contact_stress_max_MPa / 7"}
-    near = {**scene, "cam": {**scene["cam"], "base_radius": CUSPED[contact]}, "quantities": own}
-    found = evaluate(Scene.from_dict(near))
+    found = evaluate_near_cusp(contact)
     assert found["mine"] == pytest.approx(found["contact_stress_max_MPa"] / 7, rel=1e-12)
     assert USUAL_ERROR < found["relative_half_width"] < 1.0
