@@ -264,7 +264,7 @@ def test_without_a_feasible_design_the_nearest_miss_is_told(run, run_json):
 def test_a_miss_that_is_found_when_time_is_over_is_told_as_the_least_so_far(run):
     code, text, _ = run("optimise", "roller-1000rpm", "--max-pressure", "3", "--seconds", "1e-9")
     assert code == 1
-    assert "No feasible design in the time given. Nearest miss so far:" in text
+    assert "No feasible design before the search stopped. Nearest miss so far:" in text
     assert "more `seconds` may prove this cam" in text
     assert "nearest miss" not in text
 
@@ -315,7 +315,7 @@ def test_optimise_without_time_has_prices_alone(run):
     assert "What each limit costs" in text
     assert "tightened" not in text
     assert "—" in text
-    assert "— in the size without a limit or tolerance: not proved in the time" in text
+    assert "— in the size without a limit or tolerance: not proved before the search stopped" in text
 
 
 def test_optimise_shows_both_prices_where_one_bound_would_be_enough(run):

@@ -199,12 +199,11 @@ NO_SECONDS = 1e-9  # time limit of the prices when no time is left: they end at 
 @click.option(
     "--seconds",
     type=click.FloatRange(0, min_open=True),
-    default=60,
-    show_default=True,
-    help="Time limit, s. When it ends, camopt shows the smallest cam so far and the gap to the proven bound.",
+    help="Time limit, s. By default the search stops after a fixed amount of work, about a minute. If it stops "
+    "before the proof, camopt shows the smallest cam so far and the gap to the proven bound.",
 )
 @former_again_option
-def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float | None) -> int:
     """Find the smallest cam of each motion law.
 
     The cam meets every limit of the scene. camopt proves that no smaller cam does, or gives the gap to a proven
@@ -219,11 +218,13 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
             cli.print_note(f"search: optimise minimises the size; use sweep to optimise {', '.join(named)}")
     publication = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
     with publication as unit, cli.progress(quiet, "laws") as advance:
-        end = library.clock_seconds() + seconds
+        end = library.clock_seconds() + (seconds or 0.0)
         result = camopt.optimise(scene, progress=advance, seconds=seconds)
         if unit:
             library.write_scenes(result.by_law, unit.staging)
-        result = replace(result, prices=camopt.prices(result, max(end - library.clock_seconds(), NO_SECONDS)))
+        is_limited = seconds is not None or result.out_of_time
+        left = max(end - library.clock_seconds(), NO_SECONDS) if is_limited else None
+        result = replace(result, prices=camopt.prices(result, left))
     return cli.print_result(result, as_json, quiet, unit.files if unit else ())
 
 

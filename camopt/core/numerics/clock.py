@@ -1,4 +1,4 @@
-"""The clock of a search. It stops while kernels are compiled, because that happens once per machine."""
+"""The clock. It stops while kernels are compiled, because that happens once per machine."""
 
 import sys
 from collections.abc import Callable
@@ -16,12 +16,6 @@ THREAD_CLOCK = perf_counter if sys.platform == "win32" else thread_time
 def clock_seconds() -> float:
     """Seconds since a fixed moment, without time spent on compilation."""
     return monotonic() - COMPILE_CLOCK.seconds
-
-
-def next_task_deadline(deadline: float, tasks_left: int) -> float:
-    """Time at which the first of ``tasks_left`` equal tasks must stop to leave the others as much time."""
-    start = clock_seconds()
-    return start + max(deadline - start, 0.0) / tasks_left
 
 
 def time_runs(work: Callable[[], TimedResult], runs: int, enough_seconds: float = inf) -> tuple[TimedResult, float]:

@@ -54,6 +54,7 @@ MISSING_SIZE = (
     "missing; only commands that find sizes work without it: optimise, serve, effects, and sweep if [search] has it"
 )
 MISSING_NUMBER = "missing; only sweep and optimise work without it, if [search] has it"
+CURVE_WORK, PIECE_WORK = 300.0, 0.01  # work of a limit, and more for each piece of its curve and each design
 SINGLE_DESIGN_ERROR = (
     1e-13  # relative error for single designs, whose digits people compare; it costs nothing there
 )
@@ -92,6 +93,11 @@ class Problem:
     """Tolerance zones of a robust search, by field of designs or key of the train: cams in them meet the limits."""
     robust_errors: tuple[NumberErrors, ...] = ()
     """Errors at which a robust search checks the limits: corners of the zones, and worse points found later."""
+
+    def work(self, count: int) -> float:
+        """Work of an evaluation of all limits for some designs (``core.numerics.budget``)."""
+        limits = len(self.limits) * (1 + len(self.robust_errors))
+        return limits * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * count)
 
     def nominal_and_error_variants(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:
         """The nominal designs, then the designs with each of the robust errors, each with its problem.

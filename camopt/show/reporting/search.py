@@ -13,13 +13,11 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 from camopt.solve.smallest.optimise import optimise
 
-TIME_LIMIT = 60.0  # s
 
-
-def find_smallest_cam_or_reason(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
+def find_smallest_cam_or_reason(scene: Scene) -> dict[str, Any]:
     """Find the smallest cam: its ``scene`` and the sentence ``told``, or the reason ``why`` there is none."""
     try:
-        result = optimise(scene, seconds=seconds)
+        result = optimise(scene)
     except BadInput as refused:
         return {"why": "; ".join(f"{each.key}: {each.allowed}" for each in refused.mistakes)}
     if result.best is None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.core.quantities import in_column_order
 from camopt.model.effects import available_quantities
 from camopt.scene.problem.limit import ASSEMBLY
@@ -47,7 +47,7 @@ from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 PageAnswer = dict[str, Any]
-QUICK_PROOF_SECONDS = 0.01  # s to decide limits within rounding, while a control moves
+QUICK_PROOF_WORK = 1e4  # most work to decide limits within rounding, while a control moves
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
@@ -63,9 +63,7 @@ class QuickPicture(Picture):
         # with two contacts: the limits that this contact has alone
         limits = tuple(limit for limit in self.problem.limits if available.issuperset(limit.required_quantities))
         problem = replace(self.problem, limits=limits)
-        return evaluate_with_verdicts(
-            problem, problem.design, self.wanted_quantities, clock_seconds() + QUICK_PROOF_SECONDS
-        )
+        return evaluate_with_verdicts(problem, problem.design, self.wanted_quantities, Budget(QUICK_PROOF_WORK))
 
     @cached_property
     def quantity_values(self) -> dict[str, Any]:

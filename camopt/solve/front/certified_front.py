@@ -8,14 +8,13 @@ front (exchange method, as in ``smallest.exchange``). Designs that are broken af
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.core.engines.progress import Progress
 from camopt.core.engines.threads import Threads
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.scene.problem.problem import at_rounding_error
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import with_toleranced_numbers
@@ -27,8 +26,8 @@ from camopt.solve.front.reported_rows import ReportedRows, report_rows
 from camopt.solve.smallest.exchange import certify_over_tolerances
 from camopt.solve.verdicts.verdict_words import BROKEN
 
-CERTIFY_SECONDS = 60.0
-"""Time for the proofs of a front; designs without a proof by then are undecided."""
+CERTIFY_WORK = 60e6
+"""Work of the proofs of a front; designs without a proof by then are undecided."""
 SWEEP_EXCHANGES, MOST_ADDED_CAMS = 4, 8
 """Most repetitions of a sweep, and most cams with errors that join each repetition."""
 PROOF_COLUMN = "proof"
@@ -55,7 +54,7 @@ def certify_front_with_resweeps(
         return CertifiedFront(space_result.without_rows(), reported, reported.front, None)
     proofs = ToleranceVerdicts(plan.space)
     for done in range(SWEEP_EXCHANGES + 1):
-        proofs.deadline = clock_seconds() + CERTIFY_SECONDS
+        proofs.budget = Budget(CERTIFY_WORK)
         front, best = (proofs.with_proof_column(rows) for rows in (reported.front, reported.best))
         if not proofs.violating_errors or done == SWEEP_EXCHANGES:
             break
@@ -77,8 +76,8 @@ class ToleranceVerdicts:
     """The verdicts on designs of a space over the boxes of their tolerances."""
 
     space: DesignSpace
-    deadline: float = inf
-    """When the proofs must end (``clock_seconds``)."""
+    budget: Budget = UNLIMITED
+    """Work of the proofs."""
     verdicts: dict[tuple[Any, ...], str] = field(default_factory=dict)
     """The verdicts so far, by the sizes and laws of a row."""
     violating_errors: list[NumberErrors] = field(default_factory=list)
@@ -92,7 +91,7 @@ class ToleranceVerdicts:
         for problem, index, designs in self.space.designs_by_setting(rows.take(unknown)):
             for place, number in enumerate(unknown[index].tolist()):
                 cam = with_toleranced_numbers(at_rounding_error(replace(problem, design=designs.take([place]))))
-                verdict, errors = certify_over_tolerances(cam, cam.design, self.deadline)
+                verdict, errors = certify_over_tolerances(cam, cam.design, self.budget)
                 self.violating_errors += errors
                 self.verdicts[keys[number]] = verdict
         return DesignRows(

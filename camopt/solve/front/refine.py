@@ -17,7 +17,7 @@ import numpy as np
 
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, next_task_deadline
+from camopt.core.numerics.budget import Budget
 from camopt.model.effects import require_effect
 from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
 from camopt.scene.problem.problem import Problem, at_rounding_error
@@ -25,7 +25,7 @@ from camopt.scene.problem.rows import DesignRows, concatenate_rows
 from camopt.scene.problem.space import DesignSpace, search_boxes
 from camopt.solve.front.pareto import non_dominated, thin_front
 from camopt.solve.front.pattern_search import PatternSearch, polish_designs, search_by_pattern
-from camopt.solve.smallest.optimise import OPTIMISE_SECONDS
+from camopt.solve.smallest.optimise import OPTIMISE_WORK
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 
@@ -100,13 +100,12 @@ def variable_dependent_objectives(problem: Problem) -> list[str]:
 
 
 def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[DesignRows]:
-    """The smallest cam of each motion and each choice of listed values, within the time of ``optimise``."""
-    end, problems = clock_seconds() + OPTIMISE_SECONDS, [at_rounding_error(problem) for problem in space.problems]
+    """The smallest cam of each motion and each choice of listed values, within the work of ``optimise``."""
+    end, problems = Budget(OPTIMISE_WORK), [at_rounding_error(problem) for problem in space.problems]
     for done, problem in enumerate(problems):
-        until, boxes = next_task_deadline(end, len(problems) - done), search_boxes(problem)
+        until, boxes = end.share(len(problems) - done), search_boxes(problem)
         answers = [
-            solve_smallest_cam(problem, box, next_task_deadline(until, len(boxes) - k)).design
-            for k, box in enumerate(boxes)
+            solve_smallest_cam(problem, box, until.share(len(boxes) - k)).design for k, box in enumerate(boxes)
         ]
         cams = [design for design in answers if design is not None]
         if cams:

@@ -13,14 +13,16 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.interval import Interval
 from camopt.model.mechanisms.design import Designs, SizeBounds
+from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.variables import Variable
 from camopt.solve.smallest.grid_search import linear_then_geometric_sizes
 from camopt.solve.smallest.result import RELATIVE_GAP
 
 NARROW_SIDE = 1e-3 * RELATIVE_GAP  # relative to a size, or to its unit if that is larger
+BOX_DESIGNS = 200  # designs whose evaluation takes as much work as the enclosure of a box
 LEAST_BATCH = 32  # boxes examined together, at least: fewer take no less time
 
 
@@ -137,6 +139,7 @@ class DesignBoxes:
 class Bisection(ABC):
     """A search for the least size by bisection of boxes of the free variables."""
 
+    problem: Problem
     most_boxes: int
     """The search ends after this many boxes."""
     floor: float = inf
@@ -150,14 +153,15 @@ class Bisection(ABC):
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
 
-    def bisect(self, boxes: DesignBoxes, deadline: float) -> float:
-        """Lower bound of the size over all boxes [mm], by as many cuts as there is time for (``clock_seconds``)."""
+    def bisect(self, boxes: DesignBoxes, budget: Budget) -> float:
+        """Lower bound of the size over all boxes [mm], by as many cuts as the budget allows."""
         examined = 0
-        while len(boxes) and examined < self.most_boxes and clock_seconds() < deadline:
+        while len(boxes) and examined < self.most_boxes and not budget.is_spent:
             while len(boxes) < LEAST_BATCH:
                 boxes = boxes.halve_boxes()
             batch, rest = self.select_batch(boxes)
             examined += len(batch)
+            budget.spend(self.problem.work(BOX_DESIGNS * len(batch)))
             boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.interval import Interval
 from camopt.model.effects.self_crossing_boxes import KnownCrossings
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
@@ -53,7 +53,7 @@ from camopt.solve.smallest.result import (
 )
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
-BOX_BATCH = 512  # boxes examined together, at most, so that the search stops in time
+BOX_BATCH = 512  # boxes examined together, at most, so that the search can stop
 UNKNOWN_SIDE = -1  # the side to cut is not known yet
 
 
@@ -61,21 +61,21 @@ def branch_and_bound(
     problem: Problem,
     bounds: SizeBounds,
     floor: float = 0.0,
-    deadline: float = inf,
+    budget: Budget = UNLIMITED,
     *,
     discs: tuple[str, ...] = ("size",),
     start: Designs | None = None,
 ) -> SmallestCam:
     """The smallest feasible design of a box.
 
-    ``floor`` is a proved lower bound of the size, infinite if no design is feasible. After ``deadline``
-    (``clock_seconds``) the answer is the best so far, not proved. ``discs`` are the fields of the sizes whose
-    maximum is minimised. ``start`` is a feasible design, if one is known.
+    ``floor`` is a proved lower bound of the size, infinite if no design is feasible. Once the
+    budget is spent, the answer is the best so far, not proved. ``discs`` are the fields of the sizes whose maximum
+    is minimised. ``start`` is a feasible design, if one is known.
     """
     look = (
         GridOptimum(start)
         if start
-        else search_coarse_grid(problem, bounds, GRID_VALUES if floor < inf else FEW_GRID_VALUES, deadline)
+        else search_coarse_grid(problem, bounds, GRID_VALUES if floor < inf else FEW_GRID_VALUES, budget)
     )
     least = max(negligible_size(problem, bounds), floor if len(discs) == 1 else 0.0)
     most = (
@@ -98,8 +98,8 @@ def branch_and_bound(
         *size_constraints_with_variants(problem),
         *size_mean_constraints(problem),
     ]
-    search = BoxSearch(problem, constraints, crossings, look.design, deadline, discs)
-    bound = search.bisect(boxes, deadline)
+    search = BoxSearch(problem, constraints, crossings, look.design, budget, discs)
+    bound = search.bisect(boxes, budget)
     return SmallestCam(search.incumbent, max(bound, floor), look.nearest, discs)
 
 
@@ -115,8 +115,7 @@ class BoxSearch(Bisection):
     """Places where cams cross themselves, which prove boxes empty; None if crossing is not a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
-    deadline: float = inf
-    """When to stop (``clock_seconds``)."""
+    budget: Budget = UNLIMITED
     discs: tuple[str, ...] = ("size",)
     """The fields of the sizes whose maximum is minimised."""
 
@@ -163,11 +162,11 @@ class BoxSearch(Bisection):
         inside = inside.take(np.argsort(self.sizes_of(inside), kind="stable"))
         first = bisect_first_design_where(
             inside,
-            lambda design: clock_seconds() < self.deadline and is_provably_feasible(problem, design, self.deadline),
+            lambda design: not self.budget.is_spent and is_provably_feasible(problem, design, self.budget),
         )
         if first is None:
             return undecided
-        if not self.problem.has_deferred_limits or is_provably_feasible(self.problem, first, self.deadline):
+        if not self.problem.has_deferred_limits or is_provably_feasible(self.problem, first, self.budget):
             self.incumbent = first
         return undecided & (self.sizes_of(state.inside) < self.sizes_of(first))
 
@@ -212,7 +211,7 @@ class BoxSearch(Bisection):
                 self.sizes_of(points) < (inf if self.incumbent is None else self.sizes_of(self.incumbent))
             )
             points = points.take(np.argsort(self.sizes_of(points), kind="stable"))
-            design = first_feasible_design(self.problem, points, self.crossings, self.deadline)
+            design = first_feasible_design(self.problem, points, self.crossings, self.budget)
             self.incumbent = design or self.incumbent
 
 
@@ -232,7 +231,7 @@ class DiscSearch(BoxSearch):
 
 
 def disc_size_lower_bound(
-    problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, deadline: float = inf
+    problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, budget: Budget = UNLIMITED
 ) -> float:
     """Lower bound of one disc of a pair, whatever the other disc is [mm]; at most its size in ``pair``."""
     second = disc == SECOND_SIZE
@@ -242,9 +241,9 @@ def disc_size_lower_bound(
     if ends[disc][0] >= ends[disc][1]:
         return ends[disc][0]
     constraints = size_constraints_with_variants(problem, lambda limit: limit.constraints_at_contact(int(second)))
-    search = DiscSearch(problem, constraints, None, pair, deadline, (disc,))
+    search = DiscSearch(problem, constraints, None, pair, budget, (disc,))
     return search.bisect(
-        DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), deadline
+        DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), budget
     )
 
 

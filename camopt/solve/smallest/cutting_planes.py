@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.effects import EvaluationBlock
 from camopt.model.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.model.mechanisms.design import SizeBounds
@@ -44,6 +44,7 @@ LINEAR_FORMS: dict[Any, LinearForm] = {
 PLANE_SAMPLES = 96  # samples of each stroke, for a first set of planes
 FIRST_PLANES_TOLERANCE = 1e-6  # relative: by how much samples may exceed the first planes
 PLANE_ROUNDS = 30
+LINEAR_WORK = 8.0  # work of a round, or of a closed form, over that of an evaluation
 PLANE_ROUNDING = 1e-15  # relative
 EASING_FACTORS = tuple(
     4.0**k for k in range(10)
@@ -57,10 +58,10 @@ class LinearOptimum(NamedTuple):
     floor: float
 
 
-def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> LinearOptimum | None:
+def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> LinearOptimum | None:
     """The smallest cam under the linear limits; None for other mechanisms, or without such limits.
 
-    After ``deadline`` (``clock_seconds``) it is the lower bound so far.
+    Once the budget is spent, it is the lower bound so far.
     """
     form = LINEAR_FORMS.get(problem.setup.mechanism.pressure)
     limits = form.limits(problem) if form else []
@@ -70,8 +71,9 @@ def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, deadline: float 
     planes = _planes_active_at_samples(form, limits, problem.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
     for done in range(PLANE_ROUNDS):
-        if done and clock_seconds() > deadline:
+        if done and budget.is_spent:
             break
+        budget.spend(LINEAR_WORK * problem.work(1))
         point = form.least_point(np.concatenate([ranges, planes]), bounds)
         if point is None:
             return LinearOptimum(None, inf)

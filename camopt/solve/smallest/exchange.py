@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from camopt.core.numerics.budget import Budget
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
@@ -30,14 +31,14 @@ CAM_EXCHANGES = 16
 
 
 def certify_robust_answer(
-    problem: Problem, answer: SmallestCam, bounds: SizeBounds, deadline: float
+    problem: Problem, answer: SmallestCam, bounds: SizeBounds, budget: Budget
 ) -> tuple[SmallestCam, list[NumberErrors]]:
     """The answer with the verdict on every cam within the tolerances, and the errors of cams that break limits.
 
     If rounding leaves the proof open, a design is tried that is larger by less than the gap of a proved size.
     """
     assert answer.design is not None
-    verdict, violating = certify_over_tolerances(problem, answer.design, deadline)
+    verdict, violating = certify_over_tolerances(problem, answer.design, budget)
     if verdict == UNDECIDED:
         room = (allowed_proof_gap(answer.design) - (answer.gap if answer.is_proved else 0.0)) / 2.0
         larger = answer.with_larger_sizes(np.array([room]))
@@ -45,7 +46,7 @@ def certify_robust_answer(
         if (
             within
             and feasible_designs(problem, larger)[0]
-            and certify_over_tolerances(problem, larger, deadline)[0] == HELD
+            and certify_over_tolerances(problem, larger, budget)[0] == HELD
         ):
             return replace(answer, design=larger, every_cam=HELD), []
     return replace(answer, every_cam=verdict), violating
@@ -60,12 +61,12 @@ def violating_cam_errors(problem: Problem, design: Designs, errors: Sequence[Num
     ]
 
 
-def certify_over_tolerances(problem: Problem, design: Designs, deadline: float) -> tuple[str, list[NumberErrors]]:
+def certify_over_tolerances(problem: Problem, design: Designs, budget: Budget) -> tuple[str, list[NumberErrors]]:
     """The verdict on all cams within a design's tolerances, and the errors of one cam for each broken limit."""
     ends, nominal = tolerance_ranges(problem, design), nominal_numbers(problem, design)
     verdicts, violating = [], list[NumberErrors]()
     for limit in problem.limits:
-        limit_verdict = limit_verdict_over_box(problem, limit, design, ends, deadline)
+        limit_verdict = limit_verdict_over_box(problem, limit, design, ends, budget)
         if limit_verdict.verdict == BROKEN and limit_verdict.witness is not None:
             values = limit_verdict.witness.values
             errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}

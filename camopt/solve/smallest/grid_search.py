@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.mechanisms.design import SIZE_FIELDS as SIZE_FIELDS
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
@@ -54,30 +54,30 @@ class GridOptimum:
 
 
 def search_coarse_grid(
-    problem: Problem, bounds: SizeBounds, values_per_variable: int = GRID_VALUES, deadline: float = inf
+    problem: Problem, bounds: SizeBounds, values_per_variable: int = GRID_VALUES, budget: Budget = UNLIMITED
 ) -> GridOptimum:
     """The best design of a coarse grid, with ``values_per_variable`` of each free variable except the size."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values_per_variable)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
     points = points.take(np.argsort(largest_disc_sizes(points, minimised_disc_fields(bounds)), kind="stable"))
     crossings = empty_crossing_memory(problem)
-    for block in _split_blocks(points, deadline):
-        design = first_feasible_design(problem, block, crossings, deadline)
+    for block in _split_blocks(points, budget):
+        design = first_feasible_design(problem, block, crossings, budget)
         if design is not None:
             return GridOptimum(design)
     if not len(points):
         return GridOptimum(None)
     bounded = [
-        quantities_with_excess_bounds(problem, block, frozenset(), deadline)
-        for block in _split_blocks(points, deadline)
+        quantities_with_excess_bounds(problem, block, frozenset(), budget)
+        for block in _split_blocks(points, budget)
     ]
     excess, inner = (np.concatenate([getattr(b, side) for b in bounded], axis=1) for side in ("outer", "inner"))
     if _is_infeasible_at_every_size(problem, inner) or any(
         _motion_breaks_limit(*variant) for variant in problem.nominal_and_error_variants(points.take([0]))
     ):
         return GridOptimum(None, points.take([index_of_least_excess(excess)]), motion_infeasible=True)
-    near = find_nearest_miss(problem, bounds, points.take([index_of_least_excess(excess)]), deadline)
-    return GridOptimum(near) if is_provably_feasible(problem, near, deadline) else GridOptimum(None, near)
+    near = find_nearest_miss(problem, bounds, points.take([index_of_least_excess(excess)]), budget)
+    return GridOptimum(near) if is_provably_feasible(problem, near, budget) else GridOptimum(None, near)
 
 
 def linear_then_geometric_sizes(low: Any, high: Any, scale: float, count: int) -> FloatArray:
@@ -119,11 +119,11 @@ def largest_possible_size(problem: Problem, bounds: SizeBounds) -> float:
     return min(bounds["size"][1], limit_sizes, reach if has_triangle else inf, LARGEST_VALUE)
 
 
-def _split_blocks(points: Designs, deadline: float) -> Iterator[Designs]:
-    """The designs block by block; after ``deadline`` only the first ``GRID_BATCH``."""
+def _split_blocks(points: Designs, budget: Budget) -> Iterator[Designs]:
+    """The designs block by block; once the budget is spent only the first ``GRID_BATCH``."""
     size = SMALL_BLOCK if len(points) <= UNCOMPILED_DESIGNS else GRID_BATCH
     for first in range(0, len(points), size):
-        if first >= GRID_BATCH and clock_seconds() > deadline:
+        if first >= GRID_BATCH and budget.is_spent:
             return
         yield points.take(slice(first, first + size))
 
@@ -146,15 +146,15 @@ def _is_infeasible_at_every_size(problem: Problem, excess: FloatArray) -> bool:
     return False
 
 
-def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, deadline: float = inf) -> Designs:
-    """A design near a given one that exceeds its limits the least; the best so far after ``deadline``."""
+def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, budget: Budget = UNLIMITED) -> Designs:
+    """A design near a given one that exceeds its limits the least; the best so far once the budget is spent."""
     return _zoom_grids(
-        problem, bounds, design, lambda designs, excess: index_of_least_excess(excess), NEAR_ZOOMS, deadline
+        problem, bounds, design, lambda designs, excess: index_of_least_excess(excess), NEAR_ZOOMS, budget
     )
 
 
 def shrink_on_grids(
-    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, deadline: float = inf
+    problem: Problem, bounds: SizeBounds, design: Designs, zooms: int = NEAR_ZOOMS, budget: Budget = UNLIMITED
 ) -> Designs | None:
     """The smallest feasible design that grids find near a given one; None if they find none."""
     discs = minimised_disc_fields(bounds)
@@ -164,7 +164,7 @@ def shrink_on_grids(
         size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
         return int(np.lexsort((worst, size))[0])  # at equal sizes the least excess
 
-    best = _zoom_grids(problem, bounds, design, smallest_feasible_index, zooms, deadline)
+    best = _zoom_grids(problem, bounds, design, smallest_feasible_index, zooms, budget)
     return best if feasible_designs(problem, best)[0] else None
 
 
@@ -174,13 +174,13 @@ def _zoom_grids(
     design: Designs,
     choose_design: DesignChoice,
     zooms: int,
-    deadline: float = inf,
+    budget: Budget = UNLIMITED,
 ) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
     spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
     for _ in range(zooms):
-        if clock_seconds() > deadline:
+        if budget.is_spent:
             break
         steps = [np.linspace(-1, 1, ZOOM_STEPS) * spans[name] for name in free]
         mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
@@ -191,9 +191,9 @@ def _zoom_grids(
         if len(points):
             variants = problem.nominal_and_error_variants(points)
             excess = np.concatenate(
-                [quantities_with_excess_bounds(*pair, frozenset(), deadline).outer for pair in variants]
+                [quantities_with_excess_bounds(*pair, frozenset(), budget).outer for pair in variants]
             )
-            if clock_seconds() > deadline:  # some excesses may be missing
+            if budget.is_spent:  # some excesses may be missing
                 break
             design = points.take([choose_design(points, excess)])
         spans = {name: span / ZOOM_FACTOR for name, span in spans.items()}

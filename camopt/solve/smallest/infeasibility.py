@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from math import ceil, floor, inf, log10
 
 from camopt.core.mistakes import join_words
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.irreducible import irreducible_set
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.mechanisms.design import SizeBounds
@@ -48,15 +48,13 @@ class Infeasibility:
         return f", for {self.size_range} ({cam})"
 
 
-def find_infeasibility(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> Infeasibility:
+def find_infeasibility(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> Infeasibility:
     """The limits that no design within bounds meets, alone or together.
 
-    After ``deadline`` (``clock_seconds``) the set named together may be larger than needed.
+    Once the budget is spent, the set named together may be larger than needed.
     """
     problem = at_rounding_error(problem)
-    return replace(
-        _feasible_beyond_range(problem, bounds, deadline), cause=_blocking_limits(problem, bounds, deadline)
-    )
+    return replace(_feasible_beyond_range(problem, bounds, budget), cause=_blocking_limits(problem, bounds, budget))
 
 
 def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
@@ -75,27 +73,25 @@ def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
     return "; ".join(texts)
 
 
-def _blocking_limits(problem: Problem, bounds: SizeBounds, deadline: float) -> str:
+def _blocking_limits(problem: Problem, bounds: SizeBounds, budget: Budget) -> str:
     grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_GRID_VALUES)
     if not problem.setup.mechanism.can_assemble(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}"
     limits = problem.without_deferred_limits.limits  # deferred limits need designs that meet all others
-    if alone := [limit.name for limit in limits if _limits_exclude_all([limit], problem, bounds, deadline)]:
+    if alone := [limit.name for limit in limits if _limits_exclude_all([limit], problem, bounds, budget)]:
         return ", ".join(alone)
-    together = irreducible_set(
-        problem.limits, lambda rest: not _limits_exclude_all(rest, problem, bounds, deadline)
-    )
+    together = irreducible_set(problem.limits, lambda rest: not _limits_exclude_all(rest, problem, bounds, budget))
     names = [limit.name for limit in together]
     if len(names) == 1:
         return names[0]
-    late = " (perhaps fewer of them: the search ran out of time)" if clock_seconds() > deadline else ""
+    late = " (perhaps fewer of them: the search stopped early)" if budget.is_spent else ""
     return f"{join_names(names)} together{late}"
 
 
-def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, deadline: float) -> Infeasibility:
+def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
     """The range of the size, if there is one and a cam beyond it is feasible; without a cause."""
     low, high = bounds["size"]
-    answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, deadline) if high < inf else None
+    answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, budget) if high < inf else None
     if answer is None or answer.design is None:
         return Infeasibility("")
     key, size = problem.setup.mechanism.body.size_key, round_size_up(answer.size)
@@ -113,11 +109,11 @@ def round_size_up(size: float) -> float:
     return ceil(size / unit * (1.0 - 1e-9)) * unit
 
 
-def _limits_exclude_all(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, deadline: float) -> bool:
+def _limits_exclude_all(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, budget: Budget) -> bool:
     relaxed = replace(problem, limits=tuple(limits))
-    if search_coarse_grid(relaxed, bounds, FEW_GRID_VALUES, deadline).design is not None:
+    if search_coarse_grid(relaxed, bounds, FEW_GRID_VALUES, budget).design is not None:
         return False
-    answer = solve_smallest_cam(relaxed, bounds, deadline)
+    answer = solve_smallest_cam(relaxed, bounds, budget)
     return answer.design is None and answer.is_proved
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
@@ -35,7 +36,7 @@ from camopt.solve.smallest.result import (
 from camopt.solve.smallest.smallest import solve_small_cam_unproved
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
-MOTION_BATCH = 256  # boxes examined together, at most, so that the search stops in time
+MOTION_BATCH = 256  # boxes examined together, at most, so that the search can stop
 SEARCHED_MIDDLES = 12  # boxes whose middle is searched: another local optimum may be better
 LADDER_ROUNDS, LADDER_SIZES = 3, 16  # rounds of sizes of a box that are tried, each round finer, and sizes in each
 
@@ -54,10 +55,8 @@ class MotionSearch(Bisection):
     """Branch and bound over motions and the sizes of their cams, below the best cam so far."""
 
     most_boxes = 50_000
-    problem: Problem
     bounds: SizeBounds
-    deadline: float
-    """When to stop (``clock_seconds``)."""
+    budget: Budget
     best: SmallestCam
     """The smallest cam so far."""
     best_motion: Any
@@ -94,7 +93,7 @@ class MotionSearch(Bisection):
         if most > floor:
             scale = size_scale(self.problem, self.bounds, self.lift)
             floor = self.bisect(
-                DesignBoxes.single_box(ends, scale, self.problem.search_space.variables), self.deadline
+                DesignBoxes.single_box(ends, scale, self.problem.search_space.variables), self.budget
             )
         return replace(self.best, floor=floor)
 
@@ -152,16 +151,14 @@ class MotionSearch(Bisection):
             return
         design = design.without_numbers(self.motion_fields)
         if closely:
-            self.update_best(
-                solve_small_cam_unproved(problem, self.bounds, self.best.design, self.deadline), motion
-            )
+            self.update_best(solve_small_cam_unproved(problem, self.bounds, self.best.design, self.budget), motion)
         rounding = allowed_proof_gap(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.best.size)
         for _ in range(LADDER_ROUNDS):
             sizes = np.linspace(low, high, LADDER_SIZES)
             ladder = replace(design.take(np.zeros(LADDER_SIZES, dtype=int)), size=sizes)
-            cam = first_feasible_design(problem, ladder, empty_crossing_memory(problem), self.deadline)
+            cam = first_feasible_design(problem, ladder, empty_crossing_memory(problem), self.budget)
             if cam is None:
                 return
             self.update_best(SmallestCam(cam, 0.0), motion)

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from camopt.core.numerics import FloatArray, IndexArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.solve.smallest.closed_form import closed_form_design
 from camopt.solve.smallest.result import SmallestCam, allowed_proof_gap
@@ -36,17 +36,17 @@ def descend_simplex(
     steps: FloatArray,
     end_tolerances: tuple[float, float],
     moves_per_variable: int,
-    deadline: float,
+    budget: Budget,
     variable_range: tuple[float, float] | None = None,
 ) -> FloatArray:
     """The point of least cost that the simplex method reaches from a start, with ``steps`` along each variable.
 
-    It ends at ``moves_per_variable`` evaluations for each variable, after ``deadline``, or when the steps and costs
-    of the simplex differ by no more than ``end_tolerances``. ``variable_range`` is the range of every variable.
+    It ends at ``moves_per_variable`` evaluations for each variable, when the budget is spent, or when the steps and
+    costs of the simplex differ by no more than ``end_tolerances``. ``variable_range`` is that of every variable.
     """
 
     def stop_after_deadline(intermediate_result: Any) -> None:
-        if clock_seconds() > deadline:
+        if budget.is_spent:
             raise StopIteration
 
     corners = start + np.vstack([np.zeros(start.size), np.diag(steps)])
@@ -83,7 +83,7 @@ class NelderMead:
         scene = self.turns.scene_angles
         inside = np.all((scene >= self.box.low) & (scene <= self.box.high))
         for freed in [*self.turns.corner_turn_angles, *([scene] if inside else [])]:
-            if clock_seconds() < self.turns.deadline:
+            if not self.turns.budget.is_spent:
                 self.solve_small_cam_of_turn(freed)
         return self.best
 
@@ -98,15 +98,15 @@ class NelderMead:
     def solve_small_cam_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> SmallestCam:
         """A small cam for a turn, kept if it is the best so far."""
         best, problem = self.best.answer.design, self.turns.problem_with_angles(freed_angles)
-        answer = solve_small_cam_unproved(problem, self.bounds, best, self.turns.deadline, closely=closely)
+        answer = solve_small_cam_unproved(problem, self.bounds, best, self.turns.budget, closely=closely)
         if answer.design is None and best is None:
             self.best = TurnOptimum(answer, freed_angles)
         self.best = better_turn(self.best, TurnOptimum(answer, freed_angles))
         return answer
 
     def size_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> float:
-        """Size of a small cam for a turn [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
-        if clock_seconds() > self.turns.deadline:
+        """Size of a small cam for a turn [mm]; ``INFEASIBLE_COST`` if there is none or the budget is spent."""
+        if self.turns.budget.is_spent:
             return INFEASIBLE_COST
         return min(self.solve_small_cam_of_turn(freed_angles, closely=closely).size, INFEASIBLE_COST)
 
@@ -142,7 +142,7 @@ class NelderMead:
         Pairs of segments follow the edges of the box of turns, and stay exactly on an end of a range.
         """
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
-        while step > LEAST_TRADE and clock_seconds() < self.turns.deadline:
+        while step > LEAST_TRADE and not self.turns.budget.is_spent:
             before = least
             for longer, shorter in permutations(self.free, 2):
                 most_gain, most_loss = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
@@ -177,6 +177,6 @@ class NelderMead:
             inwards,
             (end_tolerance, end_tolerance),
             DESCENT_MOVES,
-            self.turns.deadline,
+            self.turns.budget,
         )
         return self.shifted_turn(start, order, steps)

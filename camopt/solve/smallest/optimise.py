@@ -10,7 +10,7 @@ import numpy as np
 from camopt.core.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, next_task_deadline
+from camopt.core.numerics.budget import Budget, search_budget
 from camopt.core.quantities import in_column_order
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion.stroke import RETURN, RISE
@@ -47,14 +47,14 @@ from camopt.solve.verdicts.limit_verdicts import (
 )
 from camopt.solve.verdicts.verdict_words import UNDECIDED
 
-OPTIMISE_SECONDS = 60.0  # default time of a search
-NOMINAL_PARTS = 3  # a robust search gives one of this many parts of its time to the nominal cam
+OPTIMISE_WORK = 60e6  # default work of a search
+NOMINAL_PARTS = 3  # a robust search gives one of this many parts of its budget to the nominal cam
 CLEARANCE_SIZES = 48  # sizes above the optimum at which feasibility is evaluated
 
 
 @allow_positional_options
 @with_progress_bar("laws")
-def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: float = OPTIMISE_SECONDS) -> Optimum:
+def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: float | None = None) -> Optimum:
     """Find the smallest base radius (mean radius of a cylindrical cam) that meets every limit of a scene.
 
     The base radius is free, within its range in ``[search]`` if it has one. For other sizes and numbers, such as a
@@ -74,9 +74,10 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     progress : callable or True, optional
         True shows a progress bar. A function is called with (laws done, laws in all). If it
         returns False, the search ends.
-    seconds : float, default 60
-        Time for the search [s], shared between the laws. If it runs out, the answer is the smallest cam so far,
-        with ``proved`` False and its gap.
+    seconds : float, optional
+        Time for the search [s], shared between the laws. By default the search stops after a fixed amount of work,
+        about a minute, and gives the same answer on every machine. If it stops before the proof, the answer is the
+        smallest cam so far, with ``proved`` False and its gap.
 
     Returns
     -------
@@ -104,7 +105,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     (54.5395, True)
     """
     scene = scene_from(scene)
-    problem, end = at_rounding_error(resolve(scene)), search_deadline(seconds)
+    problem, end = at_rounding_error(resolve(scene)), search_budget(seconds, OPTIMISE_WORK)
     shared = [number for number in problem.search_space.numbers if number.role == "shared"]
     mistakes = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
     if mistakes := [*given_profile_mistakes(problem, "the base radius"), *mistakes]:
@@ -119,13 +120,11 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     for done, (programme, pair) in enumerate(programmes.items()):
         report_progress(progress, done, len(programmes))
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
-        until = next_task_deadline(end, len(programmes) - done)
-        turns = SegmentAngles(problem, pair, deadline=until)
-        nominal = _nominal_optimum(
-            problem.with_programme(programme), turns, next_task_deadline(until, NOMINAL_PARTS)
-        )
+        until = end.share(len(programmes) - done)
+        turns = SegmentAngles(problem, pair, budget=until)
+        nominal = _nominal_optimum(problem.with_programme(programme), turns, until.share(NOMINAL_PARTS))
         answers, least = solve_all_trains_and_boxes(problem.with_programme(programme), turns, until)
-        out_of_time |= clock_seconds() > until or any(answer.out_of_time for answer in answers)
+        out_of_time |= until.is_spent or any(answer.out_of_time for answer in answers)
         if least is not None:
             assert least.answer.design is not None
             reduced, design = least.problem.absorb_untoleranced_numbers(least.answer.design)
@@ -140,9 +139,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
                 }
             cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
             continue
-        obstacles[laws] = _infeasibility_in_words(
-            answers, max(until, next_task_deadline(end, len(programmes) - done))
-        )
+        obstacles[laws] = _infeasibility_in_words(answers, end.share(len(programmes) - done))
         misses += [
             _miss_rank_and_quantities(each.problem, each.answer.nearest) for each in answers if each.answer.nearest
         ]
@@ -153,19 +150,6 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     best = next(iter(ranked.values()), None)
     warnings = tuple(_optimum_warnings(cams[order[0]], best)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
-
-
-def search_deadline(seconds: float) -> float:
-    """Time (``clock_seconds``) at which a search must stop [s].
-
-    Raises
-    ------
-    BadInput
-        If ``seconds`` is not a number above 0.
-    """
-    if not (isinstance(seconds, int | float) and seconds > 0.0):
-        raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
-    return clock_seconds() + seconds
 
 
 class BoxOptimum(NamedTuple):
@@ -180,11 +164,11 @@ class BoxOptimum(NamedTuple):
     angles: dict[str, Any]
     """``angles_deg`` of all segments, if some are free; else empty."""
     out_of_time: bool = False
-    """Whether the search among trains ran out of time."""
+    """Whether the search among trains stopped early."""
 
 
 def solve_all_trains_and_boxes(
-    problem: Problem, turns: SegmentAngles, deadline: float
+    problem: Problem, turns: SegmentAngles, budget: Budget
 ) -> tuple[list[BoxOptimum], BoxOptimum | None]:
     """The smallest cam of each train and box of sizes, and the smallest of all, if there is one, with its proof.
 
@@ -199,11 +183,11 @@ def solve_all_trains_and_boxes(
     if train_entries(problem.zones):  # few of the many trains at corners matter; the proof finds these
         problem, turns = _with_robust_errors(problem, turns, ())
     for _ in range(CAM_EXCHANGES if problem.zones else 1):
-        answers = list(solve_each_train(problem, turns, deadline))
+        answers = list(solve_each_train(problem, turns, budget))
         least = _smallest_of_boxes(problem, answers)
         if least is None or not problem.zones:
             break
-        proved, violating = certify_robust_answer(least.problem, least.answer, least.bounds, deadline)
+        proved, violating = certify_robust_answer(least.problem, least.answer, least.bounds, budget)
         all_errors = [*corner_errors, *(error for error in problem.robust_errors if error not in corner_errors)]
         least = least._replace(answer=proved, problem=replace(least.problem, robust_errors=tuple(all_errors)))
         if proved.every_cam == UNDECIDED and proved.design is not None:
@@ -223,11 +207,11 @@ def _with_robust_errors(
     return replace(problem, robust_errors=errors), replace(turns, problem=robust)
 
 
-def solve_each_train(problem: Problem, turns: SegmentAngles, deadline: float) -> Iterator[BoxOptimum]:
+def solve_each_train(problem: Problem, turns: SegmentAngles, budget: Budget) -> Iterator[BoxOptimum]:
     """The smallest cam of each train that ``[search]`` lists, in each box of sizes."""
     trains = listed_train_combinations(problem)
     for done, numbers in enumerate(trains):
-        end, listed = next_task_deadline(deadline, len(trains) - done), problem.with_numbers(numbers)
+        end, listed = budget.share(len(trains) - done), problem.with_numbers(numbers)
         if listed.setup.mechanism.has_no_assembly:
             for box in search_boxes(listed):
                 yield BoxOptimum(listed, box, SmallestCam(None, inf), turns.scene_angles, {})
@@ -235,11 +219,11 @@ def solve_each_train(problem: Problem, turns: SegmentAngles, deadline: float) ->
             yield from _solve_each_box(listed, replace(turns, problem=turns.problem.with_numbers(numbers)), end)
 
 
-def _solve_each_box(problem: Problem, turns: SegmentAngles, deadline: float) -> Iterator[BoxOptimum]:
+def _solve_each_box(problem: Problem, turns: SegmentAngles, budget: Budget) -> Iterator[BoxOptimum]:
     """The smallest cam of each box of sizes, with the problem's train or with the best train in its ranges."""
     boxes = search_boxes(problem)
     for done, bounds in enumerate(boxes):
-        end = next_task_deadline(deadline, len(boxes) - done)
+        end = budget.share(len(boxes) - done)
         if free_train_numbers(problem):
             best = TrainOptimiser(problem, bounds, end).find_smallest_cam()
             yield BoxOptimum(best.problem, bounds, best.answer, turns.scene_angles, {}, best.out_of_time)
@@ -247,7 +231,7 @@ def _solve_each_box(problem: Problem, turns: SegmentAngles, deadline: float) -> 
         if not turns.freed_segments:
             yield BoxOptimum(problem, bounds, solve_smallest_cam(problem, bounds, end), turns.scene_angles, {})
             continue
-        answer, freed = smallest_over_turns(replace(turns, deadline=end), bounds)
+        answer, freed = smallest_over_turns(replace(turns, budget=end), bounds)
         angles = {"angles_deg": turns.all_segment_angles(freed)}
         yield BoxOptimum(turns.problem_with_angles(freed), bounds, answer, freed, angles)
 
@@ -264,26 +248,26 @@ def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimu
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
-def _infeasibility_in_words(answers: list[BoxOptimum], deadline: float) -> str:
+def _infeasibility_in_words(answers: list[BoxOptimum], budget: Budget) -> str:
     """Why no box of sizes holds a feasible design, box by box where the reasons differ."""
     reasons = {}
     for done, box in enumerate(answers):
         reasons[describe_listed_values(box.problem, box.bounds)] = _infeasibility_of_box(
-            box, next_task_deadline(deadline, len(answers) - done)
+            box, budget.share(len(answers) - done)
         )
     return join_infeasibilities(reasons)
 
 
-def _infeasibility_of_box(box: BoxOptimum, deadline: float) -> Infeasibility:
-    """The reason for one box; after ``deadline``, the limits that its nearest miss breaks."""
+def _infeasibility_of_box(box: BoxOptimum, budget: Budget) -> Infeasibility:
+    """The reason for one box; once the budget is spent, the limits that its nearest miss breaks."""
     mechanism = box.problem.setup.mechanism
     if mechanism.has_no_assembly:
         return Infeasibility(f"assembly: {mechanism.assembly}")
-    if box.answer.is_proved and (clock_seconds() <= deadline or box.answer.nearest is None):
-        return find_infeasibility(box.problem, box.bounds, deadline)
+    if box.answer.is_proved and (not budget.is_spent or box.answer.nearest is None):
+        return find_infeasibility(box.problem, box.bounds, budget)
     if box.answer.nearest is None:
         return Infeasibility("unknown limits (not proved)")
-    rows = evaluate_with_verdicts(box.problem, box.answer.nearest, frozenset(), deadline)
+    rows = evaluate_with_verdicts(box.problem, box.answer.nearest, frozenset(), budget)
     return Infeasibility(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
@@ -340,7 +324,7 @@ def _miss_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[
     return excess_rank(excess[:, 0]), {name: values[name] for name in in_column_order(values)}
 
 
-def _optimum_quantities(problem: Problem, answer: SmallestCam, deadline: float) -> dict[str, Any]:
+def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -> dict[str, Any]:
     """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
@@ -349,13 +333,13 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, deadline: float) 
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_column_order(values)}
     smaller = answer.with_larger_sizes(-ACTIVE_DISTANCE * design.prime_radius)
-    stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), deadline).column("violated")[0]).split(",")
+    stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), budget).column("violated")[0]).split(",")
     binding = [
         limit.name
         for limit, over in zip(problem.limits, excess, strict=True)
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
-    clear = _clear_above_size(problem, answer, deadline)
+    clear = _clear_above_size(problem, answer, budget)
     return {
         **quantities,
         "binding": binding,
@@ -366,21 +350,21 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, deadline: float) 
     }
 
 
-def _nominal_optimum(problem: Problem, turns: SegmentAngles, deadline: float) -> SmallestCam | None:
+def _nominal_optimum(problem: Problem, turns: SegmentAngles, budget: Budget) -> SmallestCam | None:
     """The smallest cam without tolerances, to compare a robust one with; None if the problem is not robust."""
     if not problem.zones:
         return None
-    nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), deadline=deadline)
-    _, least = solve_all_trains_and_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, deadline)
+    nominal_turns = replace(turns, problem=replace(turns.problem, zones={}, robust_errors=()), budget=budget)
+    _, least = solve_all_trains_and_boxes(replace(problem, zones={}, robust_errors=()), nominal_turns, budget)
     return least and least.answer
 
 
-def _clear_above_size(problem: Problem, answer: SmallestCam, deadline: float) -> float:
+def _clear_above_size(problem: Problem, answer: SmallestCam, budget: Budget) -> float:
     """Least size above which no larger cam of a geometric grid breaks a limit [mm]; infinite if the largest does.
 
     The other sizes are those of the optimum. If both discs of a pair are free, both grow by the same length, and
     the size is that of the first. The grid is searched downwards from ten times the prime radius. The first change
-    is bisected, until the time is over. An infeasible gap narrower than the grid can be missed.
+    is bisected, until the budget is spent. An infeasible gap narrower than the grid can be missed.
     """
     design = answer.design
     assert design is not None
@@ -388,13 +372,14 @@ def _clear_above_size(problem: Problem, answer: SmallestCam, deadline: float) ->
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, CLEARANCE_SIZES)
 
     def holds_limits(sizes: FloatArray) -> Any:
+        budget.spend(problem.work(sizes.size))
         return feasible_designs(problem, answer.with_larger_sizes(sizes - size), include_undecided=True)
 
     if not holds_limits(sizes[-1:])[0]:
         return inf
     broken, clear = -1, CLEARANCE_SIZES - 1
     while broken < clear - 1:
-        if clock_seconds() > deadline:
+        if budget.is_spent:
             return float(sizes[clear])
         block = np.arange(max(clear - LAST_DESIGNS_AT_ONCE, broken + 1), clear)
         broken = int(np.max(block[~holds_limits(sizes[block])], initial=broken))
@@ -402,7 +387,7 @@ def _clear_above_size(problem: Problem, answer: SmallestCam, deadline: float) ->
     if broken < 0:
         return size
     low, high = sizes[broken], sizes[clear]
-    while high - low > RELATIVE_GAP * prime_radius and clock_seconds() <= deadline:
+    while high - low > RELATIVE_GAP * prime_radius and not budget.is_spent:
         middle = (low + high) / 2
         low, high = (low, middle) if holds_limits(np.array([middle]))[0] else (middle, high)
     return float(high)

@@ -57,7 +57,7 @@ class Optimum(Result):
         If no law has a feasible design: the design that breaks its limits the least; ``violated`` names them.
         If ``out_of_time``: the best of the designs tried so far.
     out_of_time : bool
-        Whether a search ran out of time, so that its answer is not proved.
+        Whether a search stopped early, so that its answer is not proved.
     warnings : tuple of str
         Warnings on the best cam, like those of an ``Evaluation``.
     prices : dict or None
@@ -114,12 +114,12 @@ class Optimum(Result):
                 yield f"{law or name}: the smallest nominal cam is not proved; a smaller one may exist"
         yield from self._larger_cam_sentences()
         if self.out_of_time:
-            yield "The search ran out of time; more `seconds` may prove this cam or find a smaller one."
+            yield "The search stopped before a proof; more `seconds` may prove this cam or find a smaller one."
         if any((self.prices or {}).values()):
             yield from self._price_sections(self.prices or {})
         if self.nearest_miss and self.out_of_time:
             yield from nearest_miss_sections(
-                self.nearest_miss, "No feasible design in the time given. Nearest miss so far:"
+                self.nearest_miss, "No feasible design before the search stopped. Nearest miss so far:"
             )
         elif self.nearest_miss:
             yield from nearest_miss_sections(self.nearest_miss)
@@ -131,7 +131,7 @@ class Optimum(Result):
             if clear > row[size_name]:
                 tried = f"all cams tried above {with_unit(clear, 'mm')} meet the limits"
                 tried = tried if isfinite(clear) else LARGEST_FAILS
-                late = " (time ran out before all were tried)" if self.out_of_time else ""
+                late = " (the search stopped before all were tried)" if self.out_of_time else ""
                 yield f"{law or self.scene.name}: larger cams may break a limit again{late}; {tried}."
 
     def _price_sections(self, prices: dict[str, list[Price]]) -> Iterator[Table | str]:
@@ -144,7 +144,7 @@ class Optimum(Result):
             why = "a condition without a value, such as no undercut, also holds the cam"
             yield f"{UNKNOWN_PRICE} in a price: not known, because {why}."
         if any(price.next is None and price not in ranges for price in all_prices):
-            late = "not proved in the time; more `seconds` may do"
+            late = "not proved before the search stopped; more `seconds` may do"
             yield f"{UNKNOWN_PRICE} in the size without a limit or tolerance: {late}."
         if any(price.next is None for price in ranges):
             yield f"{UNKNOWN_PRICE} in the size without the end of a range: not computed."

@@ -41,7 +41,7 @@ class Price:
         hold the cam by itself.
     size_without : float or None
         Size of the smallest cam without this limit, or with a tolerance of 0 [mm]; easing the bound saves no more.
-        0 if nothing else limits the size; None for an end of a range, or if it was not proved in time.
+        0 if nothing else limits the size; None for an end of a range, or if it was not proved.
     holds_to : float or None
         Value of the limited quantity for the cam of ``size_without``; easing beyond it saves nothing.
     next : tuple of str or None

@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, next_task_deadline
+from camopt.core.numerics.budget import Budget, search_budget
 from camopt.model.effects.effect_numbers import NO_BAND, ErrorBand, ToleranceBands
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.limit import Limit
@@ -29,7 +29,7 @@ from camopt.solve.smallest.multipliers import (
     active_constraints,
     price_rates,
 )
-from camopt.solve.smallest.optimise import OPTIMISE_SECONDS, search_deadline, solve_all_trains_and_boxes
+from camopt.solve.smallest.optimise import OPTIMISE_WORK, solve_all_trains_and_boxes
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.price import Price, Prices
 from camopt.solve.smallest.turns import SegmentAngles
@@ -136,7 +136,7 @@ def _with_error_field(name: str, bands: ToleranceBands, band: ErrorBand) -> Tole
 
 
 @singledispatch
-def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
+def prices(what: Any, seconds: float | None = None) -> Prices:
     """Find what each active limit of a result costs, and for known laws the smallest cam without it.
 
     Active limits may come from ``[limits]``, the diameter of the shaft, ends of ranges in ``[search]``, and for a
@@ -157,8 +157,9 @@ def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
     ----------
     what : Optimum or Synthesis
         A result of ``optimise`` or ``synthesise``.
-    seconds : float, default 60
-        Time for the searches without each limit [s], shared between them; a synthesis takes none.
+    seconds : float, optional
+        Time for the searches without each limit [s], shared between them; by default a fixed amount of work. A
+        synthesis takes none.
 
     Returns
     -------
@@ -190,15 +191,15 @@ def prices(what: Any, seconds: float = OPTIMISE_SECONDS) -> Prices:
 
 
 @prices.register
-def prices_of_smallest(optimum: Optimum, seconds: float = OPTIMISE_SECONDS) -> Prices:
+def prices_of_smallest(optimum: Optimum, seconds: float | None = None) -> Prices:
     """The prices of the smallest cam of each law, with the cams without each limit; see ``prices``."""
-    end = search_deadline(seconds)
+    end = search_budget(seconds, OPTIMISE_WORK)
     cams = dict(_free_variables_by_law(optimum))
     prices_by_law = {law: _active_prices(cams[law]) for law in optimum.by_law}
     remaining = sum(len(law_prices) for law_prices in prices_by_law.values())
     for law, law_prices in prices_by_law.items():
         for number, price in enumerate(law_prices):
-            law_prices[number] = _with_next_optimum(price, cams[law], next_task_deadline(end, remaining))
+            law_prices[number] = _with_next_optimum(price, cams[law], end.share(remaining))
             remaining -= 1
     return Prices(prices_by_law)
 
@@ -257,11 +258,11 @@ def _finite_price(value: float) -> float | None:
     return value + 0.0 if isfinite(value) else None  # no −0
 
 
-def _with_next_optimum(price: Price, cam: FreeVariables, deadline: float) -> Price:
-    """The price with the smallest cam without its limit, if that cam is proved in time."""
+def _with_next_optimum(price: Price, cam: FreeVariables, budget: Budget) -> Price:
+    """The price with the smallest cam without its limit, if that cam is proved within the budget."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
     tolerance = next((each for each in nonzero_tolerances(cam.problem) if each.key == price.key), None)
-    if not (limits or tolerance) or clock_seconds() >= deadline:
+    if not (limits or tolerance) or budget.is_spent:
         return price
 
     def ease_limit(problem: Problem) -> Problem:
@@ -269,10 +270,10 @@ def _with_next_optimum(price: Price, cam: FreeVariables, deadline: float) -> Pri
 
     easier, turns = (
         ease_limit(cam.problem),
-        replace(cam.turns, problem=ease_limit(cam.turns.problem), deadline=deadline),
+        replace(cam.turns, problem=ease_limit(cam.turns.problem), budget=budget),
     )
     try:
-        _, least = solve_all_trains_and_boxes(easier, turns, deadline)
+        _, least = solve_all_trains_and_boxes(easier, turns, budget)
     except BadInput:  # nothing else limits the size
         return replace(price, size_without=0.0, next=())
     if least is None or least.answer.design is None or not least.answer.is_proved:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.effects.self_crossing_boxes import KnownCrossings
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
 from camopt.solve.verdicts.feasible_filter import feasible_designs
-from camopt.solve.verdicts.limit_verdicts import LAST_DESIGNS_AT_ONCE, evaluate_with_verdicts
+from camopt.solve.verdicts.limit_verdicts import DEFERRED_WORK, LAST_DESIGNS_AT_ONCE, evaluate_with_verdicts
 
 RELATIVE_GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
@@ -74,21 +74,23 @@ def allowed_proof_gap(design: Designs) -> float:
 
 
 def first_feasible_design(
-    problem: Problem, designs: Designs, crossings: KnownCrossings | None, deadline: float = inf
+    problem: Problem, designs: Designs, crossings: KnownCrossings | None, budget: Budget = UNLIMITED
 ) -> Designs | None:
-    """The first feasible one of some designs, or None if none is found before ``deadline`` (``clock_seconds``).
+    """The first feasible one of some designs, or None if none is found within the budget.
 
     Deferred limits cost too much to evaluate for all designs. camopt evaluates them for one design, then for twice
     as many, and so on. Once a design crosses itself, all others that cross at the same place are dropped.
     ``crossings`` remembers these places; it is None if no limit is deferred.
     """
+    budget.spend(problem.work(len(designs)))
     designs = designs.take(feasible_designs(problem.without_deferred_limits, designs))
     if crossings is None:
         return designs.take([0]) if len(designs) else None
     count = 1
-    while len(designs) and clock_seconds() <= deadline:
+    while len(designs) and not budget.is_spent:
         designs = designs.take(~crossings.cross_at_known_angles(designs))
         block, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
+        budget.spend(DEFERRED_WORK * len(block))
         held = np.flatnonzero(feasible_designs(problem, block))
         if held.size:
             return block.take(held[:1])
@@ -98,10 +100,10 @@ def first_feasible_design(
     return None
 
 
-def is_provably_feasible(problem: Problem, design: Designs, deadline: float = inf) -> bool:
-    """Whether a design is proved feasible before ``deadline``, by intervals where doubles do not decide."""
+def is_provably_feasible(problem: Problem, design: Designs, budget: Budget = UNLIMITED) -> bool:
+    """Whether a design is proved feasible within the budget, by intervals where doubles do not decide."""
     return all(
-        evaluate_with_verdicts(own, each, frozenset(), deadline).column("feasible")[0]
+        evaluate_with_verdicts(own, each, frozenset(), budget).column("feasible")[0]
         for own, each in problem.nominal_and_error_variants(design)
     )
 

@@ -15,12 +15,12 @@ being smaller.
 from dataclasses import replace
 from math import inf
 
-from camopt.core.numerics.clock import next_task_deadline
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.scene.problem.problem import Problem, at_rounding_error
 from camopt.solve.smallest.branch_and_bound import branch_and_bound, disc_size_lower_bound
 from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, nudge_to_feasible, size_lower_bound
-from camopt.solve.smallest.cutting_planes import LinearOptimum, cutting_plane_optimum
+from camopt.solve.smallest.cutting_planes import LINEAR_WORK, LinearOptimum, cutting_plane_optimum
 from camopt.solve.smallest.grid_search import (
     CLOSE_ZOOMS,
     NEAR_ZOOMS,
@@ -35,31 +35,31 @@ EQUAL_DISCS = 1e-6  # relative: discs whose sizes differ by no more count as equ
 MOST_SHRINKS = 40  # rounds of grids that make an answer smaller
 
 
-def solve_smallest_cam(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> SmallestCam:
+def solve_smallest_cam(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> SmallestCam:
     """The smallest design within bounds that meets every limit of the problem.
 
-    After ``deadline`` (``clock_seconds``) it is the best so far, not proved. Deferred limits get half of the time.
+    Once the budget is spent, it is the best so far, not proved. Deferred limits get half of the budget.
     """
     problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
     answer = _solve_without_deferred_limits(
         problem.without_deferred_limits,
         bounds,
-        next_task_deadline(deadline, 2) if problem.has_deferred_limits else deadline,
+        budget.share(2) if problem.has_deferred_limits else budget,
     )
     if (
         answer.design is not None
         and problem.has_deferred_limits
         and not feasible_designs(problem, answer.design)[0]
     ):
-        answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), deadline, discs=answer.discs)
-    return _shrink_other_disc(problem, bounds, answer, deadline) if len(answer.discs) > 1 else answer
+        answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), budget, discs=answer.discs)
+    return _shrink_other_disc(problem, bounds, answer, budget) if len(answer.discs) > 1 else answer
 
 
 def solve_small_cam_unproved(
     problem: Problem,
     bounds: SizeBounds,
     near: Designs | None = None,
-    deadline: float = inf,
+    budget: Budget = UNLIMITED,
     *,
     closely: bool = False,
 ) -> SmallestCam:
@@ -69,42 +69,42 @@ def solve_small_cam_unproved(
     there is one and it can be made feasible, else around the best design of a coarse grid.
     """
     problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
-    linear = _solve_linear_limits(problem, bounds, deadline)
+    linear = _solve_linear_limits(problem, bounds, budget)
     discs = minimised_disc_fields(bounds)
     if linear.design is not None or linear.floor == inf:
         return SmallestCam(linear.design, linear.floor, discs=discs)
     bounds = {**bounds, "size": (linear.floor, bounds["size"][1])}
     zooms = CLOSE_ZOOMS if closely else NEAR_ZOOMS
-    design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, deadline)
+    design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, budget)
     if design is None:
-        look = search_coarse_grid(problem, bounds, deadline=deadline)
+        look = search_coarse_grid(problem, bounds, budget=budget)
         if look.design is None:
             return SmallestCam(None, inf if look.motion_infeasible else linear.floor, look.nearest, discs)
-        design = shrink_on_grids(problem, bounds, look.design, zooms, deadline)
+        design = shrink_on_grids(problem, bounds, look.design, zooms, budget)
     return SmallestCam(design, linear.floor, discs=discs)
 
 
-def _solve_without_deferred_limits(problem: Problem, bounds: SizeBounds, deadline: float) -> SmallestCam:
-    linear = _solve_linear_limits(problem, bounds, deadline)
+def _solve_without_deferred_limits(problem: Problem, bounds: SizeBounds, budget: Budget) -> SmallestCam:
+    linear = _solve_linear_limits(problem, bounds, budget)
     discs = minimised_disc_fields(bounds)
     if linear.design is not None:
         return SmallestCam(linear.design, max(linear.floor, *(bounds[disc][0] for disc in discs)), discs=discs)
     if len(discs) == 1 or linear.floor == inf:
         return _shrink_unproved_on_grids(
-            problem, bounds, branch_and_bound(problem, bounds, linear.floor, deadline, discs=discs), deadline
+            problem, bounds, branch_and_bound(problem, bounds, linear.floor, budget, discs=discs), budget
         )
-    floor, start = linear.floor, smallest_equal_pair(problem, bounds, next_task_deadline(deadline, 2))
+    floor, start = linear.floor, smallest_equal_pair(problem, bounds, budget.share(2))
     for disc in discs:
         if start is None:
             break
         smaller = start.with_values({disc: start.sizes[disc] * (1.0 - EQUAL_DISCS)})
         if not feasible_designs(problem, smaller)[0]:  # else this disc is not the one that makes the pair so large
-            floor = max(floor, disc_size_lower_bound(problem, bounds, start, disc, next_task_deadline(deadline, 2)))
-    return branch_and_bound(problem, bounds, floor, deadline, discs=discs, start=start)
+            floor = max(floor, disc_size_lower_bound(problem, bounds, start, disc, budget.share(2)))
+    return branch_and_bound(problem, bounds, floor, budget, discs=discs, start=start)
 
 
 def _shrink_unproved_on_grids(
-    problem: Problem, bounds: SizeBounds, answer: SmallestCam, deadline: float
+    problem: Problem, bounds: SizeBounds, answer: SmallestCam, budget: Budget
 ) -> SmallestCam:
     """The answer made smaller by grids, if some limit has no formula that boxes can enclose."""
     enclosed = all(
@@ -115,7 +115,7 @@ def _shrink_unproved_on_grids(
         return answer
     design = answer.design
     for _ in range(MOST_SHRINKS):  # grids follow a narrow valley slowly
-        smaller = shrink_on_grids(problem, bounds, design, CLOSE_ZOOMS, deadline)
+        smaller = shrink_on_grids(problem, bounds, design, CLOSE_ZOOMS, budget)
         if smaller is None or smaller.size[0] >= design.size[0]:
             break
         is_converged = smaller.size[0] >= design.size[0] * (1.0 - EQUAL_DISCS)
@@ -125,7 +125,7 @@ def _shrink_unproved_on_grids(
     return answer if design is answer.design else replace(answer, design=design)
 
 
-def smallest_equal_pair(problem: Problem, bounds: SizeBounds, deadline: float) -> Designs | None:
+def smallest_equal_pair(problem: Problem, bounds: SizeBounds, budget: Budget) -> Designs | None:
     """The smallest pair with equal discs; None if there is none, or if the two ranges do not overlap."""
     low, high = (pick(bounds[name][k] for name in ("size", SECOND_SIZE)) for k, pick in enumerate((max, min)))
     if low > high:
@@ -133,11 +133,11 @@ def smallest_equal_pair(problem: Problem, bounds: SizeBounds, deadline: float) -
     others = {name: size for name, size in problem.design.second.items() if name != SECOND_SIZE}
     equal = replace(problem, design=replace(problem.design, second=others))
     kept = {name: ends for name, ends in bounds.items() if name != SECOND_SIZE}
-    design = _solve_without_deferred_limits(equal, {**kept, "size": (low, high)}, deadline).design
+    design = _solve_without_deferred_limits(equal, {**kept, "size": (low, high)}, budget).design
     return None if design is None else design.with_values({SECOND_SIZE: design.size})
 
 
-def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam, deadline: float) -> SmallestCam:
+def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam, budget: Budget) -> SmallestCam:
     """The smallest pair, with the smaller disc minimised beside the larger one by its own sizes alone.
 
     If the discs are equal, each is tried.
@@ -147,17 +147,17 @@ def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam
     sizes = {disc: float(answer.design.sizes[disc][0]) for disc in answer.discs}
     smaller = [disc for disc, size in sizes.items() if size <= min(sizes.values()) + EQUAL_DISCS * answer.size]
     count, start = len(smaller), answer.design
-    pairs = [_shrink_disc(problem, bounds, start, disc, next_task_deadline(deadline, count)) for disc in smaller]
+    pairs = [_shrink_disc(problem, bounds, start, disc, budget.share(count)) for disc in smaller]
     best = min(pairs, key=lambda pair: pair.size)
     return replace(answer, design=best.design, second_disc_gap=best.gap)
 
 
-def _shrink_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: str, deadline: float) -> SmallestCam:
+def _shrink_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: str, budget: Budget) -> SmallestCam:
     """The pair with one disc minimised by the sizes that belong to this disc alone."""
     own = design.second if disc == SECOND_SIZE else [name.removeprefix("second_") for name in design.second]
     ends = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
     ends |= {name: bounds[name] for name in own}
-    return branch_and_bound(problem, ends, 0.0, deadline, discs=(disc,), start=design)
+    return branch_and_bound(problem, ends, 0.0, budget, discs=(disc,), start=design)
 
 
 def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
@@ -174,10 +174,11 @@ def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     return tight
 
 
-def _solve_linear_limits(problem: Problem, bounds: SizeBounds, deadline: float = inf) -> LinearOptimum:
+def _solve_linear_limits(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> LinearOptimum:
+    budget.spend(LINEAR_WORK * problem.work(1))
     start = closed_form_design(problem, bounds)
     if start is None:
-        return cutting_plane_optimum(problem, bounds, deadline) or LinearOptimum(None, bounds["size"][0])
+        return cutting_plane_optimum(problem, bounds, budget) or LinearOptimum(None, bounds["size"][0])
     floor = float(start.size[0]) * (1.0 - NUDGES[-1])
     return (
         LinearOptimum(None, inf)

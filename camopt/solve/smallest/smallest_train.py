@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms.design import Designs, SizeBounds
@@ -44,8 +44,9 @@ SPREAD_TRAINS, CORNERED_NUMBERS = (
     16,
     3,
 )  # sampled trains; up to this many numbers the corners of their ranges are tried too
+TRAIN_WORK = 1e4
 TRAIN_DESCENTS = 1  # descents from the best sampled trains, before boxes
-PHASE_SHARES = 1 / 6, 1 / 4, 5 / 6  # shares of the time after which the sample, the first descents and boxes end
+PHASE_SHARES = 1 / 6, 1 / 4, 5 / 6  # shares of the budget after which the sample, the first descents and boxes end
 
 
 class TrainOptimum(NamedTuple):
@@ -54,14 +55,14 @@ class TrainOptimum(NamedTuple):
     problem: Problem
     answer: SmallestCam
     out_of_time: bool = False
-    """Whether the search ran out of time."""
+    """Whether the search stopped early."""
 
 
 class TrainBoxSearch(MotionSearch):
     """Branch and bound over the trains of a problem, below the best cam so far."""
 
-    def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, deadline: float) -> None:
-        self.problem, self.bounds, self.deadline = at_rounding_error(problem), bounds, deadline
+    def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, budget: Budget) -> None:
+        self.problem, self.bounds, self.budget = at_rounding_error(problem), bounds, budget
         self.best, self.best_motion = best.answer, best.problem
         self.limits = TrainLimits.from_problem(self.problem.with_keys_per_design(self.motion_fields))
 
@@ -135,16 +136,15 @@ class TrainOptimiser:
 
     problem: Problem
     bounds: SizeBounds
-    deadline: float
-    """When to stop (``clock_seconds``)."""
+    budget: Budget
     optima: dict[tuple[float, ...], TrainOptimum] = field(default_factory=dict)
     """The smallest cam of each train tried, by its shares."""
     out_of_time: bool = False
-    """Whether a train was skipped because the time was over."""
+    """Whether a train was skipped because the budget was spent."""
 
     def find_smallest_cam(self) -> TrainOptimum:
         """The smallest cam of all trains tried, with the lower bound over all trains."""
-        spread, rough, boxes = (clock_seconds() + part * (self.deadline - clock_seconds()) for part in PHASE_SHARES)
+        spread, rough, boxes = (self.budget.share(1.0 / part) for part in PHASE_SHARES)
         for shares in self._trial_shares():
             self.size_of_train(shares, solve_small_cam_unproved, spread)
         for start in self._range_positions_of_best_tried_trains(TRAIN_DESCENTS):
@@ -152,20 +152,20 @@ class TrainOptimiser:
         bounded = self._bound_all_trains(boxes)
         if bounded.answer.is_proved:
             return bounded
-        self.out_of_time |= clock_seconds() > boxes
+        self.out_of_time |= boxes.is_spent
         for start in self._range_positions_of_best_tried_trains(1):
-            self.descend_from_train(start, FINE_DESCENT, self.deadline)
+            self.descend_from_train(start, FINE_DESCENT, self.budget)
         best = min(bounded, self._best_train, key=lambda train: train.answer.size)
         return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=self.out_of_time)
 
-    def _bound_all_trains(self, deadline: float) -> TrainOptimum:
+    def _bound_all_trains(self, budget: Budget) -> TrainOptimum:
         """The best train, with a lower bound of the size over all trains.
 
         If the scene gives the motion at the follower, limits that do not involve the tool are the same for all
         trains, and give the bound.
         """
         if not self.problem.programme.given_at_follower:
-            search = TrainBoxSearch(self.problem, self.bounds, self._best_train, deadline)
+            search = TrainBoxSearch(self.problem, self.bounds, self._best_train, budget)
             answer = search.find_smallest_cam()
             return TrainOptimum(search.best_motion, answer)
         best, floor, train = self._best_train, 0.0, self.problem.setup.train
@@ -173,7 +173,7 @@ class TrainOptimiser:
             limits = tuple(
                 limit for limit in self.problem.limits if limit.constraints and not _limits_tool_motion(limit)
             )
-            floor = solve_smallest_cam(replace(self.problem, limits=limits), self.bounds, deadline=deadline).floor
+            floor = solve_smallest_cam(replace(self.problem, limits=limits), self.bounds, budget=budget).floor
         return best._replace(answer=replace(best.answer, floor=floor))
 
     @property
@@ -182,29 +182,30 @@ class TrainOptimiser:
             self.optima.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.has_no_assembly)
         )
 
-    def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], deadline: float) -> float:
-        """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the time is over."""
-        if self.optima and clock_seconds() > deadline:
+    def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], budget: Budget) -> float:
+        """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the budget is spent."""
+        if self.optima and budget.is_spent:
             self.out_of_time = True
             return INFEASIBLE_COST
         variables = free_train_numbers(self.problem)
         values = {
             each.key: float(each.values_at_shares(np.array(s))) for each, s in zip(variables, shares, strict=True)
         }
+        self.budget.spend(TRAIN_WORK)
         problem = self.problem.with_numbers(values)
         has_no_assembly = problem.setup.mechanism.has_no_assembly
-        answer = SmallestCam(None, inf) if has_no_assembly else solve(problem, self.bounds, deadline=deadline)
+        answer = SmallestCam(None, inf) if has_no_assembly else solve(problem, self.bounds, budget=budget)
         key = tuple(map(float, shares))
         if key not in self.optima or answer.size < self.optima[key].answer.size:
             self.optima[key] = TrainOptimum(problem, answer)
         return min(answer.size, INFEASIBLE_COST)
 
-    def descend_from_train(self, start: FloatArray, descent: Descent, deadline: float) -> None:
+    def descend_from_train(self, start: FloatArray, descent: Descent, budget: Budget) -> None:
         """Descend from a train by the simplex method; all trains tried go into ``optima``."""
-        cost = partial(self.size_of_train, solve=descent.solve, deadline=deadline)
+        cost = partial(self.size_of_train, solve=descent.solve, budget=budget)
         steps = np.where(start > 0.5, -descent.reach, descent.reach)
         closest = descent.share, descent.size
-        descend_simplex(cost, start, steps, closest, descent.moves, deadline, variable_range=(0.0, 1.0))
+        descend_simplex(cost, start, steps, closest, descent.moves, budget, variable_range=(0.0, 1.0))
 
     def _range_positions_of_best_tried_trains(self, count: int) -> list[FloatArray]:
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)

@@ -16,7 +16,6 @@ from math import inf
 
 import numpy as np
 
-from camopt.core.numerics.clock import clock_seconds
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import law_peaks
 from camopt.solve.smallest.closed_form import closed_form_design
@@ -52,10 +51,10 @@ def smallest_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum
 
 
 def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> TurnOptimum:
-    """The smallest cam of the best turn, if there is time; a descent has only come near it."""
-    if best.answer.design is None or clock_seconds() > turns.deadline:
+    """The smallest cam of the best turn, if the budget allows; a descent has only come near it."""
+    if best.answer.design is None or turns.budget.is_spent:
         return best
-    answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.deadline)
+    answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.budget)
     return better_turn(best, TurnOptimum(answer, best.freed_angles))
 
 

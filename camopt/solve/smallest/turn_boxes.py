@@ -132,7 +132,7 @@ class TurnBoxSearch(MotionSearch):
     """Branch and bound over the turns with the same segments, below the best cam so far."""
 
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> None:
-        self.turns, self.bounds, self.deadline = turns, bounds, turns.deadline
+        self.turns, self.bounds, self.budget = turns, bounds, turns.budget
         self.best, self.best_motion = best
         self.problem, self.box = at_rounding_error(turns.problem), turns.angle_box
         self.longest = turns.programme_with_angles(self.box.high)

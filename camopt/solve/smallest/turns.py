@@ -1,12 +1,12 @@
 """The turns of a scene whose freed segments share a fixed total of degrees."""
 
 from dataclasses import dataclass, replace
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from camopt.core.numerics import FloatArray
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment, segment_positions
 from camopt.scene.problem.problem import Problem
@@ -32,8 +32,7 @@ class SegmentAngles:
     laws: LawPair
     skipped_dwells: tuple[int, ...] = ()
     """Freed dwells that are absent in these turns."""
-    deadline: float = inf
-    """When a search among these turns must stop (``clock_seconds``)."""
+    budget: Budget = UNLIMITED
 
     @property
     def segments(self) -> tuple[MotionSegment, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.model.effects.vibration import vibration_extremes
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion import LAWS
@@ -24,7 +24,7 @@ from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, RETURN, RI
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.space import search_boxes
 from camopt.scene.scene import Scene
-from camopt.solve.smallest.optimise import OPTIMISE_SECONDS, optimise
+from camopt.solve.smallest.optimise import OPTIMISE_WORK, optimise
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.synthesis import residual
@@ -132,13 +132,13 @@ def smallest_or_nearest_design(scene_problem: Problem, objective: Collection[str
 
     If nothing depends on the size, the design has the scene's own.
     """
-    deadline, own_size = clock_seconds() + OPTIMISE_SECONDS, float(scene_problem.design.size[0])
+    budget, own_size = Budget(OPTIMISE_WORK), float(scene_problem.design.size[0])
     fixed_size: SizeBounds = (
         {"size": (own_size, own_size)} if nothing_depends_on_size(scene_problem, objective) else {}
     )
     boxes = [{**bounds, **fixed_size} for bounds in search_boxes(scene_problem)]
     optima = sorted(
-        (solve_smallest_cam(scene_problem, bounds, deadline) for bounds in boxes), key=lambda optimum: optimum.size
+        (solve_smallest_cam(scene_problem, bounds, budget) for bounds in boxes), key=lambda optimum: optimum.size
     )
     designs = (*(optimum.design for optimum in optima), *(optimum.nearest for optimum in optima))
     return next((design for design in designs if design is not None), None)

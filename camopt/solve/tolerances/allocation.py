@@ -35,7 +35,7 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget, search_budget
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.csv_columns import csv_column_names, read_csv_columns
@@ -59,9 +59,10 @@ CostByGrade = Mapping[int, float]
 """Cost of each grade; a coarser grade costs no more."""
 CostsByKey = Mapping[str, CostByGrade]
 """Costs by key of ``[tolerances]``."""
-ALLOCATION_SECONDS = 60.0
-"""Default time for all proofs."""
-GRADES_PROOF_SECONDS = 20.0
+ALLOCATION_WORK = 60e6
+"""Default work of the search."""
+GRADES_PROOF_WORK, GRADES_WORK = 20e6, 2e3
+"""Work of the proof for a set of grades, and of a set without its proof."""
 GradeByKey = Mapping[str, int]
 """Grade by key of ``[tolerances]``."""
 
@@ -188,7 +189,7 @@ def allocate(
     within: float,
     *,
     costs: Any = None,
-    seconds: float = ALLOCATION_SECONDS,
+    seconds: float | None = None,
     only: Sequence[str] = (),
 ) -> Allocation:
     """Find the cheapest tolerance grades with which no cam exceeds an error of the tool.
@@ -207,8 +208,9 @@ def allocate(
     costs : mapping or path, optional
         Cost of each permitted grade, for all keys or by key. Or a CSV file with a column ``grade``, and a column
         ``cost`` or one for each key. By default the relative costs of reciprocal widths, IT5 to IT12.
-    seconds : float, default 60
-        Time for the search.
+    seconds : float, optional
+        Time for the search [s]. By default the search stops after a fixed amount of work, about a minute, and
+        gives the same answer on every machine.
     only : str or sequence of str, optional
         Keys of the tolerances that get new grades; by default all that have a grade.
 
@@ -250,7 +252,7 @@ def allocate(
         why = "has a motion whose velocity jumps: no bound of its errors is proved"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
     return _GradeSearch(
-        scene, problem, float(within), grade_costs(costs, keys), clock_seconds() + seconds
+        scene, problem, float(within), grade_costs(costs, keys), search_budget(seconds, ALLOCATION_WORK)
     ).find_cheapest_grades()
 
 
@@ -262,7 +264,7 @@ class _GradeSearch:
     problem: Problem
     within: float
     costs: CostsByKey
-    deadline: float
+    budget: Budget
 
     def find_cheapest_grades(self) -> Allocation:
         """The cheapest grades with a proven bound within the limit."""
@@ -274,17 +276,18 @@ class _GradeSearch:
         least, tried = inf, 0
         for cost, grades in self.grades_by_cost():
             tried += 1
+            self.budget.spend(GRADES_WORK)
             if self.has_cam_beyond_limit(grades) or self.largest_first_order_clearance(grades) > 0.0:
                 continue
             within = self.within / self.displacement_unit_factor
             bound = self.worst_cam_search(grades).prove_error_bound(
-                within / (1.0 + DISPLACEMENT_GAP), DISPLACEMENT_GAP, clock_seconds() + GRADES_PROOF_SECONDS, within
+                within / (1.0 + DISPLACEMENT_GAP), DISPLACEMENT_GAP, Budget(GRADES_PROOF_WORK), within
             )
             if bound.high <= within:
                 return self.make_allocation(grades, min(least, cost), tried)
             if bound.witness_value <= within:
                 least = min(least, cost)
-            if clock_seconds() > self.deadline:
+            if self.budget.is_spent:
                 break
         raise self.no_grades_error(finest)
 
@@ -296,8 +299,8 @@ class _GradeSearch:
             why = "no permitted grades keep the preload: even with the finest ones a cam has a clearance of"
             why = f"{why} {with_unit(clearance, 'deg' if self.problem.setup.angular else 'mm')}"
             why += f"; {', '.join(finest)} get grades instead of their own tolerances"
-        elif clock_seconds() > self.deadline:
-            why = f"no grades were proved to keep ±{limit} in time: allow more time, or permit fewer grades"
+        elif self.budget.is_spent:
+            why = f"no grades were proved to keep ±{limit} before the search stopped: permit fewer grades"
         elif abs(worst.error) <= self.within:
             why = f"no permitted grades were proved to keep ±{limit}; no cam of the finest ones was found beyond it"
         return BadInput([Mistake(self.problem.file, "tolerances", None, why, bare=True)])

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.motion_ranges import slopes_by_angle_only
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_sloped_interval, box_variables
@@ -35,7 +35,14 @@ from camopt.model.motion.programme import Jump
 from camopt.scene.problem.problem import Problem
 from camopt.solve.tolerances.enclosures import LAST_DERIVATIVE, JumpRanges, PartMotion
 from camopt.solve.tolerances.errors import direction_key, is_direction, polar_errors
-from camopt.solve.verdicts.constraint_boxes import CONSTRAINT_PART_CUTS, LEAST_PART_SHARE, BoxParts, NumberRanges
+from camopt.solve.verdicts.constraint_boxes import (
+    CONSTRAINT_PART_CUTS,
+    LEAST_PART_SHARE,
+    PART_WORK,
+    ROUND_PARTS,
+    BoxParts,
+    NumberRanges,
+)
 
 PARTS_AT_ONCE, MOST_ROUNDS = 128, 400
 """Number of parts that are divided at once, the highest bounds first, and the largest number of rounds."""
@@ -62,12 +69,10 @@ class ProvedBound(NamedTuple):
     """Errors of that cam in polar form, with the other variables of the quantity."""
 
 
-def missing_bound_reason(upper_bound: float, seconds: float, deadline: float) -> str:
-    """Why there is no bound after a proof with a time limit; "" if there is one."""
-    over = f"the time of {seconds:g} s was over"
-    return (
-        "" if upper_bound < inf else over if clock_seconds() > deadline else "the tolerances are too large for it"
-    )
+def missing_bound_reason(upper_bound: float, budget: Budget) -> str:
+    """Why a proof with a budget has no bound; "" if it has one."""
+    over = "the tolerances are too large for it"
+    return "" if upper_bound < inf else "the proof takes too much work" if budget.is_spent else over
 
 
 def coordinate_box(ends: NumberRanges) -> dict[str, tuple[float, float]]:
@@ -112,14 +117,13 @@ class BoundSearch:
     jump_case: JumpCase = (None, None)
 
     def prove_upper_bound(
-        self, parts: BoxParts, reached_value: float, gap: float, deadline: float, sufficient_bound: float = inf
+        self, parts: BoxParts, reached_value: float, gap: float, budget: Budget, sufficient_bound: float = inf
     ) -> ProvedBound:
         """Bound of the quantity over parts, where some cam reaches ``reached_value``.
 
-        Ends at the relative gap, at the time ``deadline`` (``clock.clock_seconds``), or when a cam exceeds
-        ``sufficient_bound``.
+        Ends at the relative gap, when the budget is spent, or when a cam exceeds ``sufficient_bound``.
         """
-        if clock_seconds() > deadline:
+        if budget.is_spent:
             return ProvedBound(inf, reached_value)
         pool, settled, best = (
             self.bound_parts(parts, (parts.low + parts.high) / 2.0),
@@ -128,13 +132,14 @@ class BoundSearch:
         )
         enclosed = pool
         for _ in range(MOST_ROUNDS):
+            budget.spend(PART_WORK * (ROUND_PARTS + enclosed.high.size))
             best = max(best, enclosed.best_witness, key=lambda each: each.witness_value)
             is_open = ~pool.is_thin & ~(
                 pool.high <= max(best.witness_value + gap * abs(best.witness_value), settled)
             )
             settled = max(settled, pool.high[~is_open].max(initial=-inf))
             pool = pool.take_parts(np.flatnonzero(is_open))
-            if not pool.high.size or clock_seconds() > deadline or best.witness_value > sufficient_bound:
+            if not pool.high.size or budget.is_spent or best.witness_value > sufficient_bound:
                 break
             order = np.argsort(-pool.high, kind="stable")
             first, rest = pool.take_parts(order[:PARTS_AT_ONCE]), pool.take_parts(order[PARTS_AT_ONCE:])

@@ -51,7 +51,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, next_task_deadline
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import as_sloped_interval
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import Stroke
@@ -86,8 +86,8 @@ from camopt.solve.verdicts.constraint_boxes import BoxParts
 
 WOBBLE_GAP = 1e-4
 """Relative gap between bound and worst cam at which a proof of a dwell ends."""
-MOTION_PROOF_SECONDS = 10.0
-"""Time for the bounds of all dwells of a motion, and for those of all passages of a lift."""
+MOTION_PROOF_WORK = 10e6
+"""Work of the bounds of all dwells of a motion, and for those of all passages of a lift."""
 PASSAGE_GAPS = 1e-5, 1e-4, 1e-3, 1e-2
 """Gaps that a proof of a passage tries until one is proved, relative to the distance from the nominal passage."""
 WORSE_PASSAGES = 8
@@ -207,20 +207,18 @@ class WobbleSearch:
             if self.waves_too_few_to_cross_zone
         }
 
-    def find_worst_wobble(self, deadline: float) -> WorstWobble:
+    def find_worst_wobble(self, budget: Budget) -> WorstWobble:
         """The worst cam found, and the proven bound."""
         if not self.profile_zones and BORE_DIRECTION not in self.cam_search.error_ranges:  # no error changes
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
         values = self.cam_with_largest_wobble()
         bound = self.bound_search.prove_upper_bound(
-            self._dwell_parts, self._wobble_of_cam(values), WOBBLE_GAP, deadline
+            self._dwell_parts, self._wobble_of_cam(values), WOBBLE_GAP, budget
         )
         if bound.witness is not None:
             values = max(values, self.values_of_real_cam(bound.witness), key=self._wobble_of_cam)
-        return self._make_worst_wobble(
-            values, bound.high, missing_bound_reason(bound.high, MOTION_PROOF_SECONDS, deadline)
-        )
+        return self._make_worst_wobble(values, bound.high, missing_bound_reason(bound.high, budget))
 
     def _make_worst_wobble(self, cam: ErrorValues, bound: float, unproved: str) -> WorstWobble:
         middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * cam.get(LAG_KEY, self.stroke.angle)
@@ -361,12 +359,12 @@ class WobbleSearch:
 
 def worst_wobbles(turn: TurnErrors) -> Iterator[tuple[Stroke, WorstWobble]]:
     """The dwells of the motion with their worst wobbles, in the order of the turn."""
-    search, until = make_worst_cam_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
+    search, until = make_worst_cam_search(turn), Budget(MOTION_PROOF_WORK)
     dwells = turn.problem.programme.tool.dwells
     for number, stroke in enumerate(dwells):
         yield (
             stroke,
-            WobbleSearch(search, stroke).find_worst_wobble(next_task_deadline(until, len(dwells) - number)),
+            WobbleSearch(search, stroke).find_worst_wobble(until.share(len(dwells) - number)),
         )
 
 
@@ -432,7 +430,7 @@ class PassageSearch:
     side: float
     """1 if the cams with the highest tools decide, −1 if those with the lowest do."""
 
-    def find_extreme_passage(self, deadline: float) -> tuple[float, float, ErrorValues, str]:
+    def find_extreme_passage(self, budget: Budget) -> tuple[float, float, ErrorValues, str]:
         """Proven bound of the distance from the nominal passage, that of the worst cam found, its errors [rad].
 
         The last value is the reason why no bound is proved, or "".
@@ -446,7 +444,7 @@ class PassageSearch:
         for gap in PASSAGE_GAPS:
             for _ in range(WORSE_PASSAGES):
                 distance = worst * (1.0 + gap)
-                bound = self.bound_beyond_level_at_distance(distance, deadline)
+                bound = self.bound_beyond_level_at_distance(distance, budget)
                 if bound.high <= 0.0:
                     return distance, worst, errors, ""
                 if bound.witness is None or not bound.witness_value > 0.0:
@@ -455,7 +453,7 @@ class PassageSearch:
                 if further <= worst:
                     break
                 worst, errors = further, further_errors
-        return inf, worst, errors, missing_bound_reason(inf, MOTION_PROOF_SECONDS, deadline)
+        return inf, worst, errors, missing_bound_reason(inf, budget)
 
     def _extreme_errors(self, places: FloatArray) -> dict[str, FloatArray]:
         """Errors of the extreme cams that touch with places."""
@@ -498,7 +496,7 @@ class PassageSearch:
             self.cam_search.problem.programme.tool.motion_at(self.cam_search.cam.angles_in_turn(angles))[0]
         )
 
-    def bound_beyond_level_at_distance(self, distance: float, deadline: float) -> ProvedBound:
+    def bound_beyond_level_at_distance(self, distance: float, budget: Budget) -> ProvedBound:
         """Bound of the distance by which any cam is beyond the level, at a distance from the nominal passage."""
         table, error = self.cam_search.problem.programme.table, error_at_cam_angle(self.cam_search.cam)
         angle = self.cam_search.cam.angles_in_turn(
@@ -509,7 +507,7 @@ class PassageSearch:
         panel = np.minimum(np.searchsorted(table.centre + table.half_width, angle), table.centre.size - 1)
         parts = whole_panel_parts(self.cam_search.problem, self.cam_search.box, panel, (self.side,))
         parts.low[0] = parts.high[0] = (angle - table.centre[panel]) / table.half_width[panel]
-        return search.prove_upper_bound(parts, 0.0, 0.0, deadline, 0.0)
+        return search.prove_upper_bound(parts, 0.0, 0.0, budget, 0.0)
 
     def errors_in_mm_and_deg(self, values: ErrorValues, distance: float) -> ErrorValues:
         """Errors in mm and deg, with the direction of the bore in the cam's frame."""
@@ -543,23 +541,23 @@ def worst_passages(turn: TurnErrors, passages: list[NominalPassage]) -> Iterator
 
     Raises BadInput if the tolerances are so large that a follower may not touch its cam.
     """
-    search, until = make_worst_cam_search(turn), clock_seconds() + MOTION_PROOF_SECONDS
+    search, until = make_worst_cam_search(turn), Budget(MOTION_PROOF_WORK)
     pairs = [(passage, end) for passage in passages for end in PASSAGE_DIRECTIONS]
     try:
         for number, (passage, end) in enumerate(pairs):
-            yield _worst_passage(search, passage, end, next_task_deadline(until, len(pairs) - number))
+            yield _worst_passage(search, passage, end, until.share(len(pairs) - number))
     except FloatingPointError:
         raise search.tolerance_too_large_error() from None
 
 
 def _worst_passage(
-    cam_search: WorstSearch, nominal: NominalPassage, passage_end: str, deadline: float
+    cam_search: WorstSearch, nominal: NominalPassage, passage_end: str, budget: Budget
 ) -> WorstPassage:
     direction = PASSAGE_DIRECTIONS[passage_end]
     search = PassageSearch(
         cam_search, nominal.level, nominal.angle, direction, PASSAGE_SIDES[nominal.passage, passage_end]
     )
-    proved, worst, cam, unproved = search.find_extreme_passage(deadline)
+    proved, worst, cam, unproved = search.find_extreme_passage(budget)
     bound, found = (degrees(nominal.angle + direction * each) for each in (proved + PROOF_OFFSET, worst))
     errors = search.errors_in_mm_and_deg(cam, worst) if cam else {}
     return WorstPassage(nominal.lift, nominal.passage, passage_end, bound, found, errors, unproved)

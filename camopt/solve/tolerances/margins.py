@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import Budget
 from camopt.core.quantities import AT_LEAST, QUANTITIES
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import EvaluationBlock, find_quantity
@@ -58,8 +58,8 @@ WORSE_CAMS = 8
 """Number of times that a worse cam replaces the worst so far."""
 LOST_PRELOAD = 1e-6
 """Without interference, a preload below this share of the nominal value counts as 0."""
-MARGIN_SECONDS, TRAIN_MARGIN_SECONDS = 20.0, 5.0
-"""Time for the proofs of a limit, and of a limit that depends on a train with tolerances."""
+MARGIN_WORK, TRAIN_MARGIN_WORK = 20e6, 5e6
+"""Work of the proofs of a limit, and of a limit that depends on a train with tolerances."""
 SAME_QUANTITY = 1e-12
 """Values of a quantity are equal if their relative difference is smaller."""
 OWN_SIZES_NOTE = "Each cam has the programmed motion, as if its profile were cut for its own sizes and numbers."
@@ -91,7 +91,7 @@ class Margin(NamedTuple):
     gap: float | None
     """Proven bound of how much worse another cam within the tolerances may be.
 
-    None if no gap up to 0.1 % of the worst value was proved in time (the verdict has its own time), or if the limit
+    None if no gap up to 0.1 % of the worst value was proved (the verdict has its own budget), or if the limit
     has no finite value.
     """
     verdict: str
@@ -285,14 +285,14 @@ class ToleranceBox:
         """Whether all cams hold a limit, from the largest excess of the tried cams or by a proof."""
         if excess > 0.0:
             return BROKEN
-        return self._certify_limit(limit, self._proof_deadline(limit)).verdict
+        return self._certify_limit(limit, self._proof_budget(limit)).verdict
 
-    def _proof_deadline(self, limit: Limit) -> float:
-        return clock_seconds() + (TRAIN_MARGIN_SECONDS if self._depends_on_train(limit) else MARGIN_SECONDS)
+    def _proof_budget(self, limit: Limit) -> Budget:
+        return Budget(TRAIN_MARGIN_WORK if self._depends_on_train(limit) else MARGIN_WORK)
 
-    def _certify_limit(self, limit: Limit, deadline: float) -> BoxVerdict:
+    def _certify_limit(self, limit: Limit, budget: Budget) -> BoxVerdict:
         """Proof that all cams hold a limit, or a witness that breaks it."""
-        return limit_verdict_over_box(self.problem, limit, self.problem.design, self.number_ranges, deadline)
+        return limit_verdict_over_box(self.problem, limit, self.problem.design, self.number_ranges, budget)
 
     def _cam_of_witness(self, limit: Limit, witness: Designs) -> TriedCam:
         """The cam of a proof's witness, which may have its own train."""
@@ -308,13 +308,13 @@ class ToleranceBox:
             return worst, None
         if limit.is_of_motion and not self._depends_on_train(limit):
             return worst, 0.0
-        side, until = QUANTITIES[limit.quantities[0]].side, self._proof_deadline(limit)
+        side, budget = QUANTITIES[limit.quantities[0]].side, self._proof_budget(limit)
         gaps = iter(MARGIN_GAPS)
         share = next(gaps)
         for _ in range(WORSE_CAMS):
             gap = share * (abs(worst.value) or 1.0)
             easier = replace(limit, bound=worst.value + side * gap)
-            proof = self._certify_limit(easier, until)
+            proof = self._certify_limit(easier, budget)
             if proof.verdict == HELD:
                 return worst, gap
             if proof.witness is not None:

@@ -26,7 +26,7 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds, next_task_deadline
+from camopt.core.numerics.budget import Budget
 from camopt.model.effects.curvature import CONVEX_RADIUS
 from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX
@@ -65,8 +65,8 @@ from camopt.solve.verdicts.effect_runs import run_effects
 
 DISPLACEMENT_GAP, RATE_GAP = 1e-5, 1e-3
 """Relative gap between bound and worst cam at which a proof ends: for displacement, and for its derivatives."""
-DISPLACEMENT_SECONDS, RATE_SECONDS = 20.0, 9.0
-"""Time for the proof of each bound."""
+DISPLACEMENT_WORK, RATE_WORK = 20e6, 9e6
+"""Work of the proof of each bound."""
 PROFILE_PLACES = "tolerances.profile (part.profile_tolerance)"
 CORNERS_REASON = "the velocity of the motion jumps"
 SLOPES_REASON = "the slope of the profile's error has no bound without tolerances.waves"
@@ -198,16 +198,15 @@ class WorstSearch:
             worst = self._make_candidate(self.errors_of_nearly_worst_cam())
             if why := self.no_bound_reason:
                 return self._make_worst_case(worst, inf, why)
-            seconds = RATE_SECONDS if self.order else DISPLACEMENT_SECONDS
-            until = clock_seconds() + seconds
-            bound = self.prove_error_bound(abs(worst.error), RATE_GAP if self.order else DISPLACEMENT_GAP, until)
+            budget = Budget(RATE_WORK if self.order else DISPLACEMENT_WORK)
+            bound = self.prove_error_bound(abs(worst.error), RATE_GAP if self.order else DISPLACEMENT_GAP, budget)
             if bound.witness is not None:
                 worst = max(
                     worst,
                     self._make_candidate({key: bound.witness[key] for key in self.error_ranges}),
                     key=lambda each: abs(each.error),
                 )
-            return self._make_worst_case(worst, bound.high, missing_bound_reason(bound.high, seconds, until))
+            return self._make_worst_case(worst, bound.high, missing_bound_reason(bound.high, budget))
         except FloatingPointError:
             raise self.tolerance_too_large_error() from None
 
@@ -242,11 +241,11 @@ class WorstSearch:
         return CandidateCam(errors, *self.place_and_largest_error(errors))
 
     def prove_error_bound(
-        self, reached_value: float, gap: float, deadline: float, sufficient_bound: float = inf
+        self, reached_value: float, gap: float, budget: Budget, sufficient_bound: float = inf
     ) -> ProvedBound:
         """Upper bound of the error over all cams within the tolerances; some cam reaches ``reached_value``.
 
-        Ends at the relative gap, at the time ``deadline``, or when a cam exceeds ``sufficient_bound``.
+        Ends at the relative gap, when the budget is spent, or when a cam exceeds ``sufficient_bound``.
         """
         search = self.bound_search(exact_tool_error(self.cam, self.order), self.largest_early_or_late_angle)
         parts, bound = (
@@ -256,7 +255,7 @@ class WorstSearch:
         cases = [*self.jump_cases]
         for remaining, case in zip(range(len(cases), 0, -1), cases, strict=True):
             more = replace(search, jump_case=case).prove_upper_bound(
-                parts, bound.witness_value, gap, next_task_deadline(deadline, remaining), sufficient_bound
+                parts, bound.witness_value, gap, budget.share(remaining), sufficient_bound
             )
             cam = bound.witness if more.witness is None else more.witness
             bound = ProvedBound(max(bound.high, more.high), max(bound.witness_value, more.witness_value), cam)

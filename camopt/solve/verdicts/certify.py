@@ -5,7 +5,6 @@ its tolerances.
 """
 
 from collections.abc import Iterable, Mapping
-from math import inf
 from types import ModuleType
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.motion_ranges import derivatives_over, middles_and_angles_over
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.installed_laws import EXACT_CLASSES
@@ -50,8 +50,8 @@ def _is_camopt_law(law: Any) -> bool:
     return exact or (isinstance(law, ModuleType) and law.__name__.startswith(OWN_LAWS))
 
 
-def certify_limits(problem: Problem, design: Designs, deadline: float = inf) -> dict[str, str]:
-    """Verdict on each limit for one design; after ``deadline`` (``clock.clock_seconds``) limits stay undecided."""
+def certify_limits(problem: Problem, design: Designs, budget: Budget = UNLIMITED) -> dict[str, str]:
+    """Verdict on each limit for one design; limits stay undecided once the budget is spent."""
     if not problem.setup.mechanism.can_assemble(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
     if not has_enclosable_laws(problem.programme):
@@ -60,7 +60,7 @@ def certify_limits(problem: Problem, design: Designs, deadline: float = inf) -> 
     for limit in exact.limits:
         presumed = verdicts.get(limit.prerequisite_limit_name, HELD)
         verdicts[limit.name] = (
-            presumed if presumed != HELD else limit_verdict_over_box(exact, limit, design, {}, deadline).verdict
+            presumed if presumed != HELD else limit_verdict_over_box(exact, limit, design, {}, budget).verdict
         )
     return verdicts
 
@@ -192,12 +192,12 @@ def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
     }
 
 
-def certify_tolerance_box(problem: Problem, deadline: float = inf) -> dict[str, str]:
+def certify_tolerance_box(problem: Problem, budget: Budget = UNLIMITED) -> dict[str, str]:
     """Verdict on each limit for all cams within the tolerances of the problem's own design, in intervals."""
     exact = with_toleranced_numbers(at_rounding_error(problem))
     ends = tolerance_ranges(exact, exact.design)
     return {
-        limit.name: limit_verdict_over_box(exact, limit, exact.design, ends, deadline).verdict
+        limit.name: limit_verdict_over_box(exact, limit, exact.design, ends, budget).verdict
         for limit in exact.limits
     }
 

@@ -11,13 +11,12 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from camopt.core.numerics import FloatArray, IntArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.load_tables import LoadTable, TrainLoadTable
@@ -46,6 +45,8 @@ CONSTRAINT_PART_CUTS = 8
 """Pieces into which a part is cut."""
 MEANS_AT_ONCE, MEAN_ROUNDS = 8, 3
 """The same for means, whose parts are whole turns."""
+ROUND_PARTS, PART_WORK = 100, 60.0
+"""A round of enclosures takes as much work as this many parts, each of this much work."""
 LEAST_PART_SHARE = 2.0**-45
 """Share of a panel, or of the box, below which a part is not cut."""
 LARGEST_SLOPE = 1e300
@@ -83,11 +84,15 @@ class BoxVerdict(NamedTuple):
 
 
 def constraint_verdict_over_box(
-    problem: Problem, constraint: AnyConstraint, design: Designs, number_ranges: NumberRanges, deadline: float = inf
+    problem: Problem,
+    constraint: AnyConstraint,
+    design: Designs,
+    number_ranges: NumberRanges,
+    budget: Budget = UNLIMITED,
 ) -> BoxVerdict:
     """Verdict on a constraint for all designs whose sizes lie between ``number_ranges``.
 
-    It is undecided after ``deadline`` (``clock.clock_seconds``), and if a design of the box may fail to assemble.
+    It is undecided if the budget is spent, and if a design of the box may fail to assemble.
     """
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
@@ -104,12 +109,12 @@ def constraint_verdict_over_box(
     if isinstance(constraint, TurnMeanConstraint):
         if not number_ranges:
             return BoxVerdict(mean_verdict_of_design(problem, constraint, design))
-        return MeanConstraintSearch(
-            problem, constraint, design, tuple(number_ranges), deadline
-        ).search_for_violation(whole_turn_parts(constraint, number_ranges))
+        return MeanConstraintSearch(problem, constraint, design, tuple(number_ranges), budget).search_for_violation(
+            whole_turn_parts(constraint, number_ranges)
+        )
     if isinstance(constraint.curve, Derivative):
         return BoxVerdict(UNDECIDED)
-    return ConstraintSearch(problem, constraint, design, tuple(number_ranges), deadline).search_for_violation(
+    return ConstraintSearch(problem, constraint, design, tuple(number_ranges), budget).search_for_violation(
         BoxParts.whole_panels(problem, constraint, number_ranges)
     )
 
@@ -204,7 +209,7 @@ class ConstraintSearch:
     """A constraint on a curve or on a mean."""
     design: Designs
     names: tuple[str, ...]
-    deadline: float
+    budget: Budget
     at_once: ClassVar[int] = CONSTRAINT_PARTS_AT_ONCE
     rounds: ClassVar[int] = MOST_ROUNDS
 
@@ -215,13 +220,14 @@ class ConstraintSearch:
             if not stack:
                 return BoxVerdict(HELD)
             parts = stack.pop()
+            self.budget.spend(PART_WORK * (ROUND_PARTS + parts.size))
             with np.errstate(all="ignore"):
                 excess = self.enclose_excess(parts)
             if np.any(excess.at.low > 0.0):
                 return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
             open_ = np.flatnonzero(~(excess.value.high <= 0.0))
             open_ = open_[np.argsort(excess.value.high[open_], kind="stable")]  # NaN comes last
-            if np.any(parts.is_narrow[open_]) or clock_seconds() > self.deadline:
+            if np.any(parts.is_narrow[open_]) or self.budget.is_spent:
                 break
             parts = parts.take(open_).reduce_monotone(excess.slopes[:, open_])
             steepest = excess.slopes[:, open_].largest_magnitude

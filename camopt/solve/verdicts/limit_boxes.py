@@ -8,12 +8,12 @@ itself if the largest pressure angle in the box is small enough
 
 from dataclasses import replace
 from itertools import product
-from math import inf
 from typing import Any
 
 import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, require_effect
 from camopt.model.effects.contacts import ContactCurve, all_follower_contacts, block_at_contact
@@ -60,7 +60,7 @@ def nominal_numbers(problem: Problem, design: Designs) -> NumberErrors:
 
 
 def limit_verdict_over_box(
-    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, deadline: float = inf
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget = UNLIMITED
 ) -> BoxVerdict:
     """Verdict on a limit for all designs whose numbers, those of the train included, lie between ``number_ranges``.
 
@@ -69,12 +69,12 @@ def limit_verdict_over_box(
     if limit.is_on_motion_error:
         number_ranges = {}
     if limit.decider:
-        return BoxVerdict(_self_crossing_verdict(problem, limit, design, number_ranges, deadline))
+        return BoxVerdict(_self_crossing_verdict(problem, limit, design, number_ranges, budget))
     if train_entries(number_ranges):
         if depends_on_train(problem, limit):
             if limit.mean_constraint is not None and not limit.constraints:
-                return mean_verdict_over_trains(problem, limit.mean_constraint, design, number_ranges, deadline)
-            return limit_verdict_over_trains(problem, limit, design, number_ranges, deadline)
+                return mean_verdict_over_trains(problem, limit.mean_constraint, design, number_ranges, budget)
+            return limit_verdict_over_trains(problem, limit, design, number_ranges, budget)
         number_ranges = _ranges_without_train(number_ranges)
     if limit.is_infinite_on_motion(problem.programme):
         return BoxVerdict(BROKEN, design)
@@ -92,7 +92,7 @@ def limit_verdict_over_box(
     if number_ranges and _is_decided_by_ranges(problem, limit):
         return _verdict_by_interval_arithmetic(problem, limit, design, number_ranges)
     verdicts = [
-        constraint_verdict_over_box(problem, constraint, design, number_ranges, deadline)
+        constraint_verdict_over_box(problem, constraint, design, number_ranges, budget)
         for constraint in constraints
     ]
     broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
@@ -102,12 +102,12 @@ def limit_verdict_over_box(
 
 
 def _self_crossing_verdict(
-    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, deadline: float
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget
 ) -> str:
     """Verdict on self-crossing: by the profile for one design, by the largest pressure angle for a box."""
     if number_ranges:
         proved = all(
-            _proves_disc_without_self_crossing(problem, contact, design, number_ranges, deadline)
+            _proves_disc_without_self_crossing(problem, contact, design, number_ranges, budget)
             for contact in all_follower_contacts(problem.setup)
         )
         return HELD if proved else UNDECIDED
@@ -178,7 +178,7 @@ def _verdict_by_quantities(
 
 
 def _proves_disc_without_self_crossing(
-    problem: Problem, contact: FurtherContact, design: Designs, number_ranges: NumberRanges, deadline: float
+    problem: Problem, contact: FurtherContact, design: Designs, number_ranges: NumberRanges, budget: Budget
 ) -> bool:
     """Whether the largest pressure angle proves that no disc at one contact crosses itself."""
     name = "pressure_angle_max_deg"
@@ -196,7 +196,7 @@ def _proves_disc_without_self_crossing(
             return False
         steepest = Constraint(curve, ALL_STROKES, LARGEST_MAGNITUDE, ConstantBound(float(np.tan(np.radians(most)))))
         decide = constraint_verdict_over_box if ranges == number_ranges else constraint_verdict_over_trains
-        if decide(problem, steepest, design, number_ranges, deadline).verdict == HELD:
+        if decide(problem, steepest, design, number_ranges, budget).verdict == HELD:
             break
     else:
         return False

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.effects import EvaluationBlock, with_read_quantities
 from camopt.model.effects.contacts import select_designs
 from camopt.model.mechanisms import Designs
@@ -25,7 +25,8 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
 ENCLOSURE_SIDES = np.array([[1.0], [-1.0]])  # far and near side of an enclosure, as shares of its half-width
-LAST_DESIGNS_AT_ONCE = 16  # designs checked together for the last limits, if there is a time to stop
+DEFERRED_WORK = 100.0  # work of the last limits for one design
+LAST_DESIGNS_AT_ONCE = 16  # designs checked together for the last limits, if there is a budget
 
 
 def status_of_proved_verdict(problem: Problem) -> str:
@@ -49,16 +50,17 @@ class Effort(NamedTuple):
 
 
 def evaluate_with_verdicts(
-    problem: Problem, designs: Designs, wanted: frozenset[str], deadline: float = inf
+    problem: Problem, designs: Designs, wanted: frozenset[str], budget: Budget = UNLIMITED
 ) -> DesignRows:
-    """Wanted quantities of all designs, with their verdicts; after ``deadline``, open verdicts stay undecided."""
-    return evaluate_with_verdicts_and_effort(problem, designs, wanted, deadline)[0]
+    """Wanted quantities of all designs, with their verdicts; undecided ones stay so once the budget is spent."""
+    return evaluate_with_verdicts_and_effort(problem, designs, wanted, budget)[0]
 
 
 def evaluate_with_verdicts_and_effort(
-    problem: Problem, designs: Designs, wanted: frozenset[str], deadline: float = inf
+    problem: Problem, designs: Designs, wanted: frozenset[str], budget: Budget = UNLIMITED
 ) -> tuple[DesignRows, Effort]:
     """Wanted quantities of all designs, with their verdicts and the effort."""
+    budget.spend(problem.work(len(designs)))
     rows, outer, inner = quantities_with_excess_bounds(problem, designs, wanted)
     rows = with_certified_numbers(problem, designs, rows)
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
@@ -77,10 +79,10 @@ def evaluate_with_verdicts_and_effort(
         return rows, Effort()
     if problem.setup.relative_error > SINGLE_DESIGN_ERROR:
         closer, effort = evaluate_with_verdicts_and_effort(
-            at_rounding_error(problem), designs.take(index), wanted, deadline
+            at_rounding_error(problem), designs.take(index), wanted, budget
         )
         return rows.replace_rows(index, closer), effort._replace(again=index.size)
-    closer = _rows_with_certified_verdicts(problem, designs.take(index), rows.take(index), deadline)
+    closer = _rows_with_certified_verdicts(problem, designs.take(index), rows.take(index), budget)
     remaining = int(np.count_nonzero(closer.column("status") == UNDECIDED))
     return rows.replace_rows(index, closer), Effort(intervals=index.size, undecided=remaining)
 
@@ -98,13 +100,13 @@ class ExcessBounds(NamedTuple):
 
 
 def quantities_with_excess_bounds(
-    problem: Problem, designs: Designs, wanted: frozenset[str], deadline: float = inf
+    problem: Problem, designs: Designs, wanted: frozenset[str], budget: Budget = UNLIMITED
 ) -> ExcessBounds:
     """Wanted quantities of all designs, the quantities of limits, and the excesses over all limits.
 
-    Limits that are checked last are checked only for designs that may hold all others, and until ``deadline``
-    (``clock.clock_seconds``).
+    Limits that are checked last are checked only for designs that may hold all others, within the budget.
     """
+    budget.spend(problem.work(len(designs)))
     case, rows, later = EvaluationBlock(problem.setup, problem.programme, designs), DesignRows({}, len(designs)), []
     wanted = with_read_quantities(wanted, problem.setup)
     for effect, names in effect_plan(wanted | problem.required_quantities, problem.setup):
@@ -119,10 +121,11 @@ def quantities_with_excess_bounds(
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
     last = problem.limits[len(first) :]
     outer[len(first) :, index] = inf
-    pieces = np.array_split(index, 1 + index.size // LAST_DESIGNS_AT_ONCE) if deadline < inf else [index]
+    pieces = np.array_split(index, 1 + index.size // LAST_DESIGNS_AT_ONCE) if budget.end < inf else [index]
     for numbers in pieces if last and index.size else ():
-        if clock_seconds() > deadline:
+        if budget.is_spent:
             break
+        budget.spend(DEFERRED_WORK * numbers.size)
         last_rows, part = rows.take(numbers), select_designs(case, numbers)
         for effect, names in later:
             last_rows = with_effect(last_rows, part, effect, names)
@@ -140,13 +143,13 @@ def with_certified_numbers(problem: Problem, designs: Designs, rows: DesignRows)
 
 
 def _rows_with_certified_verdicts(
-    problem: Problem, designs: Designs, rows: DesignRows, deadline: float
+    problem: Problem, designs: Designs, rows: DesignRows, budget: Budget
 ) -> DesignRows:
     """Rows with the verdicts of interval arithmetic."""
     from camopt.solve.verdicts.certify import certify_limits  # noqa: PLC0415, seldom needed
 
     by_design = [
-        list(certify_limits(*problem.absorb_design_numbers(designs.take([i])), deadline).values())
+        list(certify_limits(*problem.absorb_design_numbers(designs.take([i])), budget).values())
         for i in range(len(designs))
     ]
     verdicts = np.array(by_design).T

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.load_tables import ANGLE_ERRORS, LOAD_ERRORS
@@ -68,7 +69,7 @@ def _is_tool_derivative(curve: Any) -> bool:
 
 
 def limit_verdict_over_trains(
-    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, deadline: float = inf
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget = UNLIMITED
 ) -> BoxVerdict:
     """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
     constraints = [
@@ -78,7 +79,7 @@ def limit_verdict_over_trains(
     if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:
         return BoxVerdict(UNDECIDED)
     verdicts = [
-        constraint_verdict_over_trains(problem, constraint, design, number_ranges, deadline, of_train)
+        constraint_verdict_over_trains(problem, constraint, design, number_ranges, budget, of_train)
         for constraint, of_train in constraints
     ]
     broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
@@ -99,7 +100,7 @@ def constraint_verdict_over_trains(
     constraint: Constraint,
     design: Designs,
     number_ranges: NumberRanges,
-    deadline: float,
+    budget: Budget,
     of_train: bool = False,
 ) -> BoxVerdict:
     """Verdict on a constraint on a curve of the cam or of its train, for all designs between ``number_ranges``."""
@@ -113,7 +114,7 @@ def constraint_verdict_over_trains(
         constraint,
         design,
         tuple(number_ranges),
-        deadline,
+        budget,
         of_train,
     )
     return search.search_for_violation(search.whole_tool_panels(number_ranges))
@@ -123,7 +124,7 @@ def driven_motion_over_trains(
     problem: Problem, constraint: Constraint, design: Designs, number_ranges: NumberRanges
 ) -> DrivenMotion | None:
     """Motion of all followers of a box, with the range of their lifts; None if one may fail to assemble."""
-    search = TrainConstraintSearch(problem, constraint, design, tuple(number_ranges), inf)
+    search = TrainConstraintSearch(problem, constraint, design, tuple(number_ranges), UNLIMITED)
     motion = search.enclose_motion(search.whole_tool_panels(number_ranges).take([0]))
     return replace(motion.driven, lift=range_of(motion.driven.lift)) if np.all(motion.assembled) else None
 

@@ -9,12 +9,12 @@ number is kept. Slopes are closer for shorter parts, so the parts are cut if the
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
 
 from camopt.core.numerics import FloatArray
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.quadrature import GaussRule, integrate_by_orders
@@ -48,7 +48,7 @@ def mean_verdict_over_trains(
     constraint: TurnMeanConstraint,
     design: Designs,
     number_ranges: NumberRanges,
-    deadline: float = inf,
+    budget: Budget = UNLIMITED,
 ) -> BoxVerdict:
     """Verdict on a constraint on a mean for all designs and trains whose numbers lie between ``number_ranges``.
 
@@ -58,7 +58,7 @@ def mean_verdict_over_trains(
         return BoxVerdict(UNDECIDED)
     for cuts in PIECE_CUTS:
         verdict = TrainMeanSearch(
-            problem, constraint, design, tuple(number_ranges), deadline, cuts=cuts
+            problem, constraint, design, tuple(number_ranges), budget, cuts=cuts
         ).search_for_violation(whole_turn_parts(constraint, number_ranges))
         if verdict.verdict != UNDECIDED:
             return verdict

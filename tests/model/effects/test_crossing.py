@@ -13,7 +13,7 @@ from shapely import LinearRing
 from support.depth import times
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, Setup
@@ -583,10 +583,10 @@ def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:
     return problem, replace(designs, size=designs.size + np.linspace(-0.4, 2.0, count))
 
 
-def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
+def test_when_the_budget_is_spent_nothing_more_is_asked_of_crossings():
     problem, designs = a_row_of_lobes()
     whole, cut = (
-        quantities_with_excess_bounds(problem, designs, frozenset(), until) for until in (np.inf, clock_seconds())
+        quantities_with_excess_bounds(problem, designs, frozenset(), budget) for budget in (UNLIMITED, Budget(0.0))
     )
     crossing = np.array(
         [evaluate(lobe(designs.roller_radius[0], p))["self_crossing"] for p in designs.prime_radius]
@@ -595,31 +595,31 @@ def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
     assert np.array_equal(whole.inner[-1] > 0.0, crossing)
     assert np.all(cut.outer[-1] == np.inf)
     assert np.all(cut.inner[-1] == -np.inf)
-    for until, first in ((np.inf, designs.take([np.argmin(crossing)])), (clock_seconds(), None)):
-        found = first_feasible_design(problem, designs, empty_crossing_memory(problem), until)
+    for budget, first in ((UNLIMITED, designs.take([np.argmin(crossing)])), (Budget(0.0), None)):
+        found = first_feasible_design(problem, designs, empty_crossing_memory(problem), budget)
         assert (found and found.size) == (first and first.size)
 
 
-def test_when_the_time_is_over_a_feasible_design_is_kept():
+def test_when_the_budget_is_spent_a_feasible_design_is_kept():
     problem, designs = a_row_of_lobes()
     bounds = {**search_boxes(problem)[0], "size": (1.0, 100.0)}
     large = designs.take([-1])
     assert shrink_on_grids(problem, bounds, large).size < large.size
-    assert shrink_on_grids(problem, bounds, large, deadline=clock_seconds()).size == large.size
-    with_time, without = (
-        _clear_above_size(problem, SmallestCam(large, 0.0), until) for until in (np.inf, clock_seconds())
+    assert shrink_on_grids(problem, bounds, large, budget=Budget(0.0)).size == large.size
+    whole, cut = (
+        _clear_above_size(problem, SmallestCam(large, 0.0), budget) for budget in (UNLIMITED, Budget(0.0))
     )
-    assert with_time == large.size
-    assert without == pytest.approx(large.size + 10.0 * large.prime_radius)
+    assert whole == large.size
+    assert cut == pytest.approx(large.size + 10.0 * large.prime_radius)
 
 
-def test_half_of_the_time_is_kept_for_crossings(monkeypatch):
+def test_half_of_the_budget_is_kept_for_crossings(monkeypatch):
     problem, ends = a_row_of_lobes()[0], []
 
-    def record_time(search):
-        return lambda *given, **more: ends.append(given[-1] - clock_seconds()) or search(*given, **more)
+    def record_budget(search):
+        return lambda *given, **more: ends.append(given[-1].end - given[-1].meter.read()) or search(*given, **more)
 
     for search in (least_of_others, branch_and_bound):
-        monkeypatch.setattr(f"camopt.solve.smallest.smallest.{search.__name__}", record_time(search))
-    solve_smallest_cam(problem, {**search_boxes(problem)[0], "size": (1.0, 100.0)}, clock_seconds() + 1000.0)
-    assert ends == [pytest.approx(500.0, abs=100.0), pytest.approx(1000.0, abs=100.0)]
+        monkeypatch.setattr(f"camopt.solve.smallest.smallest.{search.__name__}", record_budget(search))
+    solve_smallest_cam(problem, {**search_boxes(problem)[0], "size": (1.0, 100.0)}, Budget(1e9))
+    assert ends == [pytest.approx(5e8, rel=0.1), pytest.approx(1e9, rel=0.1)]

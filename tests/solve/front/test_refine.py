@@ -8,7 +8,6 @@ import pytest
 from support.depth import times
 
 from camopt import find_scene, load, optimise, sweep
-from camopt.core.numerics.clock import clock_seconds
 from camopt.core.storage.manifest import MANIFEST
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.problem.rows import DesignRows
@@ -99,18 +98,18 @@ def costs_of(rows, result):
     return row_costs(rows, result.scene.search.objectives)
 
 
-def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
+def test_the_smallest_cams_share_the_work_of_a_search(monkeypatch):
     """Two laws: the first gets half of it, the second what is left."""
     asked = []
 
-    def record_deadline(problem, bounds, until):
-        asked.append(until - clock_seconds())
-        return solve_smallest_cam(problem, bounds, until)
+    def record_budget(problem, bounds, budget):
+        asked.append(budget.end - budget.meter.read())
+        return solve_smallest_cam(problem, bounds, budget)
 
-    monkeypatch.setattr(refine, "solve_smallest_cam", record_deadline)
+    monkeypatch.setattr(refine, "solve_smallest_cam", record_budget)
     laws = {"search.law": ["harmonic", "cycloidal"], "search.roller_radius": None}
     sweep(ROLLER.replace(**laws))
-    first, second = (left / refine.OPTIMISE_SECONDS for left in asked)
+    first, second = (left / refine.OPTIMISE_WORK for left in asked)
     assert 0.4 < first <= 0.5
     assert 0.5 < second <= 1.0
 

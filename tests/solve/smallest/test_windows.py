@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from support.depth import times
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.core.numerics.clock import clock_seconds
+from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.scene.problem.problem import at_rounding_error, resolve
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.cutting_planes import cutting_plane_optimum
@@ -245,13 +245,13 @@ def test_out_of_time_the_best_so_far_is_told_with_its_gap():
     assert 0.0 <= cut.best["base_radius_mm"] - whole.best["base_radius_mm"] <= cut.best["gap_mm"]
 
 
-def test_what_time_leaves_of_a_search_is_a_lower_bound():
+def test_what_a_budget_leaves_of_a_search_is_a_lower_bound():
     """However early it stops."""
     problem = at_rounding_error(resolve(bucket({"contact_stress": 90})))
     (bounds,) = search_boxes(problem)
     least = solve_smallest_cam(problem, bounds).size
-    for seconds in (0.0, 1e-3, 1e-2, 3e-2):
-        answer = solve_smallest_cam(problem, bounds, clock_seconds() + seconds)
+    for work in (0.0, 1e3, 1e4, 3e4):
+        answer = solve_smallest_cam(problem, bounds, Budget(work))
         assert answer.floor <= least <= answer.size
 
 
@@ -262,28 +262,28 @@ def test_out_of_time_without_a_design_nothing_is_called_proved():
     assert all(why.endswith("(not proved)") for why in found.obstacles.values())
 
 
-def test_a_proof_stops_in_time():
+def test_a_proof_stops_with_its_budget():
     scene = find_scene("roller-1000rpm")
     most = evaluate(scene.replace(limits=None))["pressure_angle_max_deg"]
     problem = at_rounding_error(resolve(scene.replace(limits={"pressure_angle": most * (1.0 + 1e-9)})))
-    whole, cut = (certify_limits(problem, problem.design, until) for until in (inf, clock_seconds()))
+    whole, cut = (certify_limits(problem, problem.design, budget) for budget in (UNLIMITED, Budget(0.0)))
     assert (whole["pressure_angle"], cut["pressure_angle"]) == ("held", "undecided")
 
 
-def test_the_nearest_miss_is_looked_for_as_long_as_there_is_time():
+def test_the_nearest_miss_is_looked_for_within_the_budget():
     problem = at_rounding_error(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
     (bounds,) = search_boxes(problem)
     near, start = find_nearest_miss(problem, bounds, problem.design), problem.design
-    assert find_nearest_miss(problem, bounds, start, clock_seconds()) is start
+    assert find_nearest_miss(problem, bounds, start, Budget(0.0)) is start
     worst = [quantities_with_excess_bounds(problem, design, frozenset()).outer.max() for design in (near, start)]
     assert worst[0] < worst[1]
 
 
-def test_cutting_planes_stop_in_time_with_a_size_that_no_cam_undercuts():
+def test_cutting_planes_stop_early_with_a_size_that_no_cam_undercuts():
     scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35}, search=None)
     problem = at_rounding_error(resolve(scene))
     (bounds,) = search_boxes(problem)
-    whole, cut = cutting_plane_optimum(problem, bounds), cutting_plane_optimum(problem, bounds, clock_seconds())
+    whole, cut = cutting_plane_optimum(problem, bounds), cutting_plane_optimum(problem, bounds, Budget(0.0))
     assert cut.design is None
     assert 0.9 * whole.floor < cut.floor < whole.floor
 

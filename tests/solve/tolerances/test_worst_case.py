@@ -188,11 +188,11 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
     above = found.worst_case.gap / abs(found.worst_case.error)
     assert 1e-3 < above < 1e-2
     assert f"The proven bound is {100 * above:.2g} % larger." in found.table().note
-    monkeypatch.setattr(worst_case, "DISPLACEMENT_SECONDS", -1.0)
+    monkeypatch.setattr(worst_case, "DISPLACEMENT_WORK", 0.0)
     found = camopt.tolerance(scene)
     assert np.isinf(found.worst_case.bound)
     assert found.reason.startswith(
-        "No bound of the displacement is proved: the time of -1 s was over. profile has the largest share:"
+        "No bound of the displacement is proved: the proof takes too much work. profile has the largest share:"
     )
 
 

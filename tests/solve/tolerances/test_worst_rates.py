@@ -11,6 +11,7 @@ from support.real_cams import RealCams, cams_of
 from support.recontact import displacement
 
 import camopt
+from camopt.core.numerics.budget import UNLIMITED
 from camopt.core.numerics.stretches import stretch_ranges
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
@@ -186,7 +187,7 @@ def test_a_bound_of_a_pair_counts_jumps_with_cams_whose_contacts_have_passed_the
     }
     search = search_of(feed.replace(part={}, tolerances=tolerances, motion=motion), order)
     most = abs(search.place_and_largest_error(search.errors_of_nearly_worst_cam())[1])
-    assert search.prove_error_bound(most, gap, np.inf).high <= most * (1.0 + gap)
+    assert search.prove_error_bound(most, gap, UNLIMITED).high <= most * (1.0 + gap)
     rng, cams = np.random.default_rng(order), 20_000
     ends = {
         key: rng.uniform(-0.2, 1.2, cams).clip(0.0, 1.0) * (high - low) + low

@@ -5,7 +5,6 @@ import pytest
 
 import camopt
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.tolerances import margins
 from camopt.solve.tolerances.margins import ToleranceBox
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box
 
@@ -33,9 +32,7 @@ def means(problem, ratio, mass, rpm):
 @pytest.fixture(scope="module")
 def found():
     scene = scene_of(**dict.fromkeys(NAMES, 1e4))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(margins, "TRAIN_MARGIN_SECONDS", 60.0)  # 1 s of CPU, on machines that do other things too
-        return resolve_design(scene), {each.limit: each for each in camopt.tolerance(scene).margins}
+    return resolve_design(scene), {each.limit: each for each in camopt.tolerance(scene).margins}
 
 
 def test_no_cam_with_a_train_within_the_tolerances_has_a_mean_beyond_what_is_proved(found):
