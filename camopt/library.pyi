@@ -1,6 +1,5 @@
 """What commands use of the library besides public names: type checkers and ``lazy_loader`` read it."""
 
-from .core.numerics.clock import clock_seconds as clock_seconds
 from .core.storage.files import checked_path as checked_path
 from .core.storage.files import write_text as write_text
 from .core.storage.publishing import publication as publication

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.cli.exits import print_message
 from camopt.core.engines.progress import Advance, progress_bar
-from camopt.core.kernels.compile_clock import compilation_notice
+from camopt.core.kernels.compile_notice import compilation_notice
 from camopt.core.storage.files import LossWarning
 from camopt.solve.tables.cells import to_json
 from camopt.solve.tables.result import ABOUT, NUMERIC, VALUE, Branch, FileLine, Result, Table

@@ -188,18 +188,16 @@ def searchable_numbers(table: type[SceneTable], *, sizes: bool = False) -> dict[
     """
     excluded = {*(() if sizes else _sizes_of(table)), *table.read_as}
     fields = {key: field for key, field in table.model_fields.items() if key not in excluded}
-    hints = {key: _table_or_number_type(field.rebuild_annotation()) for key, field in fields.items()}
-    return {key: hint for key, hint in hints.items() if hint is not None}
+    types = {
+        key: table_type_in(hint := field.rebuild_annotation()) or _number_type_in(hint)
+        for key, field in fields.items()
+    }
+    return {key: found for key, found in types.items() if found is not None}
 
 
 def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
     """The keys of sizes in a table; ``[search]`` has keys of its own for them."""
     return SEARCH_SIZES if table in (Cam, Follower) else ()
-
-
-def _table_or_number_type(hint: Any) -> Any:
-    """The table or the number in a type hint; None without either."""
-    return table_type_in(hint) or _number_type_in(hint)
 
 
 def _number_type_in(hint: Any) -> Any:

@@ -3,6 +3,7 @@
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import click
@@ -218,12 +219,12 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
             cli.print_note(f"search: optimise minimises the size; use sweep to optimise {', '.join(named)}")
     publication = library.publication(out, "optimise", (library.OPTIMUM,)) if out else nullcontext()
     with publication as unit, cli.progress(quiet, "laws") as advance:
-        end = library.clock_seconds() + (seconds or 0.0)
+        end = monotonic() + (seconds or 0.0)
         result = camopt.optimise(scene, progress=advance, seconds=seconds)
         if unit:
             library.write_scenes(result.by_law, unit.staging)
         is_limited = seconds is not None or result.out_of_time
-        left = max(end - library.clock_seconds(), NO_SECONDS) if is_limited else None
+        left = max(end - monotonic(), NO_SECONDS) if is_limited else None
         result = replace(result, prices=camopt.prices(result, left))
     return cli.print_result(result, as_json, quiet, unit.files if unit else ())
 

@@ -8,7 +8,7 @@ from itertools import islice
 from threading import Event
 
 from camopt.core.engines import Item, WorkResult
-from camopt.core.kernels.compile_clock import READY_KERNELS
+from camopt.core.kernels.compile_notice import READY_KERNELS
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.core.kernels.arguments import Record, argument_kind
-from camopt.core.kernels.compile_clock import READY_KERNELS
+from camopt.core.kernels.compile_notice import READY_KERNELS
 from camopt.core.kernels.marks import COMPILE_LOCK, KernelPart, Kinds
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 
 from llvmlite import binding
 
-from camopt.core.kernels.compile_clock import COMPILE_CLOCK
+from camopt.core.kernels.compile_notice import announce_compilation
 from camopt.core.kernels.marks import COMPILE_LOCK, KernelPart, Kinds
 from camopt.core.mistakes import BadInput, Mistake
 
@@ -47,10 +47,10 @@ class CompilationListener(event.Listener):
     """Numba notifies it of each compilation."""
 
     def on_start(self, event: Any) -> None:
-        COMPILE_CLOCK.begin_compilation()
+        announce_compilation()
 
     def on_end(self, event: Any) -> None:
-        COMPILE_CLOCK.end_compilation()
+        """Does nothing."""
 
 
 event.register("numba:compile", CompilationListener())  # type: ignore[no-untyped-call]

@@ -7,35 +7,32 @@ decides instead.
 
 from dataclasses import dataclass, field, replace
 from math import inf
+from time import monotonic
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics.clock import clock_seconds
 
 
-class WorkMeter:
-    """Counts work."""
+@dataclass
+class Meter:
+    """Counts work, or reads the clock."""
 
-    work = 0.0
-
-    def read(self) -> float:
-        """The work so far."""
-        return self.work
-
-
-class ClockMeter(WorkMeter):
-    """Reads the clock."""
+    is_clock: bool = False
+    work: float = 0.0
 
     def read(self) -> float:
-        return clock_seconds()
+        """The work so far, or the time [s]."""
+        return monotonic() if self.is_clock else self.work
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What a search may still use. Its shares have one meter: what one leaves is free for the next."""
+    """What a search may use: up to the reading ``end`` of a meter.
+
+    Shares of a budget have one meter. So what one share leaves is free for the next.
+    """
 
     end: float
-    """Reading of the meter at which the search must stop."""
-    meter: WorkMeter = field(default_factory=WorkMeter)
+    meter: Meter = field(default_factory=Meter)
 
     def spend(self, work: float) -> None:
         """Count the work of the next step."""
@@ -67,4 +64,4 @@ def search_budget(seconds: float | None, work: float) -> Budget:
         return Budget(work)
     if not (isinstance(seconds, int | float) and seconds > 0.0):
         raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
-    return Budget(clock_seconds() + seconds, ClockMeter())
+    return Budget(monotonic() + seconds, Meter(is_clock=True))

@@ -1,21 +1,14 @@
-"""The clock. It stops while kernels are compiled, because that happens once per machine."""
+"""Times of runs."""
 
 import sys
 from collections.abc import Callable
 from math import inf
-from time import monotonic, perf_counter, thread_time
+from time import perf_counter, thread_time
 from typing import TypeVar
-
-from camopt.core.kernels.compile_clock import COMPILE_CLOCK
 
 TimedResult = TypeVar("TimedResult")
 THREAD_CLOCK = perf_counter if sys.platform == "win32" else thread_time
 """Seconds of this thread at work, so that other processes do not count. That of Windows has steps of 16 ms."""
-
-
-def clock_seconds() -> float:
-    """Seconds since a fixed moment, without time spent on compilation."""
-    return monotonic() - COMPILE_CLOCK.seconds
 
 
 def time_runs(work: Callable[[], TimedResult], runs: int, enough_seconds: float = inf) -> tuple[TimedResult, float]:

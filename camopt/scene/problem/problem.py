@@ -96,8 +96,11 @@ class Problem:
 
     def work(self, count: int) -> float:
         """Work of an evaluation of all limits for some designs (``core.numerics.budget``)."""
-        limits = len(self.limits) * (1 + len(self.robust_errors))
-        return limits * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * count)
+        return (
+            len(self.limits)
+            * (1 + len(self.robust_errors))
+            * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * count)
+        )
 
     def nominal_and_error_variants(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:
         """The nominal designs, then the designs with each of the robust errors, each with its problem.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from camopt.core.engines.progress import Advance
-from camopt.core.kernels.compile_clock import READY_KERNELS
+from camopt.core.kernels.compile_notice import READY_KERNELS
 from camopt.core.kernels.compile_rule import compile_at_first_call
 from camopt.core.kernels.kernel_cache import NO_FOLDER, kernel_folder
 from camopt.core.numerics.dominance import Dominators

@@ -4,13 +4,13 @@ import os
 import shutil
 from errno import ENOSPC
 from pathlib import Path
+from time import monotonic
 from typing import NamedTuple
 
 import numpy as np
 
 from camopt.core.engines import Engine
 from camopt.core.engines.threads import Threads
-from camopt.core.numerics.clock import clock_seconds
 from camopt.solve.front.plan import TABLED_KEEPS, SweepPlan
 from camopt.solve.front.store import MessageSink, Store, batch_bytes
 from camopt.solve.tables.cells import duration_text
@@ -59,9 +59,9 @@ def estimate_sweep(
     neighbours, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
     for _ in threads.results_in_order(plan.evaluate_blocks, neighbours):
         pass
-    start = clock_seconds()
+    start = monotonic()
     batches = [*threads.results_in_order(plan.evaluate_blocks, timed)]
-    seconds = (clock_seconds() - start) * threads.workers / workers
+    seconds = (monotonic() - start) * threads.workers / workers
     share = len(numbers) / len(timed)
     tabled = batches if plan.keep in TABLED_KEEPS else []
     kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in tabled)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ import pyarrow.parquet as pq
 
 from camopt.core.engines import Engine
 from camopt.core.mistakes import Stopped
-from camopt.core.numerics.clock import clock_seconds
 from camopt.core.quantities import Quantity
 from camopt.core.storage.files import (
     WORK_FOLDER,
@@ -72,7 +72,7 @@ class Store:
         self.numbers = plan.part_blocks(question.part, question.parts)
         self.trouble: OSError | None = None
         self._pending: list[BlockBatch] = []
-        self._since = clock_seconds()
+        self._since = monotonic()
         other = stored_key(folder)
         self._is_own = other == question
         if tell and other and not self._is_own:
@@ -112,13 +112,13 @@ class Store:
         yield from self._evaluate_missing(range(position, self.numbers.stop), engine)
 
     def _evaluate_missing(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
-        self._since = clock_seconds()
+        self._since = monotonic()
         for batch in self.plan.evaluate_in_batches(numbers, engine) if numbers else ():
             self._pending.append(batch)
             rows = sum(pending.kept.count for pending in self._pending)
-            if rows >= SAVE_ROWS or clock_seconds() - self._since >= SAVE_SECONDS:
+            if rows >= SAVE_ROWS or monotonic() - self._since >= SAVE_SECONDS:
                 self.write_pending_batches()
-                self._since = clock_seconds()
+                self._since = monotonic()
             yield batch
         if numbers and numbers.stop < self.numbers.stop:
             self.write_pending_batches()  # the next blocks are on disk

@@ -23,9 +23,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import SlopedInterval
-from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms.design import Designs, SizeBounds
-from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, at_rounding_error
 from camopt.scene.problem.sample import SAMPLERS
 from camopt.scene.problem.settings import NumberSetting
@@ -39,6 +37,7 @@ from camopt.solve.smallest.result import SmallestCam
 from camopt.solve.smallest.smallest import solve_small_cam_unproved, solve_smallest_cam
 from camopt.solve.smallest.train_limits import TrainLimits
 from camopt.solve.verdicts.driven_boxes import searched_train_keys
+from camopt.solve.verdicts.train_boxes import is_tool_derivative
 
 SPREAD_TRAINS, CORNERED_NUMBERS = (
     16,
@@ -125,11 +124,6 @@ ROUGH_DESCENT, FINE_DESCENT = (
 )
 
 
-def _limits_tool_motion(limit: Limit) -> bool:
-    curves = [constraint.curve for constraint in limit.constraints]
-    return any(isinstance(curve, Derivative) and not curve.at_follower for curve in curves)
-
-
 @dataclass
 class TrainOptimiser:
     """A search among trains; each train is given by its shares, the positions of its numbers in their ranges."""
@@ -139,8 +133,6 @@ class TrainOptimiser:
     budget: Budget
     optima: dict[tuple[float, ...], TrainOptimum] = field(default_factory=dict)
     """The smallest cam of each train tried, by its shares."""
-    out_of_time: bool = False
-    """Whether a train was skipped because the budget was spent."""
 
     def find_smallest_cam(self) -> TrainOptimum:
         """The smallest cam of all trains tried, with the lower bound over all trains."""
@@ -152,11 +144,10 @@ class TrainOptimiser:
         bounded = self._bound_all_trains(boxes)
         if bounded.answer.is_proved:
             return bounded
-        self.out_of_time |= boxes.is_spent
         for start in self._range_positions_of_best_tried_trains(1):
             self.descend_from_train(start, FINE_DESCENT, self.budget)
         best = min(bounded, self._best_train, key=lambda train: train.answer.size)
-        return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=self.out_of_time)
+        return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=boxes.is_spent)
 
     def _bound_all_trains(self, budget: Budget) -> TrainOptimum:
         """The best train, with a lower bound of the size over all trains.
@@ -171,7 +162,9 @@ class TrainOptimiser:
         best, floor, train = self._best_train, 0.0, self.problem.setup.train
         if train is None or not train.carried:
             limits = tuple(
-                limit for limit in self.problem.limits if limit.constraints and not _limits_tool_motion(limit)
+                limit
+                for limit in self.problem.limits
+                if limit.constraints and not any(is_tool_derivative(each.curve) for each in limit.constraints)
             )
             floor = solve_smallest_cam(replace(self.problem, limits=limits), self.bounds, budget=budget).floor
         return best._replace(answer=replace(best.answer, floor=floor))
@@ -185,7 +178,6 @@ class TrainOptimiser:
     def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], budget: Budget) -> float:
         """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the budget is spent."""
         if self.optima and budget.is_spent:
-            self.out_of_time = True
             return INFEASIBLE_COST
         variables = free_train_numbers(self.problem)
         values = {

@@ -12,6 +12,7 @@ from functools import partial
 from itertools import chain, combinations, permutations, product
 from math import ceil
 from os import cpu_count
+from time import monotonic
 from typing import Any, NamedTuple
 
 import moocore
@@ -22,7 +23,6 @@ from camopt.core.engines.processes import processes
 from camopt.core.engines.progress import Progress, report_progress, with_progress_bar
 from camopt.core.mistakes import BadInput, Mistake, Unmet, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.clock import clock_seconds
 from camopt.core.quantities.function import FunctionCall
 from camopt.model.effects import available_quantities, missing_keys_by_quantity
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
@@ -61,14 +61,14 @@ class SearchTimeEstimate:
         """``kinds`` are the numbers of searches of each kind, in order."""
         self._kinds, self._workers, self._tell = [*kinds], workers, tell
         self._start, self._kind_start, self._announced = (
-            clock_seconds(),
-            clock_seconds(),
+            monotonic(),
+            monotonic(),
             LONG_SECONDS / NOTICE_FACTOR,
         )
 
     def record_kind_and_announce_time(self) -> None:
         """Record that one kind of searches is done, and announce the total time if it is long."""
-        count, now = self._kinds.pop(0), clock_seconds()
+        count, now = self._kinds.pop(0), monotonic()
         if not count or not self._tell:
             return
         seconds = (now - self._kind_start) / self._searches_per_worker(count)

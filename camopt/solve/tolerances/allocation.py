@@ -61,8 +61,7 @@ CostsByKey = Mapping[str, CostByGrade]
 """Costs by key of ``[tolerances]``."""
 ALLOCATION_WORK = 60e6
 """Default work of the search."""
-GRADES_PROOF_WORK, GRADES_WORK = 20e6, 2e3
-"""Work of the proof for a set of grades, and of a set without its proof."""
+GRADES_PROOF_WORK, GRADES_WORK = 20e6, 2e3  # most work of the proof for a set of grades; work to reject a set
 GradeByKey = Mapping[str, int]
 """Grade by key of ``[tolerances]``."""
 

@@ -71,8 +71,13 @@ class ProvedBound(NamedTuple):
 
 def missing_bound_reason(upper_bound: float, budget: Budget) -> str:
     """Why a proof with a budget has no bound; "" if it has one."""
-    over = "the tolerances are too large for it"
-    return "" if upper_bound < inf else "the proof takes too much work" if budget.is_spent else over
+    return (
+        ""
+        if upper_bound < inf
+        else "the proof takes too much work"
+        if budget.is_spent
+        else "the tolerances are too large for it"
+    )
 
 
 def coordinate_box(ends: NumberRanges) -> dict[str, tuple[float, float]]:

@@ -45,8 +45,7 @@ CONSTRAINT_PART_CUTS = 8
 """Pieces into which a part is cut."""
 MEANS_AT_ONCE, MEAN_ROUNDS = 8, 3
 """The same for means, whose parts are whole turns."""
-ROUND_PARTS, PART_WORK = 100, 60.0
-"""A round of enclosures takes as much work as this many parts, each of this much work."""
+ROUND_PARTS, PART_WORK = 100, 60.0  # work of a part, and how many parts a round takes in addition
 LEAST_PART_SHARE = 2.0**-45
 """Share of a panel, or of the box, below which a part is not cut."""
 LARGEST_SLOPE = 1e300

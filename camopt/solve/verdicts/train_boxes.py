@@ -60,10 +60,10 @@ def depends_on_train(problem: Problem, limit: Limit) -> bool:
     if limit.mean_constraint is not None:
         curves += [make for make, _ in limit.mean_constraint.mean.curves]
     at_tool = bool(curves) and not problem.programme.given_at_follower
-    return not (limit.is_on_base_circle or (at_tool and all(map(_is_tool_derivative, curves))))
+    return not (limit.is_on_base_circle or (at_tool and all(map(is_tool_derivative, curves))))
 
 
-def _is_tool_derivative(curve: Any) -> bool:
+def is_tool_derivative(curve: Any) -> bool:
     """Whether a curve is a derivative of the tool's motion."""
     return isinstance(curve, Derivative) and not curve.at_follower
 

@@ -145,7 +145,7 @@ def test_an_interrupted_refinement_evaluates_no_block_again(tmp_path):
 
 
 def test_a_sweep_that_is_shorter_than_a_second_keeps_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "clock_seconds", lambda: 0.0)  # however busy the machine is
+    monkeypatch.setattr(store, "monotonic", lambda: 0.0)  # however busy the machine is
     monkeypatch.setattr(store, "write_batch", None)
     run(tmp_path)
 

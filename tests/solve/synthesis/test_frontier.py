@@ -473,7 +473,7 @@ def test_a_frontier_of_nothing(scene):
 def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, told):
     """What has passed, and each round of the searches to come as long as one of the last kind."""
     times, found = iter([0.0, 0.0, *clock]), []
-    monkeypatch.setattr(searches, "clock_seconds", lambda: next(times))
+    monkeypatch.setattr(searches, "monotonic", lambda: next(times))
     foreseen = searches.SearchTimeEstimate(kinds, workers, found.append)
     for _ in clock:
         foreseen.record_kind_and_announce_time()

@@ -13,11 +13,11 @@ from functools import partial
 from heapq import heappop, heappush
 from itertools import count
 from math import inf
+from time import monotonic
 from typing import Any, NamedTuple
 
 from flint import arb
 
-from camopt.core.numerics.clock import clock_seconds
 from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING, WAY_OF, WAYS
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 from support.balls.ball import ball_between
@@ -85,14 +85,14 @@ class Largest:
     def verdict(self, bound: arb, factor: arb = ONE, until: float = inf) -> str:
         """Whether factor·largest ≤ bound, factor ≥ 0.
 
-        Undecided if not proved before ``deadline`` (``clock.now``).
+        Undecided if not proved before ``until`` (``monotonic``).
         """
         for _ in range(DECIDING_PARTS):
             if self.least * factor > bound:
                 return BROKEN
             if not self._looks or self.most * factor <= bound:
                 return HELD
-            if clock_seconds() > until or not self._closer():
+            if monotonic() > until or not self._closer():
                 break
         return UNDECIDED
 

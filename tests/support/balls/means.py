@@ -15,11 +15,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from math import inf
+from time import monotonic
 from typing import Any, cast
 
 from flint import arb, arb_series
 
-from camopt.core.numerics.clock import clock_seconds
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
@@ -111,9 +111,7 @@ class MeanOfPowers:
             yield found
             widths = [_width(ball) for _, ball in known]
             widest = max(widths)
-            done = (
-                widest <= MEAN_ERROR * float(abs(found).mid()) or len(known) > MEAN_PARTS or clock_seconds() > until
-            )
+            done = widest <= MEAN_ERROR * float(abs(found).mid()) or len(known) > MEAN_PARTS or monotonic() > until
             if done:
                 return
             kept = [each for each, width in zip(known, widths, strict=True) if width * SMALLER < widest]

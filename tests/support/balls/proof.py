@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import product
 from math import inf, isinf
+from time import monotonic
 from typing import Any, cast
 
 import support.balls.point_contact  # noqa: F401  what formulas do to balls at a point contact
-from camopt.core.numerics.clock import clock_seconds
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.peak import Derivative
 from camopt.model.mechanisms import Designs
@@ -107,7 +107,7 @@ def _without_curves(
         return _quantity_verdict(limit, run_effects(case, limit.required_quantities), design)
     for rows in integrated_rows(problem, motion, design, exact, limit.required_quantities):
         found = _quantity_verdict(limit, rows, design)
-        if found != UNDECIDED or clock_seconds() > until:
+        if found != UNDECIDED or monotonic() > until:
             return found
     return UNDECIDED
 
@@ -120,7 +120,7 @@ def _quantity_verdict(limit: Limit, rows: DesignRows, design: Designs) -> str:
 
 @precisely()
 def verdicts_in_balls(problem: Problem, design: Designs, until: float = inf) -> dict[str, str]:
-    """The verdict on each limit for one design: held, broken or undecided, as at ``deadline`` (``clock.now``)."""
+    """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``monotonic``)."""
     if not problem.setup.mechanism.can_assemble(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
     try:
