@@ -16,6 +16,7 @@ If the force soon changes its sign again, the follower may land on the flank tha
 where F changes its sign during a flight.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
 from math import comb
@@ -25,7 +26,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import BISECTIONS, BoolArray, FloatArray, IntArray
-from camopt.core.numerics.curves import value_and_slope
+from camopt.core.numerics.curves import curve_value, value_and_slope
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.state import State
 from camopt.model.effects.force import force_series
@@ -142,12 +143,31 @@ class HalfGap(NamedTuple):
         secant = np.sqrt(1.0 + np.square(tangent))
         return self.half[design] * secant, self.half[design] * tangent * slope / secant
 
+    def values(
+        self, design: IntArray, panel: IntArray, u: FloatArray, side: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """e of designs at places of panels, on the flank of ``side`` and on the other flank."""
+        state = panel_state(self.programme, panel, u)
+        tangents = [curve_value(pressure, design, state) for pressure in self.pressures]
+        one, other = (
+            self.half[design] * np.sqrt(1.0 + np.square(tangent)) for tangent in (tangents[0], tangents[-1])
+        )
+        return np.where(side > 0.0, one, other), np.where(side > 0.0, other, one)
+
 
 def panel_state(programme: Programme, panel: IntArray, u: FloatArray) -> State:
     """The motion at places of panels, without jerk and load, which curves of sizes do not read."""
-    rows, width = programme.table.coefficients[panel].T, programme.table.half_width[panel]
-    y, y1, y2 = (polynomial.polyval(u, polynomial.polyder(rows, order), tensor=False) for order in range(3))
-    return State(y, y1 / width, y2 / np.square(width), np.zeros_like(y))
+    y, y1, y2 = (
+        polynomial.polyval(u, series[:, panel], tensor=False) for series in _displacement_derivatives(programme)
+    )
+    return State(y, y1, y2, np.zeros_like(y))
+
+
+@lru_cache(maxsize=64)
+def _displacement_derivatives(programme: Programme) -> tuple[FloatArray, ...]:
+    """Power series in u of the displacement and its first two derivatives by the cam angle, by panel."""
+    rows, width = programme.table.coefficients.T, programme.table.half_width
+    return tuple(polynomial.polyder(rows, order) / width**order for order in range(3))
 
 
 def simulate_flights(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> Landings:
@@ -253,29 +273,31 @@ def _advance_flights(
         driving_force, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed
     )
 
-    def flank_gaps(step_fraction: Any) -> tuple[FloatArray, FloatArray]:
+    def flank_gaps(step_fraction: Any, which: Any = slice(None)) -> tuple[FloatArray, FloatArray]:
         """s·u minus its value on the other flank (a landing at 0), and on the first flank (in flight above 0)."""
-        along = step_fraction * length
-        way = polynomial.polyval(along, series, tensor=False)
-        ahead, behind = (
-            gap.value_and_slope(design, panel, flying.place + along / width, sign)[0] for sign in (-side, side)
+        along = step_fraction * length[which]
+        way = polynomial.polyval(along, series[:, which], tensor=False)
+        behind, ahead = gap.values(
+            design[which], panel[which], flying.place[which] + along / width[which], side[which]
         )
         return way - ahead, way + behind
 
-    gaps = [flank_gaps(share) for share in STEP_FRACTIONS]
-    beyond = np.array([one >= 0.0 for one, _ in gaps])
-    size = gap.value_and_slope(design, panel, flying.place, side)[0]
-    back = np.array([two < -LIFTED_SHARE * size for _, two in gaps])
+    size = gap.values(design, panel, flying.place, side)[0]
+    gaps = np.array([flank_gaps(share) for share in STEP_FRACTIONS])
+    beyond, back = gaps[:, 0] >= 0.0, gaps[:, 1] < -LIFTED_SHARE * size
     landed_by = beyond | back
     ends = landed_by.any(axis=0)
     first = landed_by.argmax(axis=0)
-    low, high = np.where(first > 0, STEP_FRACTIONS[first - 1], 0.0), STEP_FRACTIONS[first]
+    high = STEP_FRACTIONS[first]
     returns = back[first, np.arange(index.size)]
-    for _ in range(BISECTIONS if ends.any() else 0):
-        middle = 0.5 * (low + high)
-        one, two = flank_gaps(middle)
-        inside = np.where(returns, two >= -LIFTED_SHARE * size, one < 0.0)
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    if ends.any():
+        which = np.flatnonzero(ends)
+
+        def landing_depth(step_fraction: FloatArray) -> FloatArray:
+            one, two = flank_gaps(step_fraction, which)
+            return np.where(returns[which], -LIFTED_SHARE * size[which] - two, one)
+
+        high[which] = _root_between(landing_depth, high[which] - STEP_FRACTIONS[0], high[which])
     along = np.where(ends, high, 1.0) * length
     way, speed = (polynomial.polyval(along, each, tensor=False) for each in (series, polynomial.polyder(series)))
     place = flying.place + along / width
@@ -289,6 +311,24 @@ def _advance_flights(
     over = to_end <= length
     next_panel = np.where(over, (panel + 1) % table.centre.size, panel)
     return ends, _FlightState(next_panel, np.where(over, -1.0, place), flown, way, speed).take(~ends)
+
+
+def _root_between(function: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
+    """Roots of functions that are negative at ``low`` and not at ``high``, by the Illinois method."""
+    far, last = low, high
+    far_value, last_value = function(far), function(last)
+    for _ in range(BISECTIONS):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = -last_value * (last - far) / (last_value - far_value)
+        place = last + np.where(np.isfinite(step), step, 0.0)
+        if np.array_equal(place, last):
+            break
+        value = function(place)
+        crossed = value * last_value < 0.0
+        far_value = np.where(crossed, last_value, 0.5 * far_value)
+        far = np.where(crossed, last, far)
+        last, last_value = place, value
+    return last
 
 
 def _powers_by_row(width: FloatArray, count: int) -> FloatArray:
