@@ -72,7 +72,7 @@ CASES = {
     ),
     "merge": Case("merge parts --out out", OLDER, PARTS),
     "certify": Case("certify out/pareto.parquet", inputs=("sweep scenes/new.toml --out out",)),
-    "optimise": Case("optimise scenes/new.toml --out out", OLDER),
+    "optimise": Case("optimise scenes/one.toml --out out", OLDER),
     "report": Case("report out --out out/page.html", ("report roller-1000rpm --out out/page.html",), OLDER),
     "new": Case("new roller-1000rpm out/cam.toml", inputs=OLDER),
     **{
