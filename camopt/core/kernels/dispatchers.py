@@ -27,8 +27,8 @@ from camopt.core.kernels.arguments import NONE
 from camopt.core.kernels.machine_code import ObjectCode
 from camopt.core.kernels.numba_types import (
     INLINE_OPTIONS,
+    KERNEL_OPTIONS,
     LINKED_OPTIONS,
-    UNWRAPPED_OPTIONS,
     numba_type,
     register_marks,
 )
@@ -71,7 +71,7 @@ def dispatcher_of(part: KernelPart) -> Any:
     """Numba's dispatcher of a function: one for all threads, complete before any thread gets it."""
     with COMPILE_LOCK:
         if "dispatcher" not in vars(part):
-            options = UNWRAPPED_OPTIONS if part.is_kernel else INLINE_OPTIONS if part.inline else LINKED_OPTIONS
+            options = KERNEL_OPTIONS if part.is_kernel else INLINE_OPTIONS if part.inline else LINKED_OPTIONS
             dispatcher: Any = numba.njit(**options, **FLAGS)(part.py_func)
             dispatcher.__class__ = Dispatcher
             dispatcher.part = part

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache, wraps
 from inspect import Parameter, Signature
 from types import NoneType
-from typing import Any
+from typing import Any, ClassVar
 
 from numba import types
 from numba.core import cgutils
@@ -52,15 +52,40 @@ class PartLibrary(JITCodeLibrary):
         """Do nothing: without machine code there is no place for the environment."""
 
 
-class PartCompiler(Compiler):
-    """A compiler that puts a function into a ``PartLibrary``."""
+class KernelLibrary(JITCodeLibrary):
+    """Code of a kernel. LLVM inlines it from the innermost calls outwards and simplifies each function between.
+
+    Numba would first inline all calls at once, for reference counts, which kernels do not have. The function is
+    then so long that LLVM takes ten times as long.
+    """
+
+    def __init__(self, *options: Any) -> None:
+        super().__init__(*options)
+        self.enable_object_caching()
+
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
+class KernelCompiler(Compiler):
+    """A compiler that puts a kernel into a ``KernelLibrary``."""
+
+    library: ClassVar[type] = KernelLibrary
 
     def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        super().__init__(typing, target, PartLibrary(target.codegen(), "part"), *others)
+        super().__init__(typing, target, self.library(target.codegen(), self.library.__name__), *others)
+
+
+class PartCompiler(KernelCompiler):
+    """A compiler that puts a function into a ``PartLibrary``."""
+
+    library = PartLibrary
 
 
 # without wrappers for calls from Python, which never occur, compilation is faster
 UNWRAPPED_OPTIONS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+KERNEL_OPTIONS: Any = {"pipeline_class": KernelCompiler, **UNWRAPPED_OPTIONS}
 LINKED_OPTIONS: Any = {"pipeline_class": PartCompiler, **UNWRAPPED_OPTIONS}
 INLINE_OPTIONS: Any = {"forceinline": True, **LINKED_OPTIONS}
 
