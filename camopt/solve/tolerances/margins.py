@@ -58,7 +58,7 @@ WORSE_CAMS = 8
 """Number of times that a worse cam replaces the worst so far."""
 LOST_PRELOAD = 1e-6
 """Without interference, a preload below this share of the nominal value counts as 0."""
-MARGIN_WORK, TRAIN_MARGIN_WORK = 20e6, 5e6
+MARGIN_WORK, TRAIN_MARGIN_WORK = 20e6, 1.5e6
 """Work of the proofs of a limit, and of a limit that depends on a train with tolerances."""
 SAME_QUANTITY = 1e-12
 """Values of a quantity are equal if their relative difference is smaller."""
@@ -308,13 +308,24 @@ class ToleranceBox:
             return worst, None
         if limit.is_of_motion and not self._depends_on_train(limit):
             return worst, 0.0
-        side, budget = QUANTITIES[limit.quantities[0]].side, self._proof_budget(limit)
-        gaps = iter(MARGIN_GAPS)
-        share = next(gaps)
+        side = QUANTITIES[limit.quantities[0]].side
+        question = limit.quantities, worst.value  # two limits may bound one quantity
+        if question not in self._proven_gaps:
+            self._proven_gaps[question] = self._prove_gap(limit, side, worst)
+        return self._proven_gaps[question]
+
+    @cached_property
+    def _proven_gaps(self) -> dict[tuple[tuple[str, ...], float], tuple[TriedCam, float | None]]:
+        """Worst cams and proven gaps so far, by quantities and worst value of the tried cams."""
+        return {}
+
+    def _prove_gap(self, limit: QuantityLimit, side: float, worst: TriedCam) -> tuple[TriedCam, float | None]:
+        """The worst cam, and the least of ``MARGIN_GAPS`` that is proved with its share of the budget."""
+        gaps, budget = [*MARGIN_GAPS], self._proof_budget(limit)
         for _ in range(WORSE_CAMS):
-            gap = share * (abs(worst.value) or 1.0)
+            gap = gaps[0] * (abs(worst.value) or 1.0)
             easier = replace(limit, bound=worst.value + side * gap)
-            proof = self._certify_limit(easier, budget)
+            proof = self._certify_limit(easier, budget.share(len(gaps)))
             if proof.verdict == HELD:
                 return worst, gap
             if proof.witness is not None:
@@ -322,9 +333,9 @@ class ToleranceBox:
                 if side * (cam.value - worst.value) > 0.0:
                     worst = cam
                     continue
-            if (larger := next(gaps, None)) is None:
+            if len(gaps) == 1:
                 break
-            share = larger
+            gaps.pop(0)
         return worst, None
 
 
