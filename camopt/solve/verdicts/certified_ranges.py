@@ -7,7 +7,7 @@ by bisection.
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import inf, isfinite, log, sqrt
+from math import copysign, exp, inf, isfinite, log, sqrt
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 CERTIFIED_AT_ONCE = 64  # most designs at a time: a proof takes some tenths of a second
 FURTHEST_SHARE, RANGE_BISECTIONS = 1e9, 60
 """Largest ratio of a bound to the number, and most bisections."""
-END_SHARE = 1e-3  # of the range between the bounds: as near its ends are found
+END_SHARE = 1e-2  # relative error of a proved bound's distance from an undecided one
 
 
 def rows_with_certified_quantities(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
@@ -115,20 +115,28 @@ def _certified_range(
         middle = sqrt(low * high)
         word = verdict(middle)
         if word not in {below, above}:
-            low, first = _bisect_to_undecided(lambda bound: verdict(bound) == below, low, middle, middle, accuracy)
-            high, _ = _bisect_to_undecided(lambda bound: verdict(bound) == above, high, middle, first, accuracy)
+            low = _bisect_to_undecided(lambda bound: verdict(bound) == below, low, middle, accuracy / 4.0)
+            high = _bisect_to_undecided(lambda bound: verdict(bound) == above, high, middle, accuracy / 4.0)
             break
         low, high = (middle, high) if word == below else (low, middle)
     return (low, high) if value / FURTHEST_SHARE < low < high < value * FURTHEST_SHARE < inf else None
 
 
 def _bisect_to_undecided(
-    is_proved: Callable[[float], bool], proved: float, undecided: float, other: float, accuracy: float
-) -> tuple[float, float]:
-    """Move a proved and an undecided bound together, to a small share of the undecided range up to ``other``."""
+    is_proved: Callable[[float], bool], proved: float, undecided: float, least_distance: float
+) -> float:
+    """Proved bound that is nearly as close to an undecided one as can be.
+
+    The logarithm of their distance is bisected, since the distance may have any size.
+    """
+    far, near = log(proved / undecided), copysign(least_distance, proved - undecided)
     for _ in range(RANGE_BISECTIONS):
-        if abs(log(undecided / proved)) <= max(accuracy / 4.0, END_SHARE * abs(log(other / undecided))):
+        if far / near <= 1.0 + END_SHARE:
             break
-        middle = sqrt(proved * undecided)
-        proved, undecided = (middle, undecided) if is_proved(middle) else (proved, middle)
-    return proved, undecided
+        middle = copysign(sqrt(far * near), far)
+        bound = undecided * exp(middle)
+        if is_proved(bound):
+            far, proved = middle, bound
+        else:
+            near = middle
+    return proved
