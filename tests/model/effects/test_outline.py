@@ -128,6 +128,7 @@ def test_no_cam_of_a_grid_that_stays_clear_of_the_pivot_is_smaller():
     best = optimise(scene).best
     assert best["proved"]
     assert evaluate(best.scene)["pivot_clearance_min_mm"] == pytest.approx(15.0, rel=1e-7)
+    search["base_radius"]["stop"] = 20 + np.ceil(best["base_radius_mm"] - 20 + 0.5)  # larger cams say nothing
     steps = {name: ends | {"step": 0.2} for name, ends in search.items()}
     seen = sweep(scene.replace(**{f"search.{name}": each for name, each in steps.items()})).best["cycloidal"]
     assert 0.0 <= seen["base_radius_mm"] - best["base_radius_mm"] < 0.5
