@@ -286,7 +286,7 @@ def _advance_flights(
     gaps = np.array([flank_gaps(share) for share in STEP_FRACTIONS])
     beyond, back = gaps[:, 0] >= 0.0, gaps[:, 1] < -LIFTED_SHARE * size
     landed_by = beyond | back
-    ends = landed_by.any(axis=0)
+    ends = np.asarray(landed_by.any(axis=0))
     first = landed_by.argmax(axis=0)
     high = STEP_FRACTIONS[first]
     returns = back[first, np.arange(index.size)]
