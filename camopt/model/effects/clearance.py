@@ -320,4 +320,6 @@ def _angle_to_next(flights: Flights) -> FloatArray:
     return np.asarray(np.mod(flights.angle[_following_crossing_index(flights)] - flights.angle, 2.0 * pi))
 
 
-EFFECT = Effect("clearance", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks)
+EFFECT = Effect(
+    "clearance", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks, work=400.0
+)

@@ -249,3 +249,5 @@ class Effect(NamedTuple):
     """Whether its quantities have no enclosure, so that computing them or not affects no other quantity."""
     last: bool = False
     """Whether it is so expensive that its limits are checked only for designs that meet all others."""
+    work: float = 0.0
+    """Work for a design beyond that of its curves (``core.numerics.budget``)."""

@@ -11,6 +11,7 @@ from support.real_cams import cams_of
 from support.recontact import displacement
 
 import camopt
+from camopt.core.numerics.budget import UNLIMITED
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.studies.timing import _passage_ends
@@ -31,7 +32,7 @@ def passages(scene):
     turn = TurnErrors(scene.with_profile_tolerance_moved, resolve_design(scene))
     of, unit = make_worst_cam_search(turn), turn.problem.programme.tool.unit
     return [
-        dwells_and_passages._worst_passage(of, each, end, np.inf)
+        dwells_and_passages._worst_passage(of, each, end, UNLIMITED)
         for each in _passage_ends(passage, unit)
         for end in dwells_and_passages.PASSAGE_DIRECTIONS
     ]
