@@ -19,7 +19,7 @@ from camopt.scene.problem.constraints import constraints_on_peak
 from camopt.scene.problem.limits import peaks_of_quantity
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem
 from camopt.scene.problem.rows import DesignRows
-from camopt.solve.verdicts.constraint_boxes import constraint_verdict_over_box
+from camopt.solve.verdicts.constraint_boxes import CurveEnclosures, constraint_verdict_over_box
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 
 CERTIFIED_AT_ONCE = 64  # most designs at a time: a proof takes some tenths of a second
@@ -86,24 +86,24 @@ def _certified_ranges_by_quantity(
     problem: Problem, design: Designs, row: DesignRows, accuracy: float
 ) -> dict[str, CertifiedRange]:
     """Proved bounds of one design's quantities that are less exact than ``accuracy``."""
-    proved = {}
+    proved, enclosures = {}, CurveEnclosures()
     for name in row.outward:
         peaks = peaks_of_quantity(name, problem.setup) if _relative_half_width(row, name) > accuracy else ()
         value = abs(float(row.column(name)[0]))
-        by_contact = [_certified_range(problem, peak, design, value, accuracy) for peak in peaks]
+        by_contact = [_certified_range(problem, peak, design, value, accuracy, enclosures) for peak in peaks]
         if len(ranges := [bounds for bounds in by_contact if bounds]) == len(peaks) > 0:
             proved[name] = (min if peaks[0].is_least else max)(ranges)
     return proved
 
 
 def _certified_range(
-    problem: Problem, peak: Peak, design: Designs, value: float, accuracy: float
+    problem: Problem, peak: Peak, design: Designs, value: float, accuracy: float, enclosures: CurveEnclosures
 ) -> CertifiedRange | None:
     """Lower and upper bound of a quantity ≥ 0 of a design, as close as ``accuracy`` or rounding allows."""
 
     def verdict(bound: float) -> str:
         return worst_verdict(
-            constraint_verdict_over_box(problem, constraint, design, {}).verdict
+            constraint_verdict_over_box(problem, constraint, design, {}, enclosures=enclosures).verdict
             for constraint in constraints_on_peak(peak, bound)
         )
 

@@ -88,10 +88,12 @@ def constraint_verdict_over_box(
     design: Designs,
     number_ranges: NumberRanges,
     budget: Budget = UNLIMITED,
+    enclosures: "CurveEnclosures | None" = None,
 ) -> BoxVerdict:
     """Verdict on a constraint for all designs whose sizes lie between ``number_ranges``.
 
-    It is undecided if the budget is spent, and if a design of the box may fail to assemble.
+    It is undecided if the budget is spent, and if a design of the box may fail to assemble. ``enclosures`` keeps the
+    enclosures of curves for other bounds of the same design.
     """
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
@@ -113,9 +115,8 @@ def constraint_verdict_over_box(
         )
     if isinstance(constraint.curve, Derivative):
         return BoxVerdict(UNDECIDED)
-    return ConstraintSearch(problem, constraint, design, tuple(number_ranges), budget).search_for_violation(
-        BoxParts.whole_panels(problem, constraint, number_ranges)
-    )
+    search = ConstraintSearch(problem, constraint, design, tuple(number_ranges), budget, enclosures)
+    return search.search_for_violation(BoxParts.whole_panels(problem, constraint, number_ranges))
 
 
 @dataclass(frozen=True)
@@ -199,6 +200,12 @@ class BoxParts:
         return np.all(self.high - self.low <= LEAST_PART_SHARE * self.whole, axis=0)
 
 
+CurveEnclosure = tuple[Any, Designs, SlopedInterval]
+"""A curve over parts, with the designs and the cam angle of the parts."""
+CurveEnclosures = dict[Any, CurveEnclosure]
+"""Enclosures of the curves of one design, by curve and parts. They do not depend on a bound."""
+
+
 @dataclass(frozen=True)
 class ConstraintSearch:
     """The search for a design of a box that breaks a constraint at a cam angle."""
@@ -209,6 +216,7 @@ class ConstraintSearch:
     design: Designs
     names: tuple[str, ...]
     budget: Budget
+    enclosures: CurveEnclosures | None = None
     at_once: ClassVar[int] = CONSTRAINT_PARTS_AT_ONCE
     rounds: ClassVar[int] = MOST_ROUNDS
 
@@ -236,11 +244,20 @@ class ConstraintSearch:
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
         """Excess of the designs of parts over the constraint."""
-        value, designs, angle = self.enclose_curve(parts)
+        value, designs, angle = self.enclose_curve_once(parts)
         return as_sloped_interval(relative_excess(self.constraint, parts.side, as_quotient(value), designs), angle)
 
-    def enclose_curve(self, parts: BoxParts) -> tuple[Any, Designs, SlopedInterval]:
-        """The constraint's curve over parts, with the designs and the cam angle of the parts."""
+    def enclose_curve_once(self, parts: BoxParts) -> CurveEnclosure:
+        """The constraint's curve over parts, from the kept enclosures if they have it."""
+        if self.enclosures is None:
+            return self.enclose_curve(parts)
+        key = (self.constraint.curve, parts.panel.tobytes(), parts.low.tobytes(), parts.high.tobytes())
+        if key not in self.enclosures:
+            self.enclosures[key] = self.enclose_curve(parts)
+        return self.enclosures[key]
+
+    def enclose_curve(self, parts: BoxParts) -> CurveEnclosure:
+        """The constraint's curve over parts."""
         programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
         half = programme.table.half_width[parts.panel]
         place = Interval(parts.low[0] * half, parts.high[0] * half)

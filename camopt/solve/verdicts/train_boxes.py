@@ -115,7 +115,7 @@ def constraint_verdict_over_trains(
         design,
         tuple(number_ranges),
         budget,
-        of_train,
+        of_train=of_train,
     )
     return search.search_for_violation(search.whole_tool_panels(number_ranges))
 
