@@ -88,9 +88,9 @@ def object_code(kernel: KernelPart, kinds: Kinds) -> ObjectCode:
     with _without_garbage_collection():
         compiled = kernel.dispatcher.get_compile_result(signature)
     _, _, (content, bitcode) = compiled.library.serialize_using_object_code()
-    functions = binding.parse_bitcode(bitcode).functions
     calls_numba = any(
-        function.is_declaration and function.name.startswith(NUMBA_PREFIXES) for function in functions
+        function.is_declaration and function.name.startswith(NUMBA_PREFIXES)
+        for function in binding.parse_bitcode(bitcode).functions
     )
     whole = not (calls_numba or compiled.library.has_dynamic_globals)
     return ObjectCode(compiled.fndesc.llvm_func_name, content, whole)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache, wraps
 from inspect import Parameter, Signature
 from types import NoneType
-from typing import Any, ClassVar
+from typing import Any
 
 from numba import types
 from numba.core import cgutils
@@ -59,34 +59,24 @@ class KernelLibrary(JITCodeLibrary):
     then so long that LLVM takes ten times as long.
     """
 
-    def __init__(self, *options: Any) -> None:
-        super().__init__(*options)
-        self.enable_object_caching()
-
     def _optimize_final_module(self) -> None:
+        self.enable_object_caching()
         passes, builder = self._codegen._module_pass_manager()
         passes.run(self._final_module, builder)
 
 
-class KernelCompiler(Compiler):
-    """A compiler that puts a kernel into a ``KernelLibrary``."""
-
-    library: ClassVar[type] = KernelLibrary
-
-    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
-        super().__init__(typing, target, self.library(target.codegen(), self.library.__name__), *others)
-
-
-class PartCompiler(KernelCompiler):
-    """A compiler that puts a function into a ``PartLibrary``."""
-
-    library = PartLibrary
+def compiler_into(library: type[JITCodeLibrary]) -> Any:
+    """Numba's compiler, which puts a function into a library of a class."""
+    return lambda typing, target, _, *others: Compiler(typing, target, library(target.codegen(), "part"), *others)
 
 
 # without wrappers for calls from Python, which never occur, compilation is faster
-UNWRAPPED_OPTIONS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-KERNEL_OPTIONS: Any = {"pipeline_class": KernelCompiler, **UNWRAPPED_OPTIONS}
-LINKED_OPTIONS: Any = {"pipeline_class": PartCompiler, **UNWRAPPED_OPTIONS}
+KERNEL_OPTIONS: Any = {
+    "pipeline_class": compiler_into(KernelLibrary),
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+LINKED_OPTIONS: Any = {**KERNEL_OPTIONS, "pipeline_class": compiler_into(PartLibrary)}
 INLINE_OPTIONS: Any = {"forceinline": True, **LINKED_OPTIONS}
 
 
@@ -159,12 +149,9 @@ def _register_value_type(owner: type, fields: tuple[str, ...]) -> None:
 
 def _register_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
     """Let kernels call the function that ``choose`` returns for the argument classes, in place of ``function``."""
-
-    @wraps(choose)
-    def choose_by_class(*kinds):
-        return choose(*map(python_class_of, kinds))
-
-    overload(function, jit_options=INLINE_OPTIONS)(choose_by_class)
+    overload(function, jit_options=INLINE_OPTIONS)(
+        wraps(choose)(lambda *kinds: choose(*map(python_class_of, kinds)))
+    )
 
 
 def register_marks() -> None:
@@ -220,11 +207,15 @@ def _lower_function_address(context, builder, signature, arguments):
 @type_callable(call)
 def _typing_of_call_by_address(context):
     def typer(code, arguments):
-        fits = len(arguments) == len(code.arguments) and all(
-            context.can_convert(argument, parameter) is not None
-            for argument, parameter in zip(arguments, code.arguments, strict=True)
+        return (
+            code.returns
+            if len(arguments) == len(code.arguments)
+            and all(
+                context.can_convert(argument, parameter) is not None
+                for argument, parameter in zip(arguments, code.arguments, strict=True)
+            )
+            else None
         )
-        return code.returns if fits else None
 
     return typer
 
@@ -232,10 +223,11 @@ def _typing_of_call_by_address(context):
 @lower_builtin(call, CodeType, types.BaseTuple)
 def _lower_call_by_address(context, builder, signature, arguments):
     code, kinds = signature.args
-    unpacked = cgutils.unpack_tuple(builder, arguments[1])
     values = [
         context.cast(builder, value, kind, parameter)
-        for value, kind, parameter in zip(unpacked, kinds, code.arguments, strict=True)
+        for value, kind, parameter in zip(
+            cgutils.unpack_tuple(builder, arguments[1]), kinds, code.arguments, strict=True
+        )
     ]
     shape = context.call_conv.get_function_type(code.returns, code.arguments)
     function = builder.bitcast(arguments[0], shape.as_pointer())
