@@ -4,40 +4,51 @@ Contact stress has the load N/R (``effects.loads``). It is at most 1/share where
 n = share·N, on a flank that κ > 0 bends towards the roller and that is not undercut. At every cam angle this holds
 if
 
-    M(u) ≤ √u,    M(u) = max(n + κ·u) over the turn,    u = R_r²
+    n/R_r + κ·R_r ≤ 1    or    n + κ·u ≤ √u,    u = R_r²
 
-Neither n nor κ depends on the roller. M is the largest of straight lines and so convex, and √u is concave: the
-allowed rollers of a pitch curve form one range. A few values of M enclose its ends: between two values M is below
-their chord, and beyond them above it. A straight line n + κ·u is below √u for the rollers
+Neither n nor κ depends on the roller. The largest of the straight lines n + κ·u is convex, and √u is concave: the
+allowed rollers of a pitch curve form one range. A straight line is below √u for the rollers
 
     2·n/(1 + √d)  ≤  R_r  ≤  (1 + √d)/(2·κ),    d = 1 − 4·κ·n
+
+The line of the largest n and κ gives rollers that surely bear the load, before any search. The lines at single cam
+angles exclude rollers. Only next to the ends of the remaining range the largest n/R_r + κ·R_r is searched: where it
+is above 1, its angle gives another line, and so the end by Newton's method.
 
 A flat face bears its load where ρ ≥ n. Its body adds to ρ, so the least body is the largest n − ρ, with ρ for a
 body of 0.
 """
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
-from math import sqrt
+from collections.abc import Callable
+from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, FloatArray
-from camopt.core.numerics.curves import curve_type_from_formula
+from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.core.numerics.curves import curve_type_from_formula, curve_value
+from camopt.core.numerics.piecewise import state_at_node, table_as_columns
+from camopt.core.numerics.state import State
 from camopt.model.effects.effect import EvaluationBlock
+from camopt.model.effects.force import contact_force_bounds
 from camopt.model.effects.loads import flank_path_curvature, normal_force_curve
 from camopt.model.effects.peak import CLEAR_SHARE, Peak, RadiusRange, jumps_at_corners
-from camopt.model.effects.peak_columns import peak_extremes
+from camopt.model.effects.peak_columns import peak_column, peak_extremes
+from camopt.model.effects.pressure import peaks
 from camopt.model.mechanisms.design import Designs
+from camopt.model.mechanisms.elements import Flank
 from camopt.model.motion.stroke import ALL_STROKES
+
+PROBED_CURVES, TRIALS = 16, 2  # pitch curves probed at all nodes; rollers tried at each end of a range
+TRIAL_STEP, MOST_USED = 1e-5, 1.0 - 1e-6  # relative distance of these rollers from the end; share that is below 1
 
 
 @curve_type_from_formula(reads_load=True)
-def required_roller_radius(state, normal, curvature, share, bulge):
-    """Curve n + κ·u, at most R_r where a roller bears its load [mm].
+def used_bearing_share(state, normal, curvature, share, bulge):
+    """Curve n/R_r + κ·R_r, at most 1 where a roller bears its load.
 
-    ``share`` has the sign of the force on the flank, ``bulge`` is u times the sign of κ there.
+    ``share`` is that of n over R_r, with the sign of the force on the flank; ``bulge`` is R_r times the sign of κ.
     """
     return share * normal + bulge * curvature
 
@@ -55,114 +66,97 @@ def sure_and_possible_radii_for_load(
 
     The designs have a point as their follower, which moves along their pitch curves; guides have no friction.
     """
-    normal = normal_force_curve(case.setup, case.designs, case.programme)
-    shares = inverse_allowed_load(case.designs) + _design_zeros(case)
+    shares = inverse_allowed_load(case.designs) + np.zeros(len(case.designs))
     if case.setup.mechanism.flat_faced:
-        far, near = _enclose_largest(
-            case, [_required_face_radius_curve(case, normal, shares)], max(map(abs, body_radii))
-        )
-        return RadiusRange(least=far), RadiusRange(least=near)
-    flanks = case.setup.mechanism.flanks
-    paths = [flank_path_curvature(case.setup, case.designs, case.programme, flank) for flank in flanks]
-    radii, sides = _probe_radii(body_radii), []
-    for radius in radii:
-        spread = radius**2 + _design_zeros(case)
-        curves = [
-            required_roller_radius(normal, path, flank.pressing * shares, flank.bulge * spread)
-            for flank, path in zip(flanks, paths, strict=True)
-        ]
-        sides.append(_enclose_largest(case, curves, radius))
-    most, least = zip(*sides, strict=True)
-    return _surely_bearing_radii(radii, most), _possibly_bearing_radii(radii, most, least)
+        return _face_radii_for_load(case, shares, max(map(abs, body_radii)))
+    if jumps_at_corners(case.programme) or not shares.size:
+        return RadiusRange(np.inf, -np.inf), RadiusRange(np.inf, -np.inf)
+    ranges = [_flank_radii(case, each, each.pressing * shares, body_radii) for each in case.setup.mechanism.flanks]
+    sure, possible = (reduce(RadiusRange.intersection, each) for each in zip(*ranges, strict=True))
+    return sure, possible
 
 
-def _probe_radii(body_radii: RadiusRange) -> list[float]:
-    """The rollers at which M is computed: the least, the largest, and their geometric mean."""
-    low, high = map(float, body_radii)
-    return [low, sqrt(low * high), high] if low < high else [low]
-
-
-def _surely_bearing_radii(radii: Sequence[float], upper_bounds: Sequence[FloatArray]) -> RadiusRange:
-    """The rollers with which M ≤ √u for certain, from upper bounds of M: M is below the chords between them."""
-    ranges = _single_bearing_radii(radii, upper_bounds)
-    for low, high, first, last in zip(radii, radii[1:], upper_bounds, upper_bounds[1:], strict=False):
-        below_root = _radii_where_line_below_root(
-            low, first, _chord_slope_by_squared_radius(low, first, high, last)
-        )
-        ranges.append(below_root.intersection(RadiusRange(low, high)))
-    return _radius_hull(ranges)
-
-
-def _possibly_bearing_radii(
-    radii: Sequence[float], upper_bounds: Sequence[FloatArray], lower_bounds: Sequence[FloatArray]
-) -> RadiusRange:
-    """The rollers with which M ≤ √u is possible, from upper and lower bounds of M.
-
-    Between two rollers M is above the chords of its neighbours, extended: these give the lower bounds.
-    """
-    ranges = _single_bearing_radii(radii, lower_bounds)
-    for i, (low, high) in enumerate(pairwise(radii)):
-        between = RadiusRange(low, high)
-        if i > 0:
-            slope = _chord_slope_by_squared_radius(radii[i - 1], upper_bounds[i - 1], low, lower_bounds[i])
-            between = between.intersection(_radii_where_line_below_root(low, lower_bounds[i], slope))
-        if i + 2 < len(radii):
-            slope = _chord_slope_by_squared_radius(high, lower_bounds[i + 1], radii[i + 2], upper_bounds[i + 2])
-            between = between.intersection(_radii_where_line_below_root(high, lower_bounds[i + 1], slope))
-        ranges.append(between)
-    return _radius_hull(ranges)
-
-
-def _single_bearing_radii(radii: Sequence[float], required_values: Sequence[FloatArray]) -> list[RadiusRange]:
-    """For each roller a range: itself alone if it bears its load (M ≤ √u), else empty."""
-    return [
-        RadiusRange(radius, np.where(value <= radius, radius, -np.inf))
-        for radius, value in zip(radii, required_values, strict=True)
-    ]
-
-
-def _chord_slope_by_squared_radius(low: float, first: FloatArray, high: float, last: FloatArray) -> FloatArray:
-    """Slope by u of the straight line through two values of M."""
-    with np.errstate(invalid="ignore"):  # loads may be infinite
-        return np.asarray((last - first) / (high**2 - low**2))
-
-
-def _radii_where_line_below_root(radius: float, value: FloatArray, slope: FloatArray) -> RadiusRange:
-    """The rollers for which a straight line is at most √u; none if it is infinite.
-
-    The line has a value at one roller, and a slope by u.
-    """
-    with np.errstate(all="ignore"):
-        start = value - slope * radius**2
-        root = np.sqrt(1.0 - 4.0 * slope * start)
-        least, most = 2.0 * start / (1.0 + root), (1.0 + root) / (2.0 * slope)
-    always, never = np.isnan(root) & (slope < 0.0), np.isnan(root) & ~(slope < 0.0)
-    return RadiusRange(
-        np.where(never, np.inf, np.where(always, -np.inf, least)),
-        np.where(never, -np.inf, np.where(slope > 0.0, most, np.inf)),
-    )
-
-
-def _radius_hull(ranges: Sequence[RadiusRange]) -> RadiusRange:
-    """The least range that contains several ranges; empty where all are."""
-    least, most = (np.array(np.broadcast_arrays(*ends)) for ends in zip(*ranges, strict=True))
-    filled = least <= most
-    return RadiusRange(np.where(filled, least, np.inf).min(axis=0), np.where(filled, most, -np.inf).max(axis=0))
-
-
-def _enclose_largest(case: EvaluationBlock, curves: Sequence[Any], scale: float) -> tuple[FloatArray, FloatArray]:
-    """Upper and lower bound of the largest value of some curves, with a margin for rounding."""
-    variants = tuple((lambda *_, curve=curve: curve, ALL_STROKES) for curve in curves)
-    largest = peak_extremes(case, Peak(variants, LARGEST, jumps=jumps_at_corners))
+def _face_radii_for_load(
+    case: EvaluationBlock, shares: FloatArray, scale: float
+) -> tuple[RadiusRange, RadiusRange]:
+    """The sure and the possible bodies of a flat face, from the largest n − ρ with a margin for rounding."""
+    assert case.setup.mechanism.profile_radius is not None
+    radius = case.setup.mechanism.profile_radius(case.designs, case.programme)
+    curve = required_face_radius(normal_force_curve(case.setup, case.designs, case.programme), radius, shares)
+    largest = peak_extremes(case, Peak(((lambda *_: curve, ALL_STROKES),), LARGEST, jumps=jumps_at_corners))
     finite = np.where(np.isfinite(largest.value), np.abs(largest.value), 0.0)
     margin = largest.width + CLEAR_SHARE * (finite + scale)
-    return largest.value + margin, largest.value - margin
+    return RadiusRange(least=largest.value + margin), RadiusRange(least=largest.value - margin)
 
 
-def _required_face_radius_curve(case: EvaluationBlock, normal: Any, shares: FloatArray) -> Any:
-    assert case.setup.mechanism.profile_radius is not None
-    return required_face_radius(normal, case.setup.mechanism.profile_radius(case.designs, case.programme), shares)
+def _flank_radii(
+    case: EvaluationBlock, flank: Flank, shares: FloatArray, body_radii: RadiusRange
+) -> tuple[RadiusRange, RadiusRange]:
+    """The rollers of ``body_radii`` with which pitch curves surely bear the load of a flank, and may bear it.
+
+    ``shares`` have the sign of the force on the flank. Rollers next to both ends of the second range are tried; the
+    cam angle at which one fails cuts the range.
+    """
+    table, sure = case.programme.table, _radii_above_line(*_line_above_turn(case, flank, shares), 1.0 + TRIAL_STEP)
+    possible = RadiusRange(*(np.full(shares.size, radius) for radius in map(float, body_radii)))
+    some = np.linspace(0, shares.size - 1, PROBED_CURVES).astype(int)
+    n, bend = _line(case, flank, shares, some, state_at_node(table_as_columns(table), ...))
+    for node in np.unique([np.argmax(n / radius + bend * radius, axis=0) for radius in body_radii]).tolist():
+        line = _line(case, flank, shares, slice(None), state_at_node(table, node))
+        possible = possible.intersection(_radii_above_line(*line, 1.0 - CLEAR_SHARE))
+    for end, step in ((0, TRIAL_STEP), (1, -TRIAL_STEP)) * TRIALS:
+        radii = np.clip(possible[end] * (1.0 + step), *body_radii)
+        index = np.flatnonzero(possible.contains(radii) & ~sure.contains(radii))
+        if index.size:
+            radii, part = radii[index], replace(case, designs=case.designs.take(index))
+            curve = used_bearing_share(*_flank_curves(part, flank), shares[index] / radii, flank.bulge * radii)
+            used = part.extremes(lambda *_, curve=curve: curve, [(ALL_STROKES, LARGEST)], floor=MOST_USED)
+            held = used.value[0] + used.width[0] <= 1.0 - CLEAR_SHARE
+            np.minimum.at(sure.least, index[held], radii[held])
+            np.maximum.at(sure.most, index[held], radii[held])
+            line = _line(case, flank, shares, index, case.programme.state(np.mod(used.where[0], 2.0 * np.pi)))
+            below = _radii_above_line(*line, 1.0 - CLEAR_SHARE)
+            np.maximum.at(possible.least, index, below.least)
+            np.minimum.at(possible.most, index, below.most)
+    return sure, possible
 
 
-def _design_zeros(case: EvaluationBlock) -> FloatArray:
-    return np.zeros(len(case.designs))
+def _flank_curves(case: EvaluationBlock, flank: Flank) -> tuple[Any, Any]:
+    """The curves of N and κ."""
+    parts = case.setup, case.designs, case.programme
+    return normal_force_curve(*parts), flank_path_curvature(*parts, flank)
+
+
+def _line(case: EvaluationBlock, flank: Flank, shares: FloatArray, index: Any, state: State) -> tuple[Any, Any]:
+    """n and κ of the pitch curves at an index, at one state of the motion or one for each."""
+    curves = _flank_curves(replace(case, designs=case.designs.take(index)), flank)
+    normal, bend = (curve_value(curve, ..., state) for curve in curves)
+    return shares[index] * normal, flank.bulge * bend
+
+
+def _line_above_turn(case: EvaluationBlock, flank: Flank, shares: FloatArray) -> tuple[Any, Any]:
+    """Upper bounds of n and κ over the turn, from the largest force, pressure angle and curvature."""
+    path, name = _flank_curves(case, flank)[1], "pressure_angle_max_deg"
+    sharpest = case.extremes(lambda *_: path, [(ALL_STROKES, LARGEST if flank.bulge > 0.0 else LEAST)])
+    bend = flank.bulge * sharpest.value[0] + sharpest.width[0]
+    force = np.maximum(*(np.abs(end.value) + np.abs(end.outward) for end in contact_force_bounds(case)))
+    preload = case.setup_per_design.dynamics.pair_preload
+    along = force if preload is None else force + preload
+    angle = case.outer_bound(name) if name in case.columns else sum(peak_column(case, peaks(case.setup)[name])[:2])
+    lever = case.designs.arm_length if case.setup.angular else 1.0
+    normal = along / lever / np.cos(np.radians(np.minimum(angle, 90.0)))
+    return np.abs(shares) * normal, np.where(np.isfinite(bend), bend, np.inf)
+
+
+def _radii_above_line(n: Any, bend: Any, factor: float) -> RadiusRange:
+    """The rollers for which √u is at least a straight line n + κ·u times a factor; none if it is infinite."""
+    n, bend = factor * n, factor * bend
+    with np.errstate(all="ignore"):
+        root = np.sqrt(1.0 - 4.0 * bend * n)
+        least, most = 2.0 * n / (1.0 + root), (1.0 + root) / (2.0 * bend)
+    always = np.isnan(n) | np.isnan(bend) | (np.isnan(root) & (bend < 0.0))
+    never = ~always & (np.isnan(root) | (n == np.inf))
+    return RadiusRange(
+        np.where(never, np.inf, np.where(always, -np.inf, least)),
+        np.where(never, -np.inf, np.where(~always & (bend > 0.0), most, np.inf)),
+    )

@@ -10,6 +10,7 @@ from support.cams import FREE, GUIDED, STEEL, SWUNG, cam_with
 from support.depth import times
 
 from camopt import Scene, evaluate
+from camopt.model.effects import bearing_radii
 from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.peak import RadiusRange
 from camopt.scene.problem.limit import UNDERCUT
@@ -90,3 +91,42 @@ def test_pitch_curves_do_not_tell_of_a_point_nor_of_a_rubbing_guide(contact):
     (limit,) = (each for each in problem.limits if each.set_by_scene)
     assert limit.pitch_curve_quantities is None
     assert limit.feasible_bodies(EvaluationBlock(problem.setup, problem.programme, problem.design), ALL) is None
+
+
+TRACED = [contact for contact in CAMS if contact not in ("flat", "swinging-face")]
+"""Contacts of rollers."""
+
+
+def limit_and_curves(contact, law, factor):
+    """The limit of a contact with another bound, and a block of pitch curves."""
+    problem = problem_of(contact, law, "cw")
+    (limit,) = (each for each in problem.limits if each.set_by_scene)
+    curves = problem.setup.mechanism.standard_profile_designs(problem.design.take(np.zeros(5, dtype=int)))
+    curves = replace(curves, size=curves.size * np.linspace(0.9, 1.5, 5))
+    case = EvaluationBlock(problem.setup, problem.programme, curves)
+    return replace(limit, bound=limit.bound * factor), case
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "parabolic"])
+@pytest.mark.parametrize("contact", TRACED)
+def test_the_largest_force_and_curvature_bound_the_load_at_every_cam_angle(contact, law):
+    _, case = limit_and_curves(contact, law, 1.0)
+    for flank in case.setup.mechanism.flanks:
+        shares = np.full(5, 0.01 * flank.pressing)
+        above = bearing_radii._line_above_turn(case, flank, shares)
+        for angle in np.linspace(0.0, 2.0 * np.pi, 500, endpoint=False):
+            line = bearing_radii._line(case, flank, shares, slice(None), case.programme.state(np.full(5, angle)))
+            assert all(np.all(one <= most + 1e-12) for one, most in zip(line, above, strict=True))
+        assert np.all(above[0] <= 1e3)
+
+
+@pytest.mark.parametrize("contact", TRACED)
+def test_a_limit_far_from_the_stress_is_decided_without_a_search_of_the_load(contact, monkeypatch):
+    monkeypatch.setattr(bearing_radii, "used_bearing_share", None)
+    loose, case = limit_and_curves(contact, "cycloidal", 10.0)
+    sure, _ = loose.feasible_bodies(case, RadiusRange(9.0, 11.0))
+    assert np.all(sure.contains(np.full(5, 9.0)) & sure.contains(np.full(5, 11.0)))
+    if len(case.setup.mechanism.flanks) == 1:  # the other flank may still be searched
+        tight, case = limit_and_curves(contact, "cycloidal", 0.1)
+        _, possible = tight.feasible_bodies(case, RadiusRange(9.0, 11.0))
+        assert not np.any(possible.least <= possible.most)
