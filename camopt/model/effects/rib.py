@@ -72,4 +72,4 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     return {RIB_THICKNESS: peak_column(case, peaks(case.setup)[RIB_THICKNESS])}
 
 
-EFFECT = Effect("rib", offered_quantities, evaluate_columns, peaks=peaks)
+EFFECT = Effect("rib", offered_quantities, evaluate_columns, peaks=peaks, work=400.0)

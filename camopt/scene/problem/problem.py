@@ -14,7 +14,7 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import EVERYTHING, GEOMETRY, QUANTITIES
-from camopt.model.effects import Setup, available_quantities, find_quantity
+from camopt.model.effects import Setup, available_quantities, find_quantity, plan_effects, setup_effects
 from camopt.model.effects.peak import unit_weight
 from camopt.model.mechanisms import SECOND_FIELDS, SIZE_FIELDS, Designs
 from camopt.model.motion import LAWS
@@ -54,7 +54,8 @@ MISSING_SIZE = (
     "missing; only commands that find sizes work without it: optimise, serve, effects, and sweep if [search] has it"
 )
 MISSING_NUMBER = "missing; only sweep and optimise work without it, if [search] has it"
-CURVE_WORK, PIECE_WORK = 300.0, 0.01  # work of a limit, and more for each piece of its curve and each design
+CURVE_WORK, PIECE_WORK, BOX_DESIGNS = 300.0, 0.01, 200
+# work of a limit, and of each piece of its curve for a design; designs that take as much work as a box
 SINGLE_DESIGN_ERROR = (
     1e-13  # relative error for single designs, whose digits people compare; it costs nothing there
 )
@@ -94,12 +95,15 @@ class Problem:
     robust_errors: tuple[NumberErrors, ...] = ()
     """Errors at which a robust search checks the limits: corners of the zones, and worse points found later."""
 
-    def work(self, count: int) -> float:
-        """Work of an evaluation of all limits for some designs (``core.numerics.budget``)."""
-        return (
+    def work(self, designs: int, boxes: int = 0) -> float:
+        """Work of an evaluation of all limits for some designs or boxes (``core.numerics.budget``)."""
+        return (1 + len(self.robust_errors)) * (
             len(self.limits)
-            * (1 + len(self.robust_errors))
-            * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * count)
+            * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * (designs + BOX_DESIGNS * boxes))
+            + designs
+            * sum(
+                setup_effects(self.setup)[name].work for name in plan_effects(self.required_quantities, self.setup)
+            )
         )
 
     def nominal_and_error_variants(self, designs: Designs) -> Iterator[tuple["Problem", Designs]]:

@@ -22,7 +22,6 @@ from camopt.solve.smallest.grid_search import linear_then_geometric_sizes
 from camopt.solve.smallest.result import RELATIVE_GAP
 
 NARROW_SIDE = 1e-3 * RELATIVE_GAP  # relative to a size, or to its unit if that is larger
-BOX_DESIGNS = 200  # designs whose evaluation takes as much work as the enclosure of a box
 LEAST_BATCH = 32  # boxes examined together, at least: fewer take no less time
 
 
@@ -161,7 +160,7 @@ class Bisection(ABC):
                 boxes = boxes.halve_boxes()
             batch, rest = self.select_batch(boxes)
             examined += len(batch)
-            budget.spend(self.problem.work(BOX_DESIGNS * len(batch)))
+            budget.spend(self.problem.work(0, len(batch)))
             boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 

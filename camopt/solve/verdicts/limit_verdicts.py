@@ -106,10 +106,7 @@ def quantities_with_excess_bounds(
 
     Limits that are checked last are checked only for designs that may hold all others, within the budget.
     """
-    budget.spend(
-        problem.work(len(designs))
-        + len(designs) * sum(each.work for each, _ in effect_plan(problem.required_quantities, problem.setup))
-    )
+    budget.spend(problem.work(len(designs)))
     case, rows, later = EvaluationBlock(problem.setup, problem.programme, designs), DesignRows({}, len(designs)), []
     wanted = with_read_quantities(wanted, problem.setup)
     for effect, names in effect_plan(wanted | problem.required_quantities, problem.setup):
