@@ -240,8 +240,7 @@ class AxisMinimiser:
 
     def _prime_radius(self, laws: Iterate) -> float:
         """Prime radius at which the programme found the laws [mm]."""
-        problem = self.problem
-        lead, height = (problem.size_unit * size for size in laws[:2])
+        problem, (lead, height) = self.problem, (self.problem.size_unit * size for size in laws[:2])
         return max(float(np.hypot(lead, height)) if problem.has_trace_point else height, problem.prime_range[0])
 
     def _feasible_cam_near_solved_size(self, laws: Iterate) -> Synthesis | None:
@@ -251,8 +250,8 @@ class AxisMinimiser:
         """
         problem, prime = self.problem, self._prime_radius(laws)
         scene, name = scene_with_laws(self.scene, problem, laws), problem.scene_problem.size_name
-        offset = problem.scene_problem.design.sense * problem.size_unit * laws.lead
-        sizes = {"offset_mm": offset, "roller_radius_mm": problem.largest_roller}
+        solved = problem.design_of_sizes(*(problem.size_unit * size for size in laws[:2])).sizes
+        sizes = {f"{size}_mm": float(solved[size][0]) for size in ("offset", "arm_length", "roller_radius")}
         for increase in SIZE_INCREASES:
             cam = scene.with_row({**sizes, name: prime * (1.0 + increase) - problem.prime_less_cam_radius})
             row = evaluate(cam)

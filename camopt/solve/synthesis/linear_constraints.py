@@ -225,7 +225,10 @@ def _contact_force_constraint(scene_problem: Problem, name: str, least: LeastFor
     constant += reflected.highest  # the highest load of any motion, so that the bound remains valid
     unit = abs(constant) + mass or 1.0  # makes terms of order 1, as in other constraints
     terms = (stiffness / unit, damping / unit, mass / unit)
-    return LinearConstraint(name, *terms, constant=(constant - least.force * arm) / unit)
+    # a longer arm needs a larger moment; sizes are in units of an arc, and the motion is in radians
+    radius = max(arm, float(scene_problem.design.centre_distance[0])) if scene_problem.setup.angular else 0.0
+    constant -= least.force * arm
+    return LinearConstraint(name, *terms, lead=-least.force * radius / unit, constant=constant / unit)
 
 
 def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) -> SynthesisProblem:

@@ -7,7 +7,7 @@ twice.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -138,7 +138,7 @@ class SampledConstraints:
     ) -> FloatArray:
         """As ``ratios_to_bounds``, for a state of the follower."""
         designs, programme = (
-            add_errors(_design_of_sizes(self.problem, sizes), self.errors),
+            add_errors(self.problem.design_of_sizes(*sizes), self.errors),
             self.scene_problem.programme,
         )
         outward = direction_state[1] >= 0.0
@@ -221,15 +221,3 @@ def _central_differences(up: FloatArray, down: FloatArray) -> FloatArray:
     """Central differences of values a step up and a step down."""
     with np.errstate(all="ignore"):
         return np.asarray(np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0))
-
-
-def _design_of_sizes(problem: SynthesisProblem, sizes: LeadAndHeight) -> Designs:
-    """The design of e and s₀, with the largest roller."""
-    lead, height = sizes
-    prime = np.hypot(lead, height) if problem.has_trace_point else height
-    return replace(
-        problem.scene_problem.design,
-        size=np.array([prime - problem.prime_less_cam_radius]),
-        roller_radius=np.array([problem.largest_roller]),
-        offset=np.array([problem.scene_problem.design.sense * lead]),
-    )

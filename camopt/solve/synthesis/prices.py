@@ -20,7 +20,6 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Unsolved
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.motion.programme import LAW_PEAKS, law_peaks
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
@@ -200,12 +199,9 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
         coefficients.append(
             (values - problem.zero) * stroke.size / problem.motion_unit if stroke.is_move else values
         )
-    prime = result.design[problem.scene_problem.size_name] + problem.prime_less_cam_radius
-    lead = (
-        problem.scene_problem.design.sense * result.design.get("offset_mm", 0.0) if problem.has_trace_point else 0.0
-    )
-    height = float(difference_of_squares_root(prime, lead))
-    return Iterate(lead / problem.size_unit, height / problem.size_unit, tuple(coefficients))
+    row, own_arm = result.design, float(problem.scene_problem.design.arm_length[0])
+    sizes = row[problem.scene_problem.size_name], row.get("offset_mm", 0.0), row.get("arm_length_mm", own_arm)
+    return Iterate(*problem.sizes_of_cam(*sizes), tuple(coefficients))
 
 
 def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> float:

@@ -278,7 +278,11 @@ def _range_of_size(scene_problem: Problem, field: str) -> LowHigh:
 
 
 def _lead_range(scene_problem: Problem) -> LowHigh:
-    """Least and largest lead e for the offsets that the scene allows [mm]."""
+    """Least and largest lead e for the offsets that the scene allows, or change of an arm within its range [mm]."""
+    arm = scene_problem.search_space.variables.get("arm_length")
+    if arm is not None and not isinstance(arm.choice, tuple):
+        own_length = float(scene_problem.design.arm_length[0])
+        return arm.range_ends[0] - own_length, arm.range_ends[1] - own_length
     if not scene_problem.setup.mechanism.moves_as(translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0
     low, high = sorted(scene_problem.design.sense * e for e in _range_of_size(scene_problem, "offset"))

@@ -29,15 +29,17 @@ from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, TERM_ORDERS
 
 PENALTIES = (
+    1.0,
     100.0,
     1e4,
-)  # penalties of exceeding a bound by 100 %, in units of the objective: the second if the first is too low
-MOST_CONVEX_STEPS, FIRST_TRUST_RADIUS = 60, 0.1
+)  # penalties of exceeding a bound by 100 %, in units of the objective: the next if one is too low; high ones make
+# steps short, because a step along a curved bound exceeds it slightly
+MOST_CONVEX_STEPS, FIRST_TRUST_RADIUS, LEAST_TRUST_RADIUS = 60, 0.1, 2e-4
 GOOD_RATIO, POOR_RATIO = (
     0.75,
     0.25,
 )  # shares of the predicted fall: above the first the trust region grows, below the second it shrinks
-LEAST_FALL = 5e-5  # least relative fall of the penalised objective that is worth a step
+LEAST_FALL = 2e-6  # least relative fall of the penalised objective that is worth a step
 LEAST_MULTIPLIER = 1e-3  # multipliers of the trust region below this are solver error
 BOUND_MARGIN = 2e-4  # relative margin of bounds, because a curve rises slightly between samples
 
@@ -158,6 +160,8 @@ class SequentialConvex:
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
         self.step.compile_parameters()
         for _ in range(MOST_CONVEX_STEPS):
+            if radius < LEAST_TRUST_RADIUS:  # the planes do not fit at any distance: no penalty helps
+                return iterate, radius, True
             if self._solve_step(iterate, radius, planes) not in SOLVED_STATUSES:
                 break
             predicted_fall = cost - self.step.value

@@ -11,8 +11,11 @@ from functools import cached_property
 from math import degrees, hypot, inf, pi
 from typing import NamedTuple
 
+import numpy as np
+
+from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.effects.motion import motion_unit_factor
-from camopt.model.mechanisms import oscillating, translating
+from camopt.model.mechanisms import Designs, oscillating, translating
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE, Condition, Stroke
 from camopt.scene.problem.problem import Problem
 from camopt.solve.smallest.closed_form import pressure_tangents_by_stroke
@@ -125,7 +128,7 @@ class SynthesisProblem:
     """Position where the displacement is 0, as the scene gives it [mm or deg]."""
     lowest_angle: float | None
     lead_range: LowHigh
-    """Least and largest lead e [mm]."""
+    """Least and largest lead e [mm]. An arm has no lead: in its place is the change of the arm's length."""
     prime_range: LowHigh
     """Least and largest prime radius √(s₀² + e²): the cam radius plus the roller radius [mm]."""
     largest_roller: float
@@ -180,6 +183,28 @@ class SynthesisProblem:
     def has_trace_point(self) -> bool:
         """Whether the lead is part of the size, as for a follower with a trace point on a disc cam."""
         return self.scene_problem.setup.mechanism.moves_as(translating.MECHANISM)
+
+    def sizes_of_cam(self, size: float, offset: float, arm_length: float) -> tuple[float, float]:
+        """The lead (or the change of the arm) and the height of a cam, in units of the sizes."""
+        design, prime = self.scene_problem.design, size + self.prime_less_cam_radius
+        lead = (
+            arm_length - float(design.arm_length[0]) if self.scene_problem.setup.angular else design.sense * offset
+        )
+        height = float(difference_of_squares_root(prime, lead)) if self.has_trace_point else prime
+        return lead / self.size_unit, height / self.size_unit
+
+    def design_of_sizes(self, lead: float, height: float) -> Designs:
+        """The design of a lead (or a change of the arm) and a height [mm], with the largest roller."""
+        prime, design = np.hypot(lead, height) if self.has_trace_point else height, self.scene_problem.design
+        arm_length = design.arm_length + (lead if self.scene_problem.setup.angular else 0.0)
+        offset = np.array([0.0 if self.scene_problem.setup.angular else design.sense * lead])
+        return replace(
+            design,
+            size=np.array([prime - self.prime_less_cam_radius]),
+            roller_radius=np.array([self.largest_roller]),
+            offset=offset,
+            arm_length=arm_length,
+        )
 
     @property
     def has_convex_size(self) -> bool:

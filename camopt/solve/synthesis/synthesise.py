@@ -15,7 +15,6 @@ import numpy as np
 from camopt.core.engines.progress import Advance, Progress, report_progress, with_progress_bar
 from camopt.core.mistakes import BadInput, Unmet, Unsolved
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.stroke import Stroke
@@ -53,6 +52,7 @@ GENTLE_SLACK = 1e-4  # share of the objective's unit that is given up for the le
 MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
 ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before
 SMALL_GAP = 5e-4  # relative gap to the bound at which laws with more pieces are not tried
+EQUAL_ENDS, EQUAL_SHARE = 3, 1e-3  # starts that end this near to the best, in units of the objective, are enough
 NONCONVEX_GAP = 1e-3  # relative: a nonconvex limit is active if a cam exceeds its convex optimum by more
 
 
@@ -154,7 +154,7 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
             break  # otherwise a solver's error breaks a limit, and a wider margin helps
     candidates = [(cam, start)] if cam else []
     is_convex = cam is not None and _is_convex_optimum(cam, model, least)
-    steps = [] if is_convex or not constraints else list(_convex_step_cams(scene, model, problem, start, advance))
+    steps = [] if is_convex or not constraints else _convex_step_cams(scene, model, problem, start, least, advance)
     candidates += [(stepped, laws) for stepped, laws in steps if stepped]
     if not candidates:  # steps may miss a limit by little, or a limit that they do not include
         known_laws = list(_known_laws_as_splines(problem, start))
@@ -240,24 +240,31 @@ def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
 
 
 def _convex_step_cams(
-    scene: Scene, model: ConvexModel, problem: SynthesisProblem, start: Iterate, advance: Advance
-) -> Iterator[tuple[Synthesis | None, Iterate]]:
-    """Laws that convex steps reach from each start, with their cams if any.
+    scene: Scene, model: ConvexModel, problem: SynthesisProblem, start: Iterate, least: float, advance: Advance
+) -> list[tuple[Synthesis | None, Iterate]]:
+    """Laws that convex steps reach from the starts, with their cams if any.
 
-    The starts are the convex optimum and the known laws.
+    The starts are the convex optimum and the known laws, the most promising first. They end at a cam of the least
+    convex objective, or once several cams are equally good.
     """
     starts = [start, *starting_laws(problem, start, objective_weights(scene.synthesis))]
     constraints = nonconvex_constraints_of(problem)
     steps = SequentialConvex(model, constraints)
-    for number, laws in enumerate(starts):
+    ends: list[tuple[Synthesis | None, Iterate]] = []
+    for number, laws in enumerate(steps.rank_starts(starts, constraints)):
         advance(number, len(starts))
         local_optimum = steps.find_local_optimum(laws, constraints)
-        yield (
+        cam = (
             smallest_cam_for_laws(scene, problem, local_optimum)
             if motion_holds_limits(problem, programme_with_laws(problem, local_optimum))
-            else None,
-            local_optimum,
+            else None
         )
+        ends.append((cam, local_optimum))
+        objectives = [each.objective for each, _ in ends if each]
+        as_good = [value for value in objectives if value <= min(objectives) + EQUAL_SHARE * model.unit]
+        if len(as_good) >= EQUAL_ENDS or (as_good and min(as_good) <= least):
+            break
+    return ends
 
 
 def starting_laws(problem: SynthesisProblem, start: Iterate, objective: Collection[str]) -> list[Iterate]:
@@ -305,10 +312,8 @@ def _laws_on_smallest_cam(problem: SynthesisProblem, laws: Iterate, objective: C
     )
     if cam is None:
         return laws
-    lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + problem.prime_less_cam_radius
-    return laws._replace(
-        lead=lead / problem.size_unit, height=float(difference_of_squares_root(prime, lead)) / problem.size_unit
-    )
+    sizes = (float(size[0]) for size in (cam.size, cam.offset, cam.arm_length))
+    return Iterate(*problem.sizes_of_cam(*sizes), laws.coefficients)
 
 
 @prices.register

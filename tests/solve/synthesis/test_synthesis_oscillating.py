@@ -190,3 +190,10 @@ def test_a_contact_force_on_an_arm_is_a_moment_about_its_pivot():
         synthesise(pressed.replace(**{"limits.contact_force_min": 45.5}))
     held = synthesise(pressed.replace(**{"limits.contact_force_min": 45.4}))
     assert held.design["contact_force_min_N"] >= 45.4
+
+
+def test_the_arm_within_its_range_is_free_with_the_laws():
+    """Laws for the scene's own arm of 75 mm need 21.26 mm on the best arm for them."""
+    found = synthesise("face-groove-shutter")
+    assert found.design["base_radius_mm"] < 19.71
+    assert found.design["arm_length_mm"] > 78.0
