@@ -196,14 +196,13 @@ class SynthesisProblem:
     def design_of_sizes(self, lead: float, height: float) -> Designs:
         """The design of a lead (or a change of the arm) and a height [mm], with the largest roller."""
         prime, design = np.hypot(lead, height) if self.has_trace_point else height, self.scene_problem.design
-        arm_length = design.arm_length + (lead if self.scene_problem.setup.angular else 0.0)
-        offset = np.array([0.0 if self.scene_problem.setup.angular else design.sense * lead])
+        offset, change = (0.0, lead) if self.scene_problem.setup.angular else (design.sense * lead, 0.0)
         return replace(
             design,
             size=np.array([prime - self.prime_less_cam_radius]),
             roller_radius=np.array([self.largest_roller]),
-            offset=offset,
-            arm_length=arm_length,
+            offset=np.array([offset]),
+            arm_length=design.arm_length + change,
         )
 
     @property
