@@ -32,7 +32,13 @@ from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import problems_by_motion
 from camopt.show.drawing.style import SERIES, add_grid, canvas
 from camopt.solve.front import refine
-from camopt.solve.front.pareto import cost_scale, hypervolume, non_dominated, objective_costs, row_costs
+from camopt.solve.front.pareto import (
+    cost_scale,
+    hypervolume_and_exactness,
+    non_dominated,
+    objective_costs,
+    row_costs,
+)
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_verdicts import excesses
 
@@ -84,7 +90,7 @@ class Archive(Callback):  # type: ignore[misc]
     def notify(self, algorithm: Any) -> None:
         new = algorithm.off if algorithm.off is not None else algorithm.pop
         costs = new.get("F")[np.all(new.get("G") <= 0.0, axis=1)]
-        costs = costs if self.rows is None else np.concatenate([self.rows, costs])
+        costs = costs if self.rows is None else np.concatenate_designs([self.rows, costs])
         columns = dict(zip(self.objectives, costs.T, strict=True))
         self.rows = row_costs(non_dominated(DesignRows(columns, len(costs)), self.objectives), self.objectives)
 
@@ -101,7 +107,7 @@ def rival(scene: Scene, seconds: float, seed: int) -> Run:
     """A run of NSGA-II."""
     archive, until = Archive(scene), TimeBasedTermination(seconds)
     found = minimize(Cams(scene), NSGA2(POPULATION), until, seed=seed, callback=archive)
-    return Run(found.F, archive.rows, found.algorithm.evaluator.n_eval)
+    return Run(found.F, archive.rows, found.algorithm.evaluator_with_function_addresses.n_eval)
 
 
 def least_seconds(run: Callable[[], Any]) -> float:
@@ -164,7 +170,7 @@ def main() -> None:
     scale = cost_scale(fine)
 
     def tell(name: str, seconds: float, designs: str, fronts: list[FloatArray]) -> None:
-        volumes = sorted(hypervolume(scale.normalise_costs(costs))[0] for costs in fronts)
+        volumes = sorted(hypervolume_and_exactness(scale.normalise_costs(costs))[0] for costs in fronts)
         points, over = len(fronts[0]), np.nanmax(excess(fronts[0], fine))
         span = f" ({volumes[0]:.5f} to {volumes[-1]:.5f})" if len(volumes) > 1 else ""
         middle = volumes[len(volumes) // 2]

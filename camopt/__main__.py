@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 
-from camopt.cli.interrupts import interrupt_code, is_interrupted, raise_interrupts
+from camopt.cli.interrupts import exit_code_of_interrupt, is_interrupted, raise_interrupts
 
 OBJECTS_BETWEEN = 150_000
 """New objects between searches for garbage: imports make 100,000 that stay, and a search every 700 takes a tenth of
@@ -26,7 +26,7 @@ def main() -> int:
             ):  # imports make other errors of interrupts
                 raise
             print("camopt: interrupted", file=sys.stderr)
-            return interrupt_code()
+            return exit_code_of_interrupt()
 
 
 if __name__ == "__main__":

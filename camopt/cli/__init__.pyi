@@ -1,9 +1,9 @@
 """Helpers of commands with their modules, for type checkers and ``lazy_loader``."""
 
 from .scenes import read_scene as read_scene
-from .scenes import scene_or_result as scene_or_result
+from .scenes import read_scene_or_result_path as read_scene_or_result_path
+from .sweeps import scene_and_keep_to_resume as scene_and_keep_to_resume
 from .sweeps import sweep_decides_whole_boxes as sweep_decides_whole_boxes
-from .sweeps import unfinished_sweep as unfinished_sweep
 from .terminal import print_json as print_json
 from .terminal import print_json_or_files as print_json_or_files
 from .terminal import print_note as print_note

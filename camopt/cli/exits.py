@@ -34,7 +34,7 @@ LIBRARY_SUFFIXES = (".so", ".pyd", ".dylib")
 
 def run_command(command: Callable[[], int]) -> int:
     """Run a command and return its exit code. An error prints one line, never a traceback."""
-    _open_closed_streams()
+    _open_closed_streams_on_null_device()
     for library in ("matplotlib", "ezdxf"):  # they warn about folders for their font caches
         getLogger(library).setLevel(CRITICAL)
     try:
@@ -59,7 +59,7 @@ def print_message(text: str) -> None:
             print(to_terminal_line(line), file=sys.stderr, flush=True)
 
 
-def _open_closed_streams() -> None:
+def _open_closed_streams_on_null_device() -> None:
     """Open closed standard streams on the null device, so that no file gets their numbers."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
@@ -89,9 +89,9 @@ def _exit_code_with_message(ending_exception: BaseException) -> int:  # noqa: C9
         case click.Abort() if ending_exception.__cause__:
             return _exit_code_with_message(ending_exception.__cause__)
         case KeyboardInterrupt() | click.Abort() | Stopped():
-            return _print_failure(str(ending_exception) or "interrupted", interrupts.interrupt_code())
+            return _print_failure(str(ending_exception) or "interrupted", interrupts.exit_code_of_interrupt())
         case _ if interrupts.is_interrupted():  # an import turns interrupts into other errors
-            return _print_failure("interrupted", interrupts.interrupt_code())
+            return _print_failure("interrupted", interrupts.exit_code_of_interrupt())
         case click.ClickException():
             context = getattr(ending_exception, "ctx", None)
             command = context.command_path if context else "camopt"

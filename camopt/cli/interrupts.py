@@ -24,7 +24,7 @@ def is_interrupted() -> bool:
     return bool(_received_signals)
 
 
-def interrupt_code() -> int:
+def exit_code_of_interrupt() -> int:
     """Exit code of an interrupted command, as in shells: 128 plus the number of the signal."""
     return 128 + _received_signals[0][0] if _received_signals else CTRL_C_CODE
 

@@ -187,17 +187,17 @@ Changes = Mapping[str, tuple[str, Any]]
 """Changes to a scene: by key, the option that makes the change and the value."""
 
 
-def with_changes(scene: Any, changes: Changes) -> Any:
+def scene_with_changes(scene: Any, changes: Changes) -> Any:
     """The scene with the changes of options. A mistake in a change names its option.
 
     If [search] varies the number of an option, the option replaces its range too.
     """
     searched = {f"search.{key}": change for key, change in changes.items() if key in scene.search.numbers}
     with name_options_in_mistakes(changes := {**changes, **searched}):
-        return scene.replace(**values_by_key(changes)) if changes else scene
+        return scene.replace(**changed_values_by_key(changes)) if changes else scene
 
 
-def values_by_key(changes: Changes) -> dict[str, Any]:
+def changed_values_by_key(changes: Changes) -> dict[str, Any]:
     """The value of each changed key."""
     return {key: value for key, (_, value) in changes.items()}
 
@@ -219,7 +219,7 @@ def name_options_in_mistakes(changes: Changes) -> Iterator[None]:
         raise BadInput(named_mistakes.values()) from None
 
 
-def take_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
+def pop_overrides_as_changes(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     """Take the options that override the scene out of ``options``; return their changes by key."""
     given = {name: options.pop(name, None) for name in OVERRIDE_KEYS}
     changes = {
@@ -325,7 +325,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
-        return command(scene=cli.read_scene(scene, row, take_overrides(options)), **options)
+        return command(scene=cli.read_scene(scene, row, pop_overrides_as_changes(options)), **options)
 
     return override_options(row_option(with_scene))
 

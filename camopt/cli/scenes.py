@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from camopt.cli.options import Changes, name_options_in_mistakes, values_by_key, with_changes
+from camopt.cli.options import Changes, changed_values_by_key, name_options_in_mistakes, scene_with_changes
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.scene import RESULT_WORDS, scene_named
 from camopt.solve.tables.designs import scene_of
@@ -12,7 +12,11 @@ SCENE_OR_ROW = "a TOML file, a shipped scene, or a table of designs (.parquet) w
 
 
 def read_scene(
-    target: str, row: int | None, changes: Changes, what: str = "scene", allowed: str = SCENE_OR_ROW
+    target: str,
+    row: int | None,
+    changes: Changes,
+    noun_for_message: str = "scene",
+    allowed_words: str = SCENE_OR_ROW,
 ) -> Any:
     """The scene of a file, a shipped name or a row of a table, with the changes of options.
 
@@ -21,17 +25,19 @@ def read_scene(
     """
     table = target.endswith(".parquet")
     if table and row is not None:
-        return with_changes(scene_of(target, row), changes)
-    if table and allowed == SCENE_OR_ROW:
+        return scene_with_changes(scene_of(target, row), changes)
+    if table and allowed_words == SCENE_OR_ROW:
         raise BadInput([Mistake("camopt", "SCENE", target, "is a table: choose a row with --row", bare=True)])
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"needs a table; {target} is a scene", bare=True)])
     with name_options_in_mistakes(changes):
-        scene = scene_named(target, what, allowed, values_by_key(changes))
-    return with_changes(scene, {key: change for key, change in changes.items() if key in scene.search.numbers})
+        scene = scene_named(target, noun_for_message, allowed_words, changed_values_by_key(changes))
+    return scene_with_changes(
+        scene, {key: change for key, change in changes.items() if key in scene.search.numbers}
+    )
 
 
-def scene_or_result(target: str, row: int | None, changes: Changes) -> Any:
+def read_scene_or_result_path(target: str, row: int | None, changes: Changes) -> Any:
     """The content of a page: a scene with changes, or the path of a folder or table."""
     if row is not None and Path(target).is_dir():
         why = f"needs a table; {target} is a folder: name a table in it"

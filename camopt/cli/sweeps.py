@@ -23,7 +23,7 @@ def sweep_decides_whole_boxes(scene: Scene, keep: str) -> bool:
     return keep not in TABLED_KEEPS and sweep_plan(scene, keep).uses_boxes
 
 
-def unfinished_sweep(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:
+def scene_and_keep_to_resume(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:
     """The scene and ``keep`` of the sweep in a folder, finished or not; without a sweep, the arguments.
 
     Raises BadInput if the options differ from those of the sweep, or if its scene is not recorded.

@@ -106,15 +106,15 @@ def print_sections(*things: Any, explained: bool = True) -> None:
             screen.print(thing if isinstance(thing, FileLine) else wrap_sentence(thing), soft_wrap=True)
             continue
         if isinstance(thing, Branch):  # wrapped within its branches on a screen, not wrapped in a file
-            _plain_console(largest_row_width()).print(_rich_tree(thing))
+            _plain_console(table_width_limit()).print(_rich_tree(thing))
             continue
         screen.print(thing.title, soft_wrap=True)  # rich wraps a title to its table
-        if not thing.is_headed and not (explained and largest_row_width() >= EXPLANATION_WIDTH):
+        if not thing.is_headed and not (explained and table_width_limit() >= EXPLANATION_WIDTH):
             thing = thing.without_meaning_sentences()
         printed = _rich_table(thing)
-        width = largest_row_width() if thing.is_headed else largest_line_length()
+        width = table_width_limit() if thing.is_headed else sentence_width_limit()
         minimum = _plain_console(NO_WIDTH).measure(printed).minimum if width < NO_WIDTH else 0
-        if largest_row_width() < minimum:
+        if table_width_limit() < minimum:
             screen.print(_table_text_row_by_row(thing), soft_wrap=True)
         else:
             _plain_console(max(width, minimum)).print(printed, crop=False)
@@ -127,19 +127,19 @@ EXPLANATION_WIDTH = 110  # columns of a screen: on a narrower one a meaning woul
 FILE_WIDTH = 100  # columns of a sentence in a file
 
 
-def largest_row_width() -> int:
+def table_width_limit() -> int:
     """Largest width of a table row [columns]: that of the screen; no limit in a file."""
     return _plain_console().width if sys.stdout is not None and sys.stdout.isatty() else NO_WIDTH
 
 
-def largest_line_length() -> int:
+def sentence_width_limit() -> int:
     """Largest width of a sentence [columns]."""
-    return FILE_WIDTH if largest_row_width() == NO_WIDTH else largest_row_width()
+    return FILE_WIDTH if table_width_limit() == NO_WIDTH else table_width_limit()
 
 
 def wrap_sentence(text: str) -> str:
-    """A sentence in lines of ``largest_line_length``; a longer word gets its own line."""
-    return textwrap.fill(text, largest_line_length(), break_long_words=False, break_on_hyphens=False)
+    """A sentence in lines of ``sentence_width_limit``; a longer word gets its own line."""
+    return textwrap.fill(text, sentence_width_limit(), break_long_words=False, break_on_hyphens=False)
 
 
 def _table_text_row_by_row(table: Table) -> str:

@@ -15,7 +15,7 @@ from camopt.model.mechanisms.elements import BODIES, FLAT, MOTIONS, PRELOAD, Tip
 from camopt.scene.choices import StepRange
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
 from camopt.scene.load import check_load
-from camopt.scene.own_laws import check_laws, law_tables, stroke_law_names
+from camopt.scene.own_laws import check_laws, own_law_values_by_name, stroke_law_names
 from camopt.scene.own_quantities import check_own_quantities
 from camopt.scene.part import check_part, groove_length_along_axis
 from camopt.scene.profile import check_profile, highest_profile_displacement
@@ -23,9 +23,9 @@ from camopt.scene.sizes import (
     FOLLOWER_SIZES,
     SEARCH_SIZES,
     SIGNED_SIZES,
-    known_number,
+    known_number_or_none,
     known_sizes,
-    mechanism_named,
+    mechanism_and_tip_named,
 )
 from camopt.scene.spring import SPRING_NUMBERS
 from camopt.scene.tables import Drive
@@ -52,20 +52,20 @@ def faults_across_tables(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fa
     profiled = data.get("profile") is not None
     if profiled:
         yield from check_profile(scene)
-        yield from _check_searched_motion(scene)
+        yield from _refuse_motion_search_with_profile(scene)
     else:
         if data.get("motion") is None:
             yield "motion", None, "missing; a scene has [[motion]], or the [[profile]] of its cam"
         yield from check_turn(scene)
         yield from _check_searched_angles(scene)
     yield from check_train(scene)
-    yield from _check_searched_laws(scene, stroke_law_names(law_tables(scene)))
-    yield from _check_synthesis(scene, stroke_law_names(law_tables(scene)))
+    yield from _check_searched_laws(scene, stroke_law_names(own_law_values_by_name(scene)))
+    yield from _check_synthesis(scene, stroke_law_names(own_law_values_by_name(scene)))
     follower = scene.follower
-    if pair := mechanism_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
+    if pair := mechanism_and_tip_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
         mechanism, tip = pair
         tool_lift, lift = _lifts_of_scene(scene)
-        yield from _check_dynamics(scene, lift, mechanism, tip)
+        yield from _check_dynamics_keys_and_guide(scene, lift, mechanism, tip)
         yield from _check_lash(scene, tool_lift)
         wrong = list(_check_follower_drive(scene, mechanism, tip))
         yield from wrong
@@ -76,8 +76,8 @@ def faults_across_tables(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fa
             yield from _check_assembly(scene, lift, mechanism, tip)
         yield from check_part(scene, mechanism, lift, _trace_point_to_profile_mm(scene, tip))
         yield from check_tolerances(scene, mechanism, tip, _mechanism_words(mechanism, tip))
-        yield from _check_search(scene, mechanism, tip)
-        yield from _check_limits(scene, mechanism, tip)
+        yield from _check_search_fits_mechanism(scene, mechanism, tip)
+        yield from _check_limits_fit_mechanism(scene, mechanism, tip)
 
 
 def _lifts_of_scene(scene: "Scene") -> Lifts:
@@ -95,7 +95,7 @@ def groove_axial_length(scene: "Scene") -> float | None:
     )
 
 
-def _check_searched_motion(scene: "Scene") -> Iterator[Fault]:
+def _refuse_motion_search_with_profile(scene: "Scene") -> Iterator[Fault]:
     """With a profile, refuse to search sizes, laws and angles that would change the motion."""
     for key in (*SEARCH_SIZES, *LAW_KEYS, *(f"angle_{kind}" for kind in KINDS)):
         if getattr(scene.search, key) not in (None, ()):
@@ -118,7 +118,7 @@ def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
             continue
         if (
             not isinstance(given, StepRange)
-            or None in map(known_number, (given.start, given.stop))
+            or None in map(known_number_or_none, (given.start, given.stop))
             or given.stop < given.start
         ):
             return
@@ -176,17 +176,17 @@ def _check_follower_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Ite
         yield "drive.kind", kind, f"must be {drives} on a {_mechanism_words(mechanism, tip)}"
         return
     for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
-        for place in _values_by_place(scene, f"drive.{key}"):
+        for place in _given_and_searched_value_by_key(scene, f"drive.{key}"):
             yield place, VALUE_IN_SCENE, _absent_key_text(key, mechanism)
     yield from _check_clearance_and_interference(scene, mechanism)
     if mechanism.further_contacts:
-        yield from _check_two_contacts(scene, mechanism)
+        yield from _refuse_values_with_two_contacts(scene, mechanism)
 
 
 def _check_clearance_and_interference(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """Check that a clearance or interference is small against the roller, or the disc between flat faces."""
-    roller, base = known_number(scene.follower.roller_radius), known_number(scene.cam.base_radius)
-    arm = known_number(scene.follower.arm_length)
+    roller, base = known_number_or_none(scene.follower.roller_radius), known_number_or_none(scene.cam.base_radius)
+    arm = known_number_or_none(scene.follower.arm_length)
     size, words = (roller, "roller's radius") if roller else (base, "base radius")
     for key in ("clearance", PRELOAD[0]):
         swung = mechanism.motion.angular and key == PRELOAD[0]
@@ -194,7 +194,7 @@ def _check_clearance_and_interference(scene: "Scene", mechanism: Mechanism) -> I
             continue
         most = degrees(LARGEST_PLAY * size / arm) if swung and arm else LARGEST_PLAY * size
         why = f"must be at most a tenth of the {words}{' at the end of the arm' if swung else ''}"
-        for place, choice in _values_by_place(scene, f"drive.{key}").items():
+        for place, choice in _given_and_searched_value_by_key(scene, f"drive.{key}").items():
             if any(each > most for each in _known_choice_values(choice, "stop")):
                 yield place, VALUE_IN_SCENE, f"{why} ({most:.4g}{' deg' if swung else ''})"
 
@@ -202,28 +202,30 @@ def _check_clearance_and_interference(scene: "Scene", mechanism: Mechanism) -> I
 def _absent_key_text(key: str, mechanism: Mechanism) -> str:
     """The message for a key that the drive does not have, or does not have with this follower."""
     drive, follower = mechanism.drive, f"{mechanism.drive.words} with {mechanism.motion.words} follower"
-    if mechanism.second_keys and f"drive.{key}" in SECOND_FIELDS:
-        return f"{follower} has none; it has {', '.join(mechanism.second_keys)}"
+    if mechanism.second_contact_size_keys and f"drive.{key}" in SECOND_FIELDS:
+        return f"{follower} has none; it has {', '.join(mechanism.second_contact_size_keys)}"
     with_it = any(each.drive.name == drive.name and key in each.drive.keys for each in DRIVEN)
     return f"{follower if with_it else drive.words} has none"
 
 
-def _check_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
+def _refuse_values_with_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """Faults of values that a follower with two contacts cannot have."""
     words = mechanism.drive.words
     if scene.profile:
         yield "profile", None, f"{words} is given by the [[motion]] of its follower"
-    for name in (each for each in GUIDE_KEYS if each in mechanism.motion.dynamics_keys):
-        for place in _values_by_place(scene, f"follower.dynamics.{name}"):
+    for name in (each for each in GUIDE_KEYS if each in mechanism.motion.own_dynamics_keys):
+        for place in _given_and_searched_value_by_key(scene, f"follower.dynamics.{name}"):
             why = f"camopt does not compute the guide of {words}: the share of each contact is unknown"
             yield place, VALUE_IN_SCENE, why
     for key, other in (PRELOAD, PRELOAD[::-1]):
-        for place in _values_by_place(scene, f"drive.{key}"):
-            if not _values_by_place(scene, f"drive.{other}"):
+        for place in _given_and_searched_value_by_key(scene, f"drive.{key}"):
+            if not _given_and_searched_value_by_key(scene, f"drive.{other}"):
                 why = f"needs drive.{other}, which is missing: together they make a preload"
                 yield place, VALUE_IN_SCENE, why
-    for place in _values_by_place(scene, "drive.clearance") if "clearance" in mechanism.drive.keys else ():
-        if any(_values_by_place(scene, f"drive.{PRELOAD[0]}").values()):
+    for place in (
+        _given_and_searched_value_by_key(scene, "drive.clearance") if "clearance" in mechanism.drive.keys else ()
+    ):
+        if any(_given_and_searched_value_by_key(scene, f"drive.{PRELOAD[0]}").values()):
             why = "contacts with an interference have no clearance: leave one of them out"
             yield place, VALUE_IN_SCENE, why
     if mechanism.drive.one_disc and scene.follower.offset not in (None, 0.0):
@@ -232,7 +234,7 @@ def _check_two_contacts(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]
 
 def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Check that a mechanism has all its sizes, and none of other mechanisms."""
-    what, body, own = _mechanism_words(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
+    what, body, own = _mechanism_words(mechanism, tip), mechanism.body, mechanism.follower_size_keys(tip)
     if tip not in mechanism.tips:
         tips = _alternatives_text(each.name for each in mechanism.tips)
         yield "follower.contact", tip.name, f"must be {tips} on a {body.words}"
@@ -253,25 +255,29 @@ def _check_sizes(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fau
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
-def _check_dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_dynamics_keys_and_guide(
+    scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip
+) -> Iterator[Fault]:
     """Check that the follower has only keys of its motion, and that the guide never reaches the trace point."""
     motion, table = mechanism.motion, "follower.dynamics"
-    for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics_keys):
-        for place in _values_by_place(scene, f"{table}.{name}"):
+    for name in (key for other in MOTIONS.values() if other != motion for key in other.own_dynamics_keys):
+        for place in _given_and_searched_value_by_key(scene, f"{table}.{name}"):
             yield (
                 place,
                 VALUE_IN_SCENE,
-                f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.dynamics_keys)}",
+                f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.own_dynamics_keys)}",
             )
-    lever = _values_by_place(scene, SPRING_AT) if motion.angular else {}
-    if lever and not any(_values_by_place(scene, key) for key in SPRING_NUMBERS):
+    lever = _given_and_searched_value_by_key(scene, SPRING_AT) if motion.angular else {}
+    if lever and not any(_given_and_searched_value_by_key(scene, key) for key in SPRING_NUMBERS):
         yield next(iter(lever)), VALUE_IN_SCENE, "needs spring_rate in N/mm or preload in N, which are missing"
     for place, choice in (
-        _values_by_place(scene, f"{table}.overhang") if "overhang" in motion.dynamics_keys else {}
+        _given_and_searched_value_by_key(scene, f"{table}.overhang")
+        if "overhang" in motion.own_dynamics_keys
+        else {}
     ).items():
         if lift is not None and any(each < lift for each in _known_choice_values(choice)):
             yield place, VALUE_IN_SCENE, f"must be at least the lift ({lift:g}), by which the rise shortens it"
-    loads = _values_by_place(scene, f"{table}.load")
+    loads = _given_and_searched_value_by_key(scene, f"{table}.load")
     if isinstance(loads.get(f"{table}.load"), tuple) and f"search.{table}.load" in loads:
         why = f"{table}.load changes over the turn; a single number cannot replace it"
         yield f"search.{table}.load", VALUE_IN_SCENE, why
@@ -280,15 +286,15 @@ def _check_dynamics(scene: "Scene", lift: float | None, mechanism: Mechanism, ti
 def _check_lash(scene: "Scene", lift: float | None) -> Iterator[Fault]:
     """Check that a lash is smaller than the lift, and its variation at most the lash."""
     key = "follower.dynamics.lash"
-    for place, choice in _values_by_place(scene, key).items():
+    for place, choice in _given_and_searched_value_by_key(scene, key).items():
         if lift is not None and any(each >= lift for each in _known_choice_values(choice)):
             yield place, VALUE_IN_SCENE, f"must be below the lift ({lift:g}), or the driven part would never move"
-    lash, varies = map(known_number, scene.numbers((key, f"{key}_variation")).values())
+    lash, varies = map(known_number_or_none, scene.numbers((key, f"{key}_variation")).values())
     if lash is not None and varies is not None and varies > lash:
         yield f"{key}_variation", varies, f"must be at most the lash ({lash:g})"
 
 
-def _values_by_place(scene: "Scene", key: str) -> dict[str, Any]:
+def _given_and_searched_value_by_key(scene: "Scene", key: str) -> dict[str, Any]:
     """The given values of a number by key: in its table, and in ``[search]``."""
     both = {key: scene.numbers((key,))[key], f"search.{key}": scene.search.choices_by_key.get(key)}
     return {place: value for place, value in both.items() if value is not None}
@@ -296,7 +302,7 @@ def _values_by_place(scene: "Scene", key: str) -> dict[str, Any]:
 
 def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Check that the mechanism can be assembled at its lowest and its highest position."""
-    base, shaft = known_number(scene.cam.base_radius), known_number(scene.cam.shaft_diameter)
+    base, shaft = known_number_or_none(scene.cam.base_radius), known_number_or_none(scene.cam.shaft_diameter)
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
     sizes = known_sizes(mechanism, tip, scene.follower, scene.cam) | ({} if lift is None else {"lift": lift})
@@ -304,14 +310,16 @@ def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, ti
         if misfit := mechanism.misfit(sizes):
             yield misfit
             return
-    yield from _check_second_assembly(scene, mechanism, sizes, shaft)
+    yield from _check_second_contact_assembly(scene, mechanism, sizes, shaft)
 
 
-def _check_second_assembly(
+def _check_second_contact_assembly(
     scene: "Scene", mechanism: Mechanism, sizes: Mapping[str, float], shaft: float | None
 ) -> Iterator[Fault]:
     """Check that a second contact with sizes of its own can be assembled."""
-    given = {key: known_number(value) for key, value in scene.numbers(mechanism.second_keys).items()}
+    given = {
+        key: known_number_or_none(value) for key, value in scene.numbers(mechanism.second_contact_size_keys).items()
+    }
     own = {key: size for key, size in given.items() if size is not None}
     base = own.get("drive.base_radius")
     if base and shaft and shaft / 2 > base:
@@ -329,11 +337,11 @@ def _check_second_assembly(
 
 def _trace_point_to_profile_mm(scene: "Scene", tip: Tip) -> float | None:
     """Distance from trace point to profile, the radius of a roller or spherical face [mm]; None where unknown."""
-    return known_number(getattr(scene.follower, tip.radius)) if tip.radius else 0.0
+    return known_number_or_none(getattr(scene.follower, tip.radius)) if tip.radius else 0.0
 
 
-def _check_search(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    search, own = scene.search, (*mechanism.follower_keys(tip), mechanism.body.size_key)
+def _check_search_fits_mechanism(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+    search, own = scene.search, (*mechanism.follower_size_keys(tip), mechanism.body.size_key)
     for key in (each for each in SEARCH_SIZES if getattr(search, each) is not None):
         if key not in own:
             yield (
@@ -359,11 +367,11 @@ def _known_choice_values(choice: Any, end: str = "start") -> list[float]:
     return [
         each
         for each in (values if isinstance(values, (tuple, list)) else [values])
-        if known_number(each) is not None
+        if known_number_or_none(each) is not None
     ]
 
 
-def _check_limits(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+def _check_limits_fit_mechanism(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     limits = scene.limits.bounds_by_key
     if "face_reach" in limits and tip != FLAT:
         yield "limits.face_reach", VALUE_IN_SCENE, "only a flat face has a reach"
@@ -371,10 +379,10 @@ def _check_limits(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Iterator[Fa
         yield "limits.outer_radius", VALUE_IN_SCENE, "only a disc cam has one"
     if "cutter_radius" in limits and tip == FLAT:
         yield "limits.cutter_radius", VALUE_IN_SCENE, "a flat face has no hollow flanks, so any cutter fits"
-    elif "cutter_radius" in limits and mechanism.cut_as_by_roller:
+    elif "cutter_radius" in limits and mechanism.is_cut_by_roller_sized_cutter:
         what = "rib" if mechanism.further_contacts else "groove"
         why = f"the cutter of a {what} is at most as large as its roller: set follower.roller_radius instead"
         yield "limits.cutter_radius", VALUE_IN_SCENE, why
     for key in ("velocity", "acceleration", "jerk"):
-        if key in limits and not _values_by_place(scene, "cam.rpm"):
+        if key in limits and not _given_and_searched_value_by_key(scene, "cam.rpm"):
             yield f"limits.{key}", VALUE_IN_SCENE, "needs cam.rpm"

@@ -20,7 +20,7 @@ from camopt.scene.tables import (
     SceneNumber,
     SceneTable,
     SignedNumber,
-    as_list,
+    single_value_as_list,
     table_type_in,
 )
 
@@ -55,7 +55,7 @@ CheckedChoice = StepRange | tuple[float, ...]
 """A choice after its checks."""
 
 
-def _kind_of_choice(value: Any) -> str:
+def _discriminator_of_choice(value: Any) -> str:
     return "range/" if isinstance(value, (dict, StepRange)) else "values/"
 
 
@@ -63,21 +63,21 @@ def _value_as_list(value: Any) -> Any:
     """A value or a list of values, as a list."""
     if isinstance(value, str):
         raise ValueError("a number, a list of numbers, or a table with start, stop and step")
-    return as_list(value)
+    return single_value_as_list(value)
 
 
 ListedValues = Annotated[tuple[SignedNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
 Choice = (
     Annotated[
         Annotated[InnerTable[StepRange], Tag("range/")] | Annotated[ListedValues, Tag("values/")],
-        Discriminator(_kind_of_choice),
+        Discriminator(_discriminator_of_choice),
     ]
     | None
 )
 ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
-    Discriminator(_kind_of_choice),
+    Discriminator(_discriminator_of_choice),
 ]
 
 
@@ -91,13 +91,13 @@ NumberReader = Callable[[Any, Any, str], Any]
 """From (type of a number, value, place in the scene) to the checked value; raises BadInput."""
 
 
-def _read_choice(number_type: Any, value: Any, where: str) -> Any:
+def _read_search_choice(number_type: Any, value: Any, choice_key: str) -> Any:
     """The choice of ``[search]`` for one number."""
     try:
         choice = _choice_validator().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
     except ValidationError as error:
-        raise BadInput(mistakes_from_pydantic(error, NumberRange, where)) from None
-    if mistakes := list(_out_of_bounds_mistakes(TypeAdapter(number_type), choice, where)):
+        raise BadInput(mistakes_from_pydantic(error, NumberRange, choice_key)) from None
+    if mistakes := list(_out_of_bounds_mistakes(TypeAdapter(number_type), choice, choice_key)):
         raise BadInput(mistakes)
     return choice
 
@@ -105,7 +105,7 @@ def _read_choice(number_type: Any, value: Any, where: str) -> Any:
 class Reader(NamedTuple):
     """How a table such as ``[search]`` reads its values for numbers of other tables."""
 
-    read: NumberReader = _read_choice
+    read: NumberReader = _read_search_choice
     sizes: bool = False
     """Whether the table takes sizes here; ``[search]`` has keys of its own for them."""
 
@@ -114,7 +114,7 @@ CHOICE_READER = Reader()
 
 
 def read_number_choices(
-    table: type[SceneTable], given: Any, where: str = "", reader: Reader = CHOICE_READER
+    table: type[SceneTable], given: Any, table_key: str = "", reader: Reader = CHOICE_READER
 ) -> dict[str, Any]:
     """The choices for numbers of a table and its inner tables, by key; ``where`` is the key of the table.
 
@@ -123,14 +123,14 @@ def read_number_choices(
     BadInput
         For each key that is not a number of the table, and each value that the number may not have.
     """
-    where = where or table.__name__
+    table_key = table_key or table.__name__
     if not isinstance(given, Mapping):
-        raise BadInput([Mistake("", where, given, "a table")])
+        raise BadInput([Mistake("", table_key, given, "a table")])
     chosen: dict[str, Any] = {}
     mistakes: list[Mistake] = []
     for key, value in given.items():
         try:
-            chosen[key] = _read_number_choice(table, key, value, f"{where}.{key}", reader)
+            chosen[key] = _read_number_choice(table, key, value, f"{table_key}.{key}", reader)
         except BadInput as error:
             mistakes += error.mistakes
     if mistakes:
@@ -166,7 +166,7 @@ def read_row_choices(table: type[SceneTable], given: Any, reader: Reader = CHOIC
 
 def _read_number_choice(table: type[SceneTable], key: str, value: Any, where: str, reader: Reader) -> Any:
     """The choice for one number of a table, or the choices for its inner table."""
-    numbers = searchable_numbers(table, sizes=reader.sizes)
+    numbers = searchable_number_types(table, sizes=reader.sizes)
     number = numbers.get(key)
     if isinstance(number, type):
         return read_number_choices(number, value, where, reader)
@@ -174,19 +174,19 @@ def _read_number_choice(table: type[SceneTable], key: str, value: Any, where: st
         known = [name for name, hint in numbers.items() if not isinstance(hint, type)]
         why = (
             f"is a size: write search.{key}"
-            if key in _sizes_of(table)
+            if key in _size_keys_of_table(table)
             else f"not a number of this table; {suggest_names(key, known)}"
         )
         raise BadInput([Mistake("", where, value, why, bare=True)])
     return reader.read(number, value, where)
 
 
-def searchable_numbers(table: type[SceneTable], *, sizes: bool = False) -> dict[str, Any]:
+def searchable_number_types(table: type[SceneTable], *, sizes: bool = False) -> dict[str, Any]:
     """The keys of a table that ``[search]`` may vary, each with the type of its number or with its inner table.
 
     Sizes are included only with ``sizes``, since ``[search]`` has keys of its own for them.
     """
-    excluded = {*(() if sizes else _sizes_of(table)), *table.read_as}
+    excluded = {*(() if sizes else _size_keys_of_table(table)), *table.read_as}
     fields = {key: field for key, field in table.model_fields.items() if key not in excluded}
     types = {
         key: table_type_in(hint := field.rebuild_annotation()) or _number_type_in(hint)
@@ -195,7 +195,7 @@ def searchable_numbers(table: type[SceneTable], *, sizes: bool = False) -> dict[
     return {key: found for key, found in types.items() if found is not None}
 
 
-def _sizes_of(table: type[SceneTable]) -> tuple[str, ...]:
+def _size_keys_of_table(table: type[SceneTable]) -> tuple[str, ...]:
     """The keys of sizes in a table; ``[search]`` has keys of its own for them."""
     return SEARCH_SIZES if table in (Cam, Follower) else ()
 

@@ -13,7 +13,7 @@ from camopt.core.quantities import QUANTITIES
 from camopt.model.motion import LAWS
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.own_quantities import RESULT_KEYS
-from camopt.scene.turn import turn_of_scene
+from camopt.scene.turn import segments_and_programme_of_scene
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -34,13 +34,13 @@ DERIVED_SIZES = ("prime_radius_mm", "shaft_clearance_mm")  # sums and difference
 def values_of_row(row: Any) -> dict[str, Any]:
     """The values of a row by column; in a DataFrame of one row, named levels of the index are columns too."""
     if hasattr(row, "iloc") and hasattr(row, "columns") and len(row) == 1:
-        return values_of_index(row.index, 0) | values_of_row(row.iloc[0])
+        return index_level_values_at_place(row.index, 0) | values_of_row(row.iloc[0])
     if isinstance(row, Mapping) or (hasattr(row, "dropna") and not hasattr(row, "columns")):
         return {str(name): value for name, value in dict(row).items()}
     raise BadInput([Mistake("camopt", ROW_WORD, None, f"one row of a table; this is a {type(row).__name__}")])
 
 
-def values_of_index(index: Any, place: int) -> dict[str, Any]:
+def index_level_values_at_place(index: Any, place: int) -> dict[str, Any]:
     """The values of the named levels of a pandas index, at one place."""
     levels = [index.get_level_values(level) for level in range(index.nlevels)]
     return {str(level.name): level[place] for level in levels if level.name is not None}
@@ -95,7 +95,7 @@ def unknown_columns(scene: "Scene", names: Collection[str]) -> list[str]:
         *scene.quantities,
         *scene.row_columns.values(),
     }
-    known |= {*scene.mechanism.size_quantities.values()}
+    known |= {*scene.mechanism.size_quantity_by_field.values()}
     known |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
     return [name for name in names if name not in known and not name.startswith(EXCESS_PREFIX)]
 
@@ -136,5 +136,5 @@ def _unknown_law_mistakes(scene: "Scene", values: Mapping[str, Any]) -> Iterator
 
 def _law_column_texts_of_own_motion(scene: "Scene") -> tuple[str, ...]:
     """The names that tables have for the laws of a motion, of rises and of returns; "" for no law."""
-    turn = turn_of_scene(scene)
+    turn = segments_and_programme_of_scene(scene)
     return ("",) if turn is None else ("", turn[1].law_names(RISE), turn[1].law_names(RETURN))

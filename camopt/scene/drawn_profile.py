@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IndexArray
-from camopt.model.motion.profile import ElementSpec, ProfileFault, ProfilePiece, place_elements
+from camopt.model.motion.profile import ElementSpec, ProfileFault, ProfilePiece, place_profile_elements
 from camopt.scene.dxf import DrawnOutline, read_dxf_profile
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import value_at_key
@@ -41,7 +41,9 @@ def replace_drawing_by_elements(data: dict[str, Any], folder: Path | None) -> It
     try:
         if folder is None:
             raise ValueError("a scene inside a table cannot name files")
-        rows = outline_elements(read_dxf_profile(folder / name), value_at_key(data, "cam.rotation") == "cw")
+        rows = profile_elements_of_outline(
+            read_dxf_profile(folder / name), value_at_key(data, "cam.rotation") == "cw"
+        )
     except (OSError, ValueError) as trouble:
         reason = getattr(trouble, "strerror", None) or trouble
         yield "profile", name, f"must be a DXF file with the profile, or its [[profile]]: {reason}"
@@ -49,7 +51,7 @@ def replace_drawing_by_elements(data: dict[str, Any], folder: Path | None) -> It
         data["profile"] = rows
 
 
-def outline_elements(outline: DrawnOutline, clockwise: bool) -> list[dict[str, Any]]:
+def profile_elements_of_outline(outline: DrawnOutline, clockwise: bool) -> list[dict[str, Any]]:
     """The elements of an outline in the order in which the follower meets them, on a cam that turns cw or ccw.
 
     Raises
@@ -61,12 +63,12 @@ def outline_elements(outline: DrawnOutline, clockwise: bool) -> list[dict[str, A
     if outline.corner_angles[sharpest] > SHARP_CORNER:
         jump = np.degrees(outline.corner_angles[sharpest])
         raise ValueError(f"it has a corner of {jump:.3g}° at {_point_text(outline.vertices[sharpest])}")
-    outline = outline if (outline.area > 0.0) == clockwise else outline.reversed_outline
+    outline = outline if (outline.signed_area > 0.0) == clockwise else outline.reversed_outline
     arcs = _outline_arcs(outline, 1.0 if clockwise else -1.0)
     starts = _differs_from_previous_arc(arcs)
     if starts.sum() > MOST_SEGMENTS:
         raise ValueError(f"its profile has {starts.sum():,} arcs and lines; at most {MOST_SEGMENTS:,} are allowed")
-    radii, centres = _make_tangent(arcs.radii[starts], arcs.centres[starts])
+    radii, centres = _tangent_radii_and_centres(arcs.radii[starts], arcs.centres[starts])
     given = ((float(r), complex(c)) for r, c in zip(radii, centres, strict=True))
     elements = [ElementSpec(None) if np.isinf(r) else ElementSpec(r, c) for r, c in given]
     _check_elements_meet_vertices(elements, outline.vertices, np.cumsum(starts) - 1, clockwise)
@@ -107,7 +109,7 @@ def _differs_from_previous_arc(arcs: _Arcs) -> BoolArray:
     return starts
 
 
-def _make_tangent(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, ComplexArray]:
+def _tangent_radii_and_centres(radii: FloatArray, centres: ComplexArray) -> tuple[FloatArray, ComplexArray]:
     """Radii and centres, moved until neighbouring arcs are tangent."""
     after = np.roll(np.arange(radii.size), -1)
     both = np.flatnonzero(np.isfinite(radii) & np.isfinite(radii[after]) & (radii.size > 1))
@@ -138,7 +140,7 @@ def _check_elements_meet_vertices(
         return z if clockwise else np.conjugate(z)
 
     try:
-        parts = place_elements(
+        parts = place_profile_elements(
             [
                 each if each.centre is None else ElementSpec(each.radius, mirror_unless_clockwise(each.centre))
                 for each in elements
@@ -148,7 +150,7 @@ def _check_elements_meet_vertices(
         raise ValueError(f"{f'element {fault.number}: ' if fault.number else ''}{fault.why}") from None
     neighbours = np.column_stack([owners, np.roll(owners, 1)])
     distances = [
-        max(_distance_from_element(parts[k], z) for k in pair)
+        max(_distance_from_unbounded_element(parts[k], z) for k in pair)
         for pair, z in zip(neighbours, mirror_unless_clockwise(vertices), strict=True)
     ]
     worst = int(np.argmax(distances))
@@ -161,7 +163,7 @@ def _point_text(point: complex) -> str:
     return f"({point.real:.6g}, {point.imag:.6g})"
 
 
-def _distance_from_element(part: ProfilePiece, point: complex) -> float:
+def _distance_from_unbounded_element(part: ProfilePiece, point: complex) -> float:
     """Distance of a point from the circle or line of an element [mm]."""
     if part.radius is None:
         return abs((part.start.normal.conjugate() * point).real - part.line_distance_from_axis)

@@ -34,7 +34,7 @@ class DrawnOutline(NamedTuple):
         return np.roll(self.vertices, -1) - self.vertices
 
     @property
-    def middles(self) -> ComplexArray:
+    def arc_middles(self) -> ComplexArray:
         """The middle of each arc."""
         return self.vertices + self.chords * (0.5 - 0.5j * self.bulges)
 
@@ -46,9 +46,9 @@ class DrawnOutline(NamedTuple):
         return np.abs(np.angle(leaving / arriving))
 
     @property
-    def area(self) -> float:
+    def signed_area(self) -> float:
         """Area of the polygon through vertices and middles [mm²], positive if it runs anticlockwise."""
-        points = np.column_stack([self.vertices, self.middles]).ravel()
+        points = np.column_stack([self.vertices, self.arc_middles]).ravel()
         return float((points.conjugate() * np.roll(points, -1)).imag.sum() / 2)
 
     @property
@@ -80,7 +80,7 @@ def read_dxf_profile(path: Path) -> DrawnOutline:
         raise ValueError(f"it must be {trouble.mistakes[0].allowed}") from None
     drawn, unit_mm = read_dxf_outlines(path, with_splines=False)
     largest = max(
-        (each.outline for each in drawn), key=lambda each: float(np.abs([each.vertices, each.middles]).max())
+        (each.outline for each in drawn), key=lambda each: float(np.abs([each.vertices, each.arc_middles]).max())
     )
     return largest._replace(vertices=largest.vertices * (unit_mm or 1.0))
 
@@ -144,7 +144,7 @@ def _check_block_nesting(document: Any) -> None:
     Blocks are counted after the blocks they insert, since nesting multiplies the entities.
     """
     blocks = {block.block_record_handle: block for block in document.blocks}
-    inserted = {key: [_inserted_blocks(entity) for entity in block] for key, block in blocks.items()}
+    inserted = {key: [_inserted_block_handles(entity) for entity in block] for key, block in blocks.items()}
     order = TopologicalSorter({key: sorted(set().union(*inner)) for key, inner in inserted.items()})
     counts: dict[str, int] = {}
     try:
@@ -159,7 +159,7 @@ def _check_block_nesting(document: Any) -> None:
         raise ValueError(f"it has more than {MOST_ENTITIES:,} entities and vertices, counting inserted blocks")
 
 
-def _inserted_blocks(entity: Any) -> set[str]:
+def _inserted_block_handles(entity: Any) -> set[str]:
     """The handles of the blocks that an entity inserts; a table has only the name of its block."""
     from ezdxf.protocols import referenced_blocks
 
@@ -196,7 +196,7 @@ def _closed_outlines(entities: Iterable[Any], with_splines: bool) -> Iterator[La
             outline = DrawnOutline(np.array([centre + radius, centre - radius]), np.ones(2))
             yield LayerOutline(each.dxf.layer, outline)
         elif each.dxftype() in ("LWPOLYLINE", "POLYLINE"):
-            corners = _polyline_corners(each)
+            corners = _polyline_vertices_and_bulges(each)
             if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= JOINING_GAP:
                 yield LayerOutline(each.dxf.layer, _outline_through(corners))
             else:
@@ -216,10 +216,12 @@ def _closed_outlines(entities: Iterable[Any], with_splines: bool) -> Iterator[La
     for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINING_GAP)):
         if edgeminer.is_loop(chain, gap_tol=JOINING_GAP):
             polyline = edgesmith.lwpolyline_from_chain(chain, max_sagitta=SPLINE_SAGITTA)
-            yield LayerOutline(chain[0].payload.dxf.layer, _outline_through(_polyline_corners(polyline)))
+            yield LayerOutline(
+                chain[0].payload.dxf.layer, _outline_through(_polyline_vertices_and_bulges(polyline))
+            )
 
 
-def _polyline_corners(polyline: Any) -> ComplexArray:
+def _polyline_vertices_and_bulges(polyline: Any) -> ComplexArray:
     """Vertices of a polyline, each with the bulge after it, (n, 2)."""
     if polyline.dxftype() == "LWPOLYLINE":
         rows = [(complex(x, y), bulge) for x, y, bulge in polyline.get_points("xyb")]
@@ -228,7 +230,7 @@ def _polyline_corners(polyline: Any) -> ComplexArray:
     return np.array(rows, dtype=complex).reshape(-1, 2)
 
 
-def _outline_through(corners: ComplexArray) -> DrawnOutline:
+def _outline_through(vertices_and_bulges: ComplexArray) -> DrawnOutline:
     """The outline through corners; of corners at the same point the last counts."""
-    distinct = np.abs(np.roll(corners[:, 0], -1) - corners[:, 0]) > JOINING_GAP
-    return DrawnOutline(corners[distinct, 0], corners[distinct, 1].real)
+    distinct = np.abs(np.roll(vertices_and_bulges[:, 0], -1) - vertices_and_bulges[:, 0]) > JOINING_GAP
+    return DrawnOutline(vertices_and_bulges[distinct, 0], vertices_and_bulges[distinct, 1].real)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import positive_length, value_at_key
+from camopt.scene.mapping import positive_length_or_none, value_at_key
 
 FIT = r"[A-Z]{1,2}\d{1,2}"
 SHAFT_FIT = FIT.replace("A-Z", "a-z")
@@ -54,14 +54,14 @@ def expand_standard_keyway(data: dict[str, Any]) -> Iterator[Fault]:
     """Replace ``keyway`` by the sizes of the standard keyway for the bore, in ``data`` itself."""
     part = data.get("part")
     if isinstance(part, dict) and part.get("keyway") == STANDARD_KEYWAY and not isinstance(part.get("bore"), str):
-        yield from _standard_keyway(data, part)
+        yield from _set_standard_keyway_sizes(data, part)
 
 
-def _standard_keyway(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[Fault]:
+def _set_standard_keyway_sizes(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[Fault]:
     for key in ("keyway_width", "keyway_depth"):
         if part.get(key) is not None:
             yield f"part.{key}", part[key], f"part.keyway = {STANDARD_KEYWAY!r} sets it: leave one of them out"
-    bore = positive_length(
+    bore = positive_length_or_none(
         data, "part.bore" if value_at_key(data, "part.bore") is not None else "cam.shaft_diameter"
     )
     if bore is None or not SMALLEST_BORE < bore <= max(KEYWAYS):

@@ -82,14 +82,14 @@ def limit_deviations(name: str, size: float) -> Deviations:
     letter, grade = _letter_and_grade(name)
     if not 0.0 < size <= LARGEST_SIZE:
         raise ValueError(f"is for sizes above 0 and up to {LARGEST_SIZE:g} mm, not for {size:g} mm")
-    width = _table_value(GRADE_WIDTHS[grade], size)
+    width = _value_for_size_step(GRADE_WIDTHS[grade], size)
     if letter.lower() == CENTRED_LETTER:
         return Deviations(-width / 2e3, width / 2e3)
     if letter.islower():
         lower = (
             _shaft_lower_deviation(letter, grade, size)
             if letter in SHAFT_LOWER_DEVIATIONS
-            else -_table_value(SHAFT_UPPER_DEVIATIONS[letter], size) - width
+            else -_value_for_size_step(SHAFT_UPPER_DEVIATIONS[letter], size) - width
         )
     else:
         lower = _hole_lower_deviation(letter.lower(), grade, size)
@@ -108,21 +108,23 @@ def _letter_and_grade(name: str) -> tuple[str, int]:
     return letter, grade
 
 
-def _table_value(values: tuple[float, ...], size: float) -> float:
+def _value_for_size_step(values: tuple[float, ...], size: float) -> float:
     """The value in a row of a table for a size."""
     return values[bisect_left(SIZE_STEPS if len(values) == len(SIZE_STEPS) else HALF_SIZE_STEPS, size)]
 
 
 def _shaft_lower_deviation(letter: str, grade: int, size: float) -> float:
     """Lower deviation of a shaft from k on [µm]; that of k is 0 except in grades 4 to 7."""
-    return 0.0 if letter == "k" and not 4 <= grade <= 7 else _table_value(SHAFT_LOWER_DEVIATIONS[letter], size)
+    return (
+        0.0 if letter == "k" and not 4 <= grade <= 7 else _value_for_size_step(SHAFT_LOWER_DEVIATIONS[letter], size)
+    )
 
 
 def _hole_lower_deviation(letter: str, grade: int, size: float) -> float:
     """Lower deviation of a hole [µm]."""
     if letter in SHAFT_UPPER_DEVIATIONS:
-        return _table_value(SHAFT_UPPER_DEVIATIONS[letter], size)
-    width, small = _table_value(GRADE_WIDTHS[grade], size), size <= SIZE_STEPS[0]
+        return _value_for_size_step(SHAFT_UPPER_DEVIATIONS[letter], size)
+    width, small = _value_for_size_step(GRADE_WIDTHS[grade], size), size <= SIZE_STEPS[0]
     coarse = grade > (8 if letter in "kmn" else 7)
     if grade < 3 or (letter == "k" and coarse and not small):
         raise ValueError("is not a class of holes: the standard has K in grades 3 to 8, and M to S from grade 3")
@@ -130,5 +132,5 @@ def _hole_lower_deviation(letter: str, grade: int, size: float) -> float:
         return -width
     if letter == "m" and grade == 6 and 250.0 < size <= 315.0:
         return -9.0 - width  # an exception of the standard
-    change = 0.0 if coarse or small else width - _table_value(GRADE_WIDTHS[grade - 1], size)
-    return change - _table_value(SHAFT_LOWER_DEVIATIONS[letter], size) - width
+    change = 0.0 if coarse or small else width - _value_for_size_step(GRADE_WIDTHS[grade - 1], size)
+    return change - _value_for_size_step(SHAFT_LOWER_DEVIATIONS[letter], size) - width

@@ -38,7 +38,7 @@ def keys_of_table(place: str, names: Iterable[str] = ()) -> Iterator[KeyDescript
                 key,
                 place,
                 record.both_units_text,
-                allowed_in_words(schema),
+                allowed_values_in_words(schema),
                 default,
                 field.is_required(),
                 f"{record.sentence}.",
@@ -64,21 +64,21 @@ def find_keys(name: str | None = None) -> list[KeyDescription]:
     return matching
 
 
-def allowed_in_words(schema: dict[str, Any]) -> str:
+def allowed_values_in_words(schema: dict[str, Any]) -> str:
     """What a JSON schema allows, in words."""
     match schema:
         case {"anyOf": kinds}:
             free = {"type": "string"} in kinds  # any text is allowed, and the names are only suggestions
             listed = [kind for kind in kinds if "pattern" not in kind and not (free and "enum" in kind)]
-            return " or ".join(map(allowed_in_words, listed))
+            return " or ".join(map(allowed_values_in_words, listed))
         case {"enum": [_, *_] as values}:
             return quoted_names(values)
         case {"$ref": target} | {"allOf": [{"$ref": target}]}:
             return "a range" if target.endswith("Range") else "a table"
         case {"type": "array", "items": item, "maxItems": 2}:
-            return f"[{allowed_in_words(item)}, {allowed_in_words(item)}]"
+            return f"[{allowed_values_in_words(item)}, {allowed_values_in_words(item)}]"
         case {"type": "array", "items": item}:
-            return f"a list of: {allowed_in_words(item)}"
+            return f"a list of: {allowed_values_in_words(item)}"
         case {"type": "object"}:
             return "a table"
         case {"type": "number" | "integer" as kind}:
@@ -101,17 +101,17 @@ def quoted_names(values: list[str]) -> str:
 def bounds_in_words(schema: dict[str, Any]) -> str:
     """The bounds of a number in words."""
     least, most, below = map(schema.get, ("minimum", "maximum", "exclusiveMaximum"))
-    words = [f"from {short_number(least)}"] if least is not None else []
+    words = [f"from {short_number_text(least)}"] if least is not None else []
     words += (
-        [f"to {short_number(most)}"]
+        [f"to {short_number_text(most)}"]
         if most is not None
-        else [f"below {short_number(below)}"]
+        else [f"below {short_number_text(below)}"]
         if below is not None
         else []
     )
     return " ".join(["", *words])
 
 
-def short_number(value: float) -> str:
+def short_number_text(value: float) -> str:
     """A number in few characters, with a true minus sign."""
     return re.sub(r"e([+-])0*", lambda match: "e" + match[1].strip("+"), f"{value:g}").replace("-", "−")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
-from camopt.core.numerics.neighbours import table_noise
+from camopt.core.numerics.neighbours import noise_standard_deviation
 from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import suggest_law_names
 from camopt.model.motion.derived_laws import MirroredLaw
@@ -54,7 +54,7 @@ def law_form(law: LawValues) -> LawForm:
 
 
 def _table_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
-    x, s = (_with_exact_ends(_mirrored_values(law[key], mirror), 1) for key in ("x", "s"))
+    x, s = (_with_exact_zeros_and_ones_at_ends(_mirrored_values(law[key], mirror), 1) for key in ("x", "s"))
     start, end = _end_conditions_of_table(law)
     return fit_table_spline(name, x, s, (end, start) if mirror else (start, end))
 
@@ -86,18 +86,21 @@ def _end_conditions_of_table(law: LawValues) -> tuple[EndCondition, EndCondition
     return start, end
 
 
-def noise_leeway_at_ends(law: LawValues) -> float:
+def allowed_noise_beyond_ends(law: LawValues) -> float:
     """Share of the stroke by which noise or rounding may take a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
     if x is None or s is None or len(x) < LEAST_NOISE_POINTS:
         return 0.0
-    return min(NOISE_SWING * table_noise(x, s), MOST_LEEWAY)
+    return min(NOISE_SWING * noise_standard_deviation(x, s), MOST_LEEWAY)
 
 
 def _spline_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     knots, coefficients = (_mirrored_values(law[key], mirror) for key in ("knots", "coefficients"))
     return SplineLaw(
-        name, law["degree"], _with_exact_ends(knots, law["degree"] + 1), _with_exact_ends(coefficients, 1)
+        name,
+        law["degree"],
+        _with_exact_zeros_and_ones_at_ends(knots, law["degree"] + 1),
+        _with_exact_zeros_and_ones_at_ends(coefficients, 1),
     )
 
 
@@ -105,7 +108,10 @@ def _positions_law(name: str, law: LawValues, mirror: bool) -> SplineLaw:
     """The law of a move, with displacements from its start."""
     ends, start = law["degree"] + 1, float(law["positions"][0])
     return SplineLaw(
-        name, law["degree"], _with_exact_ends(law["knots"], ends), tuple(p - start for p in law["positions"])
+        name,
+        law["degree"],
+        _with_exact_zeros_and_ones_at_ends(law["knots"], ends),
+        tuple(p - start for p in law["positions"]),
     )
 
 
@@ -114,7 +120,7 @@ def _mirrored_values(values: Sequence[float], mirror: bool) -> Sequence[float]:
     return [1.0 - value for value in reversed(values)] if mirror else values
 
 
-def _with_exact_ends(values: Sequence[float], end_count: int) -> tuple[float, ...]:
+def _with_exact_zeros_and_ones_at_ends(values: Sequence[float], end_count: int) -> tuple[float, ...]:
     return (*[0.0] * end_count, *(float(v) for v in values[end_count:-end_count]), *[1.0] * end_count)
 
 

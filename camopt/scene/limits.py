@@ -7,12 +7,12 @@ from pydantic import ConfigDict
 from camopt.core.quantities import AT_LEAST, BOUNDED_QUANTITIES, Quantity
 from camopt.core.quantities.key import NO_UNIT, Key
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.scene.tables import BoundedNumber, Positive, SignedNumber, TableOfRecords, with_keys
+from camopt.scene.tables import BoundedNumber, Positive, SignedNumber, TableOfRecords, with_optional_keys
 
 
 def _limit_key(quantity: Quantity) -> Key:
     """The key of a limit on a quantity by its name."""
-    words = "Least allowed" if quantity.relation == AT_LEAST else "Largest allowed"
+    words = "Least allowed" if quantity.relation_to_limit == AT_LEAST else "Largest allowed"
     return Key(f"{words} `{quantity.name}`", quantity.unit or NO_UNIT)
 
 
@@ -25,7 +25,7 @@ LIMIT_TABLE_KEYS: dict[str, tuple[Any, Key]] = {
 }
 
 
-@with_keys(LIMIT_TABLE_KEYS)
+@with_optional_keys(LIMIT_TABLE_KEYS)
 class Limits(TableOfRecords):
     """Limits that the cam must meet, by a short key or by the name of any quantity; each is optional."""
 

@@ -32,7 +32,7 @@ def split_constant_and_changing_load(load: Any, unit: float) -> tuple[float, Ext
     return 0.0, ExternalLoad(load, unit)
 
 
-def _load_tables(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _tables_that_may_have_load(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """The tables that may have a load, by the key of the load: that of the follower, and stages of the train."""
     follower = data.get("follower")
     dynamics = follower.get("dynamics") if isinstance(follower, Mapping) else None
@@ -48,7 +48,7 @@ def replace_load_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fa
 
     Paths are relative to ``folder``; None if the scene may not name files.
     """
-    for key, table in _load_tables(data):
+    for key, table in _tables_that_may_have_load(data):
         load = table.get("load")
         if isinstance(load, str):
             try:

@@ -20,7 +20,7 @@ def value_at_key(data: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def finite_number(value: Any) -> float | None:
+def finite_number_or_none(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, Real):
         return None
     try:
@@ -29,9 +29,9 @@ def finite_number(value: Any) -> float | None:
         return None
 
 
-def positive_length(data: Mapping[str, Any], key: str) -> float | None:
+def positive_length_or_none(data: Mapping[str, Any], key: str) -> float | None:
     """A size [mm]; None if it is missing or wrong."""
-    size = finite_number(value_at_key(data, key))
+    size = finite_number_or_none(value_at_key(data, key))
     return size if size and size > 0.0 else None
 
 
@@ -52,6 +52,6 @@ def leaf_values_by_key(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
         yield from leaf_values_by_key(each, f"{key}.{name}" if key else str(name))
 
 
-def given_at_follower(data: Mapping[str, Any]) -> bool:
+def is_motion_given_at_follower(data: Mapping[str, Any]) -> bool:
     """Whether a scene gives the motion of its follower, by a profile or by ``motion_at``."""
     return bool(data.get("profile")) or data.get("motion_at") == MOTION_AT_FOLLOWER

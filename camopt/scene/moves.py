@@ -15,7 +15,7 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MOVE, MotionSegment, segment_positions
 from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, SOLVER_TOLERANCE, Stroke, required_range
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
-from camopt.scene.own_laws import has_faultless_laws, law_tables, make_own_law, make_own_law_from_values
+from camopt.scene.own_laws import has_faultless_laws, make_own_law, make_own_law_from_values, own_law_values_by_name
 from camopt.scene.tables import Segment
 
 if TYPE_CHECKING:
@@ -27,13 +27,13 @@ MOVE_SAMPLES = 257  # cam angles of a move
 
 def check_moves(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Every fault of the conditions on moves, if segments and laws are faultless by themselves."""
-    faults = list(_check_conditions(scene.motion))
+    faults = list(_check_condition_angles_in_move(scene.motion))
     yield from faults
     if faults or not has_faultless_named_laws(scene, segments):
         return
     if any(segment.law for segment in segments if segment.segment == MOVE):
         yield from _check_move_laws(scene, segments)
-    yield from _check_contradictions(scene, segments)
+    yield from _check_move_conditions_can_be_met(scene, segments)
 
 
 def has_faultless_named_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> bool:
@@ -50,7 +50,7 @@ def programme_in_scene_units(scene: "Scene", segments: Sequence[MotionSegment]) 
 
 def _check_move_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that a law of positions starts and ends where its move does, and meets the conditions at its end."""
-    tables, ends = law_tables(scene), segment_positions(segments)
+    tables, ends = own_law_values_by_name(scene), segment_positions(segments)
     named = (tables[segment.law]["positions"] for segment in segments if segment.segment == MOVE and segment.law)
     room = NEAR_END * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
     starts = [0.0, *accumulate(segment.angle for segment in segments)]
@@ -70,7 +70,7 @@ def _check_move_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> Itera
         )
 
 
-def _check_conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
+def _check_condition_angles_in_move(rows: Sequence[Segment]) -> Iterator[Fault]:
     """Check that conditions within a move are at cam angles inside it, and are not empty."""
     turned = 0.0
     for k, row in enumerate(rows, start=1):
@@ -90,7 +90,7 @@ def _check_conditions(rows: Sequence[Segment]) -> Iterator[Fault]:
                 yield f"{key}.angle", VALUE_IN_SCENE, what
 
 
-def _check_contradictions(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
+def _check_move_conditions_can_be_met(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
     """Check that the conditions on moves can be met."""
     if not any(segment.segment == MOVE and segment.law is None for segment in segments):
         return

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camopt.model.motion import LAWS
-from camopt.model.motion.aliases import canonical_law, canonical_segment
+from camopt.model.motion.aliases import canonical_law_name, canonical_segment_kind
 from camopt.model.motion.derived_laws import SkewedLaw
 from camopt.model.motion.law import Law, is_symmetric
 from camopt.model.motion.programme import law_displacement_range
@@ -20,8 +20,8 @@ from camopt.scene.law_forms import (
     TABLE_END_KEYS,
     Fault,
     LawValues,
+    allowed_noise_beyond_ends,
     law_form,
-    noise_leeway_at_ends,
 )
 from camopt.scene.tables import OwnLaw
 
@@ -40,26 +40,28 @@ LAW_NAMING_KEYS = ("law", "law_rise", "law_return", "peak_velocity", "peak_accel
 """Keys whose texts are names of laws, in any table."""
 
 
-def with_camopt_names(tables: Any, own_names: Container[str]) -> Any:
+def with_canonical_law_names(tables: Any, own_names: Container[str]) -> Any:
     """The tables of a scene with camopt's names of laws and segments.
 
     Names of the scene's ``own_names`` laws stay.
     """
     if isinstance(tables, list):
-        return [with_camopt_names(each, own_names) for each in tables]
+        return [with_canonical_law_names(each, own_names) for each in tables]
     if not isinstance(tables, dict):
         return tables
-    renamed = {key: with_camopt_names(value, own_names) for key, value in tables.items()}
-    renamed |= {key: _camopt_law_names(value, own_names) for key, value in tables.items() if key in LAW_NAMING_KEYS}
+    renamed = {key: with_canonical_law_names(value, own_names) for key, value in tables.items()}
+    renamed |= {
+        key: _canonical_law_names(value, own_names) for key, value in tables.items() if key in LAW_NAMING_KEYS
+    }
     if isinstance(kind := renamed.get("segment"), str):
-        renamed["segment"] = canonical_segment(kind)
+        renamed["segment"] = canonical_segment_kind(kind)
     return renamed
 
 
-def _camopt_law_names(value: Any, own_names: Container[str]) -> Any:
+def _canonical_law_names(value: Any, own_names: Container[str]) -> Any:
     if isinstance(value, list):
-        return [_camopt_law_names(each, own_names) for each in value]
-    return canonical_law(value) if isinstance(value, str) and value not in own_names else value
+        return [_canonical_law_names(each, own_names) for each in value]
+    return canonical_law_name(value) if isinstance(value, str) and value not in own_names else value
 
 
 def make_own_law(name: str, law: OwnLaw) -> Law:
@@ -93,7 +95,7 @@ def move_law_names(laws: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(name for name, law in laws.items() if is_move_law(law))
 
 
-def law_tables(scene: "Scene") -> dict[str, LawValues]:
+def own_law_values_by_name(scene: "Scene") -> dict[str, LawValues]:
     """The values of the scene's own laws, by name and key."""
     return {name: vars(law) for name, law in scene.laws.items()}
 
@@ -156,7 +158,7 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
 
 def has_faultless_laws(scene: "Scene") -> bool:
     """Whether the values and files of a scene's own laws have no fault."""
-    laws = law_tables(scene)
+    laws = own_law_values_by_name(scene)
     named = any(law["file"] is not None for law in laws.values())
     return not (scene.has_refused_value("laws") or named or any(check_laws({"laws": laws})))
 
@@ -185,11 +187,15 @@ def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     if most > MOST_SPANS:
         yield f"{key}.{form.keys[-1]}", None, f"has {most} values; at most {MOST_SPANS} are allowed"
         return
-    faults = list(form.check(key, law)) or list(_check_skew(key, law)) or list(_check_mirror(name, law))
+    faults = (
+        list(form.check(key, law))
+        or list(_check_zero_crossing_can_be_moved(key, law))
+        or list(_check_mirror_changes_law(name, law))
+    )
     yield from faults or _check_overshoot(name, law)
 
 
-def _check_skew(key: str, law: LawValues) -> Iterator[Fault]:
+def _check_zero_crossing_can_be_moved(key: str, law: LawValues) -> Iterator[Fault]:
     """Check that the zero crossing of a law's acceleration can be moved."""
     named = [k for k in ("crossing", "peaks") if law.get(k) is not None]
     if not named:
@@ -211,7 +217,7 @@ def _check_skew(key: str, law: LawValues) -> Iterator[Fault]:
         yield where, value, why
 
 
-def _check_mirror(name: str, law: LawValues) -> Iterator[Fault]:
+def _check_mirror_changes_law(name: str, law: LawValues) -> Iterator[Fault]:
     """Check that mirroring a law makes another law."""
     if law.get("mirror") is True and is_symmetric(make_own_law_from_values(name, {**law, "mirror": False})):
         yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
@@ -234,6 +240,6 @@ def _check_overshoot(name: str, law: LawValues) -> Iterator[Fault]:
         return  # a spline stays within the range of its coefficients
     least, largest = law_displacement_range(motion_law)
     excess = max(-least, largest - 1.0)
-    if excess > max(noise_leeway_at_ends(law), LEAST_GAP):
+    if excess > max(allowed_noise_beyond_ends(law), LEAST_GAP):
         within = "it must stay between 0 and 1 unless overshoot = true"
         yield f"laws.{name}", None, f"s goes beyond its ends by {excess:.2g}; {within}"

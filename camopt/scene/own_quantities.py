@@ -18,8 +18,8 @@ from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity, own_qua
 from camopt.scene.law_forms import Fault
 from camopt.scene.limits import Limits
 from camopt.scene.mapping import value_at_key
-from camopt.scene.pydantic_mistakes import unknown_key
-from camopt.scene.tables import QUANTITY_SYNONYMS, ListOrItem, SceneTable, as_list, check_one_line
+from camopt.scene.pydantic_mistakes import unknown_key_message
+from camopt.scene.tables import QUANTITY_SYNONYMS, ListOrItem, SceneTable, check_one_line, single_value_as_list
 
 MOST_QUANTITIES, LONGEST_NAME = 100, 60
 QUANTITY_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -63,7 +63,7 @@ class QuantityExpression(SceneTable):
         ),
     ] = None
     columns: Annotated[
-        tuple[str, ...], ListOrItem(as_list), Key("Quantities that the function takes, in order")
+        tuple[str, ...], ListOrItem(single_value_as_list), Key("Quantities that the function takes, in order")
     ] = ()
     unit: Annotated[str, BeforeValidator(check_one_line), Key("Unit of the value, for headings and tables")] = ""
     sentence: Annotated[
@@ -89,30 +89,32 @@ def expand_own_quantities(data: dict[str, Any]) -> None:
         given = {each.name: each for each in given}
     if not isinstance(given, dict):
         return
-    tables = {name: _quantity_table(each) for name, each in given.items()}
+    tables = {name: _table_of_quantity_definition(each) for name, each in given.items()}
     known = {*QUANTITIES, *tables, *FUNCTIONS, *CONSTANTS, *DISCIPLINES, EVERYTHING}
-    if unknown := {name for name in _quantity_names_in(data, tables) if name.isidentifier()} - known:
+    if unknown := {name for name in _possible_quantity_names_in(data, tables) if name.isidentifier()} - known:
         tables = {
-            name: _quantity_table({"function": name}) for name in installed_quantities() if name in unknown
+            name: _table_of_quantity_definition({"function": name})
+            for name in installed_quantities()
+            if name in unknown
         } | tables
     if tables:
         data[OWN_EFFECT] = tables
 
 
-def _quantity_table(given: Any) -> Any:
+def _table_of_quantity_definition(definition: Any) -> Any:
     """The table of a defined quantity."""
-    if isinstance(given, QuantityFunction):
-        return given.table
-    if isinstance(given, str):
-        return {"value": given}
-    name = given.get("function") if isinstance(given, dict) and "columns" not in given else None
+    if isinstance(definition, QuantityFunction):
+        return definition.table
+    if isinstance(definition, str):
+        return {"value": definition}
+    name = definition.get("function") if isinstance(definition, dict) and "columns" not in definition else None
     if isinstance(name, str) and name in installed_quantities():
         with suppress(ValueError):  # reported when the quantity is computed
-            return load_installed(name).table | given
-    return given
+            return load_installed(name).table | definition
+    return definition
 
 
-def _quantity_names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
+def _possible_quantity_names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
     """The names of quantities in a scene, among other words."""
     limits = data.get("limits")
     yield from (key for key in (limits if isinstance(limits, Mapping) else ()) if key not in Limits.model_fields)
@@ -226,7 +228,7 @@ def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
         return
     for key in limits:
         if key not in Limits.model_fields and key not in own:
-            yield f"limits.{key}", limits[key], unknown_key(str(key), Limits, own)
+            yield f"limits.{key}", limits[key], unknown_key_message(str(key), Limits, own)
 
 
 def _check_quantity_names(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:

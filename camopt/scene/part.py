@@ -20,7 +20,7 @@ from camopt.model.mechanisms.elements import DISC, EVERY_BODY, Body
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
 from camopt.scene.materials import MATERIALS
-from camopt.scene.sizes import known_number
+from camopt.scene.sizes import known_number_or_none
 from camopt.scene.tables import (
     BoundedNumber,
     Cam,
@@ -29,9 +29,9 @@ from camopt.scene.tables import (
     Positive,
     SceneTable,
     SignedNumber,
+    allow_text_in_schema,
     check_one_line,
     check_pair,
-    or_text,
 )
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class Part(SceneTable):
     ] = None
     bore: Annotated[
         Length | None,
-        Field(json_schema_extra=or_text),
+        Field(json_schema_extra=allow_text_in_schema),
         Key(
             "Diameter of the bore, or a text with its fit, such as 30 H7; `cam.shaft_diameter` if not given",
             "mm",
@@ -246,20 +246,25 @@ def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radiu
     for key in dict.fromkeys(key for other in EVERY_BODY for key in other.part if key not in body.part):
         if getattr(part, key) is not None:
             yield f"part.{key}", VALUE_IN_SCENE, f"a {body.words} has none"
-    if part.disc_gap is not None and not mechanism.second_keys:
+    if part.disc_gap is not None and not mechanism.second_contact_size_keys:
         yield "part.disc_gap", VALUE_IN_SCENE, "only a conjugate pair has a gap; this cam has one disc"
-    shaft, bore = known_number(scene.cam.shaft_diameter), known_number(part.bore)
+    shaft, bore = known_number_or_none(scene.cam.shaft_diameter), known_number_or_none(part.bore)
     if shaft and bore and shaft != bore:
         yield "part.bore", bore, f"must equal cam.shaft_diameter ({shaft:g}); or leave one of them out"
         return
     hole = _Hole(scene)
     yield from _check_keyway(part, hole)
     if body.closed:
-        bases = [known_number(getattr(scene.cam, body.size_key)), known_number(scene.drive.base_radius)]
+        bases = [
+            known_number_or_none(getattr(scene.cam, body.size_key)),
+            known_number_or_none(scene.drive.base_radius),
+        ]
         base = min((each for each in bases if each), default=None)
-        yield from _check_hub(part, hole, base, 1 + bool(mechanism.second_keys)) if body.bounded else ()
-        yield from _check_hole_inside(part, hole, base, "the base circle (radius {:g})")
-        yield from _check_face_flank(part, body)
+        yield from (
+            _check_hub(part, hole, base, 1 + bool(mechanism.second_contact_size_keys)) if body.bounded else ()
+        )
+        yield from _check_bore_and_keyway_inside(part, hole, base, "the base circle (radius {:g})")
+        yield from _check_face_groove_or_rib_height(part, body)
     else:
         yield from _check_groove(scene, hole, mechanism, travel, radius)
 
@@ -270,8 +275,8 @@ class _Hole:
     def __init__(self, scene: "Scene") -> None:
         part = scene.part
         self.is_given = part.bore is not None or scene.cam.shaft_diameter is not None
-        self.bore = known_number(scene.cam.shaft_diameter if part.bore is None else part.bore)
-        width, depth = (known_number(getattr(part, key)) or 0.0 for key in KEYWAY_KEYS)
+        self.bore = known_number_or_none(scene.cam.shaft_diameter if part.bore is None else part.bore)
+        width, depth = (known_number_or_none(getattr(part, key)) or 0.0 for key in KEYWAY_KEYS)
         self.reach = None if self.bore is None else bore_or_keyway_reach(self.bore, width if depth else 0.0, depth)
 
 
@@ -285,7 +290,7 @@ def _check_keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
             yield f"part.{key}", None, f"missing; the keyway of part.{given[0]} needs it"
     if not hole.is_given:
         yield "part.bore", None, "missing; a keyway needs it, or cam.shaft_diameter"
-    width = known_number(part.keyway_width)
+    width = known_number_or_none(part.keyway_width)
     if hole.bore and width and width >= hole.bore:
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({hole.bore:g})"
 
@@ -296,9 +301,9 @@ def _check_hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Itera
     for key in (*HUB_KEYS, "thickness") if given else ():
         if getattr(part, key) is None:
             yield f"part.{key}", None, f"missing; part.{given[0]} describes a hub, which needs it"
-    whole, plate, diameter = map(known_number, (part.hub_length, part.thickness, part.hub_diameter))
+    whole, plate, diameter = map(known_number_or_none, (part.hub_length, part.thickness, part.hub_diameter))
     if plate and discs > 1:
-        plate = discs * plate + (known_number(part.disc_gap) or USUAL_GAP * plate)
+        plate = discs * plate + (known_number_or_none(part.disc_gap) or USUAL_GAP * plate)
     if whole and plate and whole < plate:
         what = "the thickness" if discs == 1 else "two thicknesses and the gap"
         yield "part.hub_length", whole, f"must be at least {what} ({plate:g}), which it includes"
@@ -309,21 +314,24 @@ def _check_hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Itera
         yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
 
 
-def _check_hole_inside(part: Part, hole: _Hole, radius: float | None, what: str) -> Iterator[Fault]:
+def _check_bore_and_keyway_inside(part: Part, hole: _Hole, radius: float | None, what: str) -> Iterator[Fault]:
     """Bore and keyway are inside a circle about the axis."""
     if not radius or not hole.reach or not hole.bore or hole.reach < radius:
         return
     if hole.bore / 2 < radius:
         yield "part.keyway_depth", VALUE_IN_SCENE, f"must leave a wall to {what.format(radius)}"
-    elif own := known_number(
+    elif own := known_number_or_none(
         part.bore
     ):  # a shaft as thick as the base circle has its own message, or is one piece with the cam
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
 
 
-def _check_face_flank(part: Part, body: Body) -> Iterator[Fault]:
+def _check_face_groove_or_rib_height(part: Part, body: Body) -> Iterator[Fault]:
     """Check that a groove in the face of a disc leaves a bottom, and that a rib stands on a plate."""
-    whole, height = known_number(part.thickness), known_number(getattr(part, body.flank_height, None))
+    whole, height = (
+        known_number_or_none(part.thickness),
+        known_number_or_none(getattr(part, body.flank_height, None)),
+    )
     if whole and height and height >= whole:
         why = (
             "the groove needs a bottom" if "groove_depth" in body.flank_height else "the rib needs a plate below it"
@@ -337,12 +345,14 @@ def _check_groove(
     """Check that a groove (rib) lies within the length of the cylinder and leaves a wall to the bore."""
     body = mechanism.body
     key, what = f"part.{body.flank_height}", body.flank_height.partition("_")[0]
-    part, mean = scene.part, known_number(getattr(scene.cam, body.size_key))
-    depth, whole = known_number(getattr(part, body.flank_height)), known_number(part.thickness)
+    part, mean = scene.part, known_number_or_none(getattr(scene.cam, body.size_key))
+    depth, whole = known_number_or_none(getattr(part, body.flank_height)), known_number_or_none(part.thickness)
     if mean and depth and depth >= 2 * mean:
         yield key, depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
-        yield from _check_hole_inside(part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})")
+        yield from _check_bore_and_keyway_inside(
+            part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})"
+        )
     needed = groove_length_along_axis(scene, mechanism, travel, radius)
     if depth and whole and needed is not None and whole <= needed:
         yield "part.thickness", whole, f"must be above {needed:g}, the length of the {what} along the axis"
@@ -352,8 +362,8 @@ def groove_length_along_axis(
     scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None
 ) -> float | None:
     """Length of the groove (rib) along the axis [mm]; None if a size is missing."""
-    arm, ribbed = known_number(scene.follower.arm_length), mechanism.has_rib
-    spacing = known_number(scene.follower.roller_spacing) if ribbed else 0.0
+    arm, ribbed = known_number_or_none(scene.follower.arm_length), mechanism.has_rib
+    spacing = known_number_or_none(scene.follower.roller_spacing) if ribbed else 0.0
     if travel is None or radius is None or spacing is None:
         return None
     rollers = -2 * radius if ribbed else 2 * radius

@@ -13,15 +13,15 @@ from camopt.model.motion.profile import (
     ElementSpec,
     ProfileFault,
     least_distance_from_axis,
-    place_elements,
+    place_profile_elements,
 )
 from camopt.model.motion.profile_contact import ProfileContact
 from camopt.model.motion.profile_law import programme_on_profile
 from camopt.model.motion.programme import Programme
 from camopt.scene import tables
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number, tables_in_list, value_at_key
-from camopt.scene.sizes import known_number, known_sizes, mechanism_named
+from camopt.scene.mapping import finite_number_or_none, tables_in_list, value_at_key
+from camopt.scene.sizes import known_number_or_none, known_sizes, mechanism_and_tip_named
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -34,13 +34,13 @@ def set_base_radius_from_profile(data: dict[str, Any]) -> None:
     rows = [tables.ProfileElement.from_known_keys(row) for row in tables_in_list(data.get("profile"))]
     cam, elements = (
         data.get("cam"),
-        _motion_elements([row for row in rows if row], value_at_key(data, "cam.rotation")),
+        _element_specs_or_none([row for row in rows if row], value_at_key(data, "cam.rotation")),
     )
     if elements and None not in rows and isinstance(cam, dict) and cam.get("form") == DISC.form:
         with suppress(ProfileFault):  # check_profile reports it
-            least = least_distance_from_axis(place_elements(elements))
+            least = least_distance_from_axis(place_profile_elements(elements))
             base = cam.get("base_radius")
-            if base is None or not any(_check_base_radius(finite_number(base), least)):
+            if base is None or not any(_check_base_radius(finite_number_or_none(base), least)):
                 cam["base_radius"] = least
 
 
@@ -59,12 +59,14 @@ def profile_programme(scene: "Scene", load: ExternalLoad | None = None) -> Progr
 
 def profile_programme_if_known(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
     """As ``profile_programme``; None if a number is missing or wrong."""
-    elements = None if scene.has_refused_value("profile") else _motion_elements(scene.profile, scene.cam.rotation)
-    mechanism = mechanism_named(DISC.form, scene.follower.motion, scene.follower.contact, scene.drive.kind)
+    elements = (
+        None if scene.has_refused_value("profile") else _element_specs_or_none(scene.profile, scene.cam.rotation)
+    )
+    mechanism = mechanism_and_tip_named(DISC.form, scene.follower.motion, scene.follower.contact, scene.drive.kind)
     contact = mechanism and _profile_contact(
         mechanism[0], known_sizes(*mechanism, scene.follower, scene.cam), scene.cam.rotation
     )
-    return programme_on_profile(place_elements(elements), contact, load) if elements and contact else None
+    return programme_on_profile(place_profile_elements(elements), contact, load) if elements and contact else None
 
 
 def highest_profile_displacement(scene: "Scene") -> float | None:
@@ -87,11 +89,14 @@ def check_profile(scene: "Scene") -> Iterator[Fault]:
         yield "cam.form", form, "must be 'disc': arcs and lines are the profile of a disc cam"
     for k, row in enumerate(scene.profile, start=1):
         yield from _check_element(row, f"profile.{k}")
-    elements = None if scene.has_refused_value("profile") else _motion_elements(scene.profile, scene.cam.rotation)
+    elements = (
+        None if scene.has_refused_value("profile") else _element_specs_or_none(scene.profile, scene.cam.rotation)
+    )
     if elements:
         try:
             yield from _check_base_radius(
-                known_number(scene.cam.base_radius), least_distance_from_axis(place_elements(elements))
+                known_number_or_none(scene.cam.base_radius),
+                least_distance_from_axis(place_profile_elements(elements)),
             )
             profile_programme_if_known(scene)
         except ProfileFault as fault:
@@ -121,13 +126,13 @@ def _check_element(row: tables.ProfileElement, key: str) -> Iterator[Fault]:
                 yield f"{key}.{name}", None, "missing; a centre has x and y (mm)"
 
 
-def _motion_elements(rows: Sequence[tables.ProfileElement], rotation: Any) -> list[ElementSpec] | None:
+def _element_specs_or_none(rows: Sequence[tables.ProfileElement], rotation: Any) -> list[ElementSpec] | None:
     """The elements in the form of ``model.motion``; None if one has a fault."""
     faults = any(any(_check_element(row, "")) for row in rows)
-    return None if faults else [_motion_element(row, rotation) for row in rows]
+    return None if faults else [_element_spec(row, rotation) for row in rows]
 
 
-def _motion_element(row: tables.ProfileElement, rotation: str) -> ElementSpec:
+def _element_spec(row: tables.ProfileElement, rotation: str) -> ElementSpec:
     """An element in the form of ``model.motion``: mirrored unless the cam turns cw."""
     if row.x is None or row.y is None:
         return ElementSpec(row.radius)

@@ -52,7 +52,7 @@ def _mistake_from_error(
 ) -> Mistake:
     kind, value, context = pydantic_error["type"], pydantic_error["input"], pydantic_error.get("ctx", {})
     if kind == "extra_forbidden":
-        return Mistake(file, key, value, unknown_key(last_location, model), bare=True)
+        return Mistake(file, key, value, unknown_key_message(last_location, model), bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)
     if kind == "literal_error":
@@ -84,7 +84,7 @@ def _mistake_from_error(
     return Mistake(file, key, value, plain.get(kind, pydantic_error["msg"].lower()))
 
 
-def unknown_key(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
+def unknown_key_message(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
     """The message for a key that a table does not have; ``others`` are further known keys."""
     other = _unique_key_with_last_part(name)
     meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *others))

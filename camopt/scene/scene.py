@@ -16,7 +16,7 @@ import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
 from camopt.core.mistakes import BadInput, Mistake, printable, suggest_names
-from camopt.core.quantities import STAGE_NUMBER_KEYS, number_quantities, stage_quantity
+from camopt.core.quantities import STAGE_NUMBER_KEYS, quantity_name_by_number_key, stage_quantity_name
 from camopt.core.quantities.display import Drawable, HasHtml
 from camopt.core.quantities.key import Key
 from camopt.core.storage.files import read_bytes
@@ -32,8 +32,8 @@ from camopt.scene.former_keys import FORMER_KEYS, replace_former_keys
 from camopt.scene.law_forms import VALUE_IN_SCENE
 from camopt.scene.limits import Limits
 from camopt.scene.load import replace_load_files
-from camopt.scene.mapping import given_at_follower, value_at_key
-from camopt.scene.own_laws import own_law_tables, replace_law_files, with_camopt_names
+from camopt.scene.mapping import is_motion_given_at_follower, value_at_key
+from camopt.scene.own_laws import own_law_tables, replace_law_files, with_canonical_law_names
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, expand_own_quantities
 from camopt.scene.part import Part, complete_part
 from camopt.scene.profile import set_base_radius_from_profile
@@ -60,11 +60,11 @@ from camopt.scene.tables import (
     SceneTable,
     Segment,
     Through,
+    allow_text_in_schema,
     check_one_line,
-    or_text,
 )
 from camopt.scene.tolerances import Tolerances, replace_measured_error_files
-from camopt.scene.toml_text import has_unit_text, parse_toml, plain_tables
+from camopt.scene.toml_text import has_unit_text, parse_toml, plain_mappings_and_lists
 from camopt.scene.train import MOST_STAGES, TrainStage, keys_of_stage_kind, tool_turns
 from camopt.scene.turn import set_first_searched_laws
 from camopt.scene.units import replace_unit_texts
@@ -164,7 +164,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     ] = ()
     profile: Annotated[
         tuple[InnerTable[ProfileElement], ...],
-        Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=or_text),
+        Field(min_length=1, max_length=MOST_SEGMENTS, json_schema_extra=allow_text_in_schema),
         Key("Profile of the cam, in place of the motion: arcs and lines, or the name of a DXF file"),
     ] = ()
     laws: Annotated[dict[str, InnerTable[OwnLaw]], Key("Motion laws that the scene defines, by name")] = Field(
@@ -250,7 +250,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     @property
     def given_at_follower(self) -> bool:
         """Whether ``[[motion]]`` is the motion of a follower that moves a tool."""
-        return given_at_follower(dict(self))
+        return is_motion_given_at_follower(dict(self))
 
     @property
     def given_motion_is_angle(self) -> bool:
@@ -276,7 +276,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     def number_quantities(self) -> Mapping[str, str]:
         """The quantity that tables show for each number of the scene, by key."""
         turns = {"angular": self.mechanism.motion.angular, "tool_turns": self.tool_turns}
-        return number_quantities(**turns, straight=self.straight_spring)
+        return quantity_name_by_number_key(**turns, straight_spring=self.straight_spring)
 
     @property
     def tip(self) -> Tip:
@@ -286,7 +286,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     @property
     def whole_part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
-        paired = bool(self.mechanism.second_keys)
+        paired = bool(self.mechanism.second_contact_size_keys)
         return complete_part(
             self.part, self.name, self.cam, self.materials, self.tolerances.profile or None, paired
         )
@@ -306,12 +306,12 @@ class Scene(HasHtml, Drawable, SceneTable):
         return hash(self.to_toml())
 
     def __init__(self, /, **values: Any) -> None:
-        self._fill(values, str(values.get("name", "scene")))
+        self._fill_and_check(values, str(values.get("name", "scene")))
 
-    def _fill(
+    def _fill_and_check(
         self, values: dict[str, Any], file: str, folder: Path | None = Path(), mistakes: Iterable[Mistake] = ()
     ) -> None:
-        given, mistakes = plain_tables(values, file), [*mistakes]
+        given, mistakes = plain_mappings_and_lists(values, file), [*mistakes]
         if "search" in given:
             given["search"] = nest_dotted_keys(given["search"])
         if "tolerances" in given:
@@ -323,7 +323,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         if has_unit_text({key: value for key, value in given.items() if key != "name"}):
             given, unit_mistakes = replace_unit_texts(given, SCENE_TABLES, file)
             mistakes += unit_mistakes
-        tables = with_camopt_names(given, own_law_tables(given))
+        tables = with_canonical_law_names(given, own_law_tables(given))
         unread += expand_standard_keyway(tables)
         unread += [
             *replace_law_files(tables, folder),
@@ -368,7 +368,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         if not isinstance(data, dict):
             raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
         scene = cls.__new__(cls)
-        scene._fill(data, file)
+        scene._fill_and_check(data, file)
         return scene
 
     @classmethod
@@ -386,15 +386,15 @@ class Scene(HasHtml, Drawable, SceneTable):
         """
         name = os.fsdecode(path)
         data = parse_toml(read_bytes(name), name)
-        data = plain_tables({"name": printable(Path(name).stem), **data}, name)
+        data = plain_mappings_and_lists({"name": printable(Path(name).stem), **data}, name)
         scene, changes = cls.__new__(cls), changes or {}
         try:
-            scene._fill(data, name, Path(name).parent)
+            scene._fill_and_check(data, name, Path(name).parent)
         except BadInput:
             if not changes:
                 raise
             data |= {table: nest_dotted_keys(data[table]) for table in ("search", "tolerances") if table in data}
-            scene._fill(data, name, Path(name).parent, _make_changes(data, changes, name))
+            scene._fill_and_check(data, name, Path(name).parent, _apply_changes_to_tables(data, changes, name))
             return scene
         return scene.replace(**changes) if changes else scene
 
@@ -402,7 +402,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     def embedded(cls, text: str, file: str) -> "Scene":
         """The scene from TOML text inside another file; a scene that names files is refused."""
         scene = cls.__new__(cls)
-        scene._fill(parse_toml(text, file), file, None)
+        scene._fill_and_check(parse_toml(text, file), file, None)
         return scene
 
     def to_dict(self) -> dict[str, Any]:
@@ -422,7 +422,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         data = self.to_dict()
         if self.profile and changes.get("profile"):
             del data["cam"]["base_radius"]  # which follows from it
-        if misplaced := _make_changes(data, changes, self.file):
+        if misplaced := _apply_changes_to_tables(data, changes, self.file):
             raise BadInput(misplaced)
         scene = Scene.from_dict(data, self.file)
         scene._by_crank |= self._by_crank and "cam.rpm" not in changes
@@ -446,7 +446,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         """
         mechanism, searched, toleranced = self.mechanism, self.search.sizes, self.tolerances.numbers
         own = {key: FIELDS[key.partition(".")[2]] for key in mechanism.keys(self.tip)}
-        seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_keys}
+        seconds = {key: SECOND_FIELDS[key] for key in mechanism.second_contact_size_keys}
         given = self.numbers(seconds)
         different = (key for key in seconds if given[key] is not None or key in searched or toleranced)
         return own | {key: seconds[key] for key in different}
@@ -458,13 +458,13 @@ class Scene(HasHtml, Drawable, SceneTable):
         for number, row in enumerate(self.train, start=1):
             own, turns = keys_of_stage_kind(row.stage), self.output_turns_after_stages(number)
             keys = [key for key in STAGE_NUMBER_KEYS if key in own]
-            found |= {f"train.{number}.{key}": stage_quantity(number, key, turns=turns) for key in keys}
+            found |= {f"train.{number}.{key}": stage_quantity_name(number, key, turns=turns) for key in keys}
         return found
 
     @property
     def row_columns(self) -> dict[str, str]:
         """The table column of each size and number of a design, by key."""
-        columns = self.mechanism.size_quantities
+        columns = self.mechanism.size_quantity_by_field
         sizes = {key: columns[field] for key, field in self.size_fields.items()}
         return {**sizes, **self.number_quantities, **self.stage_quantities}
 
@@ -513,7 +513,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         """A copy with other values by dotted key, unchecked, as those of ``[search]`` are checked already."""
         scene = self
         for key, value in values.items():
-            scene = _with_value(scene, key.split("."), value)
+            scene = _copy_with_value_at_keys(scene, key.split("."), value)
         return scene
 
 
@@ -522,7 +522,7 @@ SCENE_TABLES = tables_by_place(Scene)
 KNOWN_TABLES.update(SCENE_TABLES)  # messages about unknown keys name the table that has them
 
 
-def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:
+def _apply_changes_to_tables(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:
     """Make changes by dotted key in the tables of a scene; a mistake for each key whose table does not exist."""
     for key, other in (("rpm", CRANK_SPEED_KEY), ("rpm_of_crank", "cam.rpm")):
         if changes.get(other) is not None and isinstance(cam := data.get("cam"), dict):
@@ -546,7 +546,7 @@ def _make_changes(data: dict[str, Any], changes: Mapping[str, Any], file: str) -
                 break
         else:
             if value is not None:
-                table[last] = plain_tables(value, file)
+                table[last] = plain_mappings_and_lists(value, file)
                 continue
             table.pop(last, None)
             for parent, name in above[:0:-1]:  # an inner table without keys is removed
@@ -560,13 +560,13 @@ def _row_by_number(rows: Sequence[Any], number: str) -> Any:
     return rows[int(number) - 1] if number.isdecimal() and 1 <= int(number) <= len(rows) else None
 
 
-def _with_value(table: Any, keys: list[str], value: Any) -> Any:
+def _copy_with_value_at_keys(table: Any, keys: list[str], value: Any) -> Any:
     """A copy of a table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
     first, *rest = keys
     if isinstance(table, tuple):
         place = int(first) - 1
-        return (*table[:place], _with_value(table[place], rest, value), *table[place + 1 :])
-    changed = _with_value(getattr(table, first) or Dynamics(), rest, value) if rest else value
+        return (*table[:place], _copy_with_value_at_keys(table[place], rest, value), *table[place + 1 :])
+    changed = _copy_with_value_at_keys(getattr(table, first) or Dynamics(), rest, value) if rest else value
     return table.model_copy(update={first: changed})
 
 
@@ -603,7 +603,10 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
 
 
 def scene_named(
-    word: str, what: str = "scene", allowed: str = SCENE_WORDS, changes: Mapping[str, Any] | None = None
+    word: str,
+    noun_for_message: str = "scene",
+    allowed_words: str = SCENE_WORDS,
+    changes: Mapping[str, Any] | None = None,
 ) -> Scene:
     """As ``find_scene``, with changes by key.
 
@@ -620,7 +623,7 @@ def scene_named(
         why = "there is no such file"
     else:
         why = suggest_names(word, shipped_scenes())
-    raise BadInput([Mistake("camopt", what, word, f"{allowed}; {why}")])
+    raise BadInput([Mistake("camopt", noun_for_message, word, f"{allowed_words}; {why}")])
 
 
 @cache

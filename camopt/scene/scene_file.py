@@ -25,7 +25,7 @@ def write_scene(path: Path, scene: Scene) -> None:
 def text_of_scene(scene: Scene) -> str:
     """The scene as TOML text that reads back as an equal scene, with the order and comments of its file."""
     with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails on some tables out of order
-        source = _source_text(scene.file)
+        source = _scene_source_text(scene.file)
         if 0 < len(source) <= LONGEST_TEXT:
             text = _update_text(source, find_scene(scene.file), scene)
             if Scene.embedded(text, scene.file).to_dict() == scene.to_dict():
@@ -33,7 +33,7 @@ def text_of_scene(scene: Scene) -> str:
     return scene.to_toml()
 
 
-def _source_text(file: str) -> str:
+def _scene_source_text(file: str) -> str:
     """The text of a scene file or shipped scene by name; empty if there is none."""
     if file in shipped_scenes():
         return shipped_toml(file)

@@ -16,7 +16,7 @@ from camopt.model.motion import LAWS
 from camopt.scene.checks import GUIDE_KEYS
 from camopt.scene.scene import SCENE_TABLES, Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
-from camopt.scene.table_places import TABLE_LISTS, is_angle, key_record, table_heading
+from camopt.scene.table_places import TABLE_LISTS, is_key_of_angular_motion, key_record, table_heading
 
 PURPOSES = {
     "valve": "bucket-valve",
@@ -44,7 +44,7 @@ EXAMPLE_SIZE = 40
 FLANK_HEIGHTS = ("groove_depth", "rib_height")
 
 
-def _key_examples(place: str, turns: bool = False) -> dict[str, Any]:
+def _example_values_by_key(place: str, turns: bool = False) -> dict[str, Any]:
     """The example values of the keys of a table."""
     records = {name: key_record(SCENE_TABLES[place], name) for name in SCENE_TABLES[place].model_fields}
     return {name: record.example_of(turns=turns) for name, record in records.items() if record.example is not None}
@@ -52,39 +52,42 @@ def _key_examples(place: str, turns: bool = False) -> dict[str, Any]:
 
 def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
     """The tables of a cam and follower with their sizes and a motion, nothing else."""
-    own = mechanism.follower_keys(tip)
+    own = mechanism.follower_size_keys(tip)
     return {
         "cam": {"form": mechanism.body.form, mechanism.body.size_key: EXAMPLE_SIZE},
         "follower": {
             "motion": mechanism.motion.name,
             "contact": tip.name,
-            **{key: value for key, value in _key_examples("follower").items() if key in own},
+            **{key: value for key, value in _example_values_by_key("follower").items() if key in own},
         },
         "motion": EXAMPLE_TURN,
     }
 
 
-def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
+def further_key_examples_by_table(scene: Scene) -> dict[str, dict[str, Any]]:
     """Example values of further keys, by table of a scene."""
     mechanism, tip = scene.mechanism, scene.tip
     body, size = mechanism.body, getattr(scene.cam, mechanism.body.size_key)
     laws = any(segment.law in LAWS for segment in scene.motion)
     others = {
-        key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics_keys
+        key
+        for each in MECHANISMS.values()
+        if each.motion != mechanism.motion
+        for key in each.motion.own_dynamics_keys
     }
     others |= {*GUIDE_KEYS} if mechanism.further_contacts else set()
     drive_keys = (
         mechanism.drive.keys if not mechanism.further_contacts else ()
     )  # a preload excludes a clearance, so neither is shown
-    dynamics = _key_examples("follower.dynamics", mechanism.motion.angular)
+    dynamics = _example_values_by_key("follower.dynamics", mechanism.motion.angular)
     seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
     bore = {} if scene.cam.shaft_diameter is None else {"bore": scene.cam.shaft_diameter}
     sizes = {} if scene.profile else {body.size_key: {"start": size / 2, "stop": 3 * size, "step": 1}}
     return {
-        "cam": _key_examples("cam"),
+        "cam": _example_values_by_key("cam"),
         "follower.dynamics": {key: value for key, value in dynamics.items() if key not in others},
         "drive": {"kind": mechanism.drive.name}
-        | {k: v for k, v in _key_examples("drive").items() if k in drive_keys},
+        | {k: v for k, v in _example_values_by_key("drive").items() if k in drive_keys},
         "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
         "search": {
             **sizes,
@@ -92,11 +95,13 @@ def example_tables(scene: Scene) -> dict[str, dict[str, Any]]:
             "minimise": f"{body.size_key}_mm",
         },
         "synthesis": {"minimise": "acceleration"},
-        "materials": _key_examples("materials"),
+        "materials": _example_values_by_key("materials"),
         "part": {
-            k: v for k, v in (_key_examples("part") | bore).items() if k not in FLANK_HEIGHTS or k in body.part
+            k: v
+            for k, v in (_example_values_by_key("part") | bore).items()
+            if k not in FLANK_HEIGHTS or k in body.part
         },
-        "accuracy": _key_examples("accuracy"),
+        "accuracy": _example_values_by_key("accuracy"),
     }
 
 
@@ -138,8 +143,8 @@ def _mechanism_and_tip(form: str | None, follower: str | None) -> tuple[Mechanis
 
 def _template_text(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:
     """A scene as text: its tables in order, each with further keys switched off."""
-    more = example_tables(scene)
-    lines = [*about, *HELP_LINES, f"name = {_inline(data['name'])}"]
+    more = further_key_examples_by_table(scene)
+    lines = [*about, *HELP_LINES, f"name = {_inline_toml_value(data['name'])}"]
     for place, given in _tables_in_order(data):
         own = {key: value for key, value in given.items() if f"{place}.{key}" not in SCENE_TABLES}
         if own or place in more:
@@ -175,20 +180,24 @@ def _table_lines(place: str, own: Mapping[str, Any], more: Mapping[str, Any], sc
     yield ("" if own else "#") + (table_heading(place) if place in TABLE_LISTS else f"[{place}]")
     for key in SCENE_TABLES[known].model_fields:
         if key in own or key in more:
-            line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
+            line = (
+                f"{key} = {_inline_toml_value(own[key])}"
+                if key in own
+                else f"#{key} = {_inline_toml_value(more[key])}"
+            )
             record = key_record(SCENE_TABLES[known], key)
             moved = scene.given_motion_is_angle if place.startswith("motion") else scene.tool_turns
             turns = scene.mechanism.motion.angular, moved, scene.straight_spring
-            unit = record.unit_of(turns=is_angle(f"{place}.{key}", *turns))
+            unit = record.unit_of(turns=is_key_of_angular_motion(f"{place}.{key}", *turns))
             yield f"{line:<26}  # {'' if unit in ('', NO_UNIT) else f'{unit}: '}{record.sentence}"
 
 
-def _inline(value: Any) -> str:
+def _inline_toml_value(value: Any) -> str:
     """A value of TOML on one line."""
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {_inline(each)}' for key, each in value.items())} }}"
+        return f"{{ {', '.join(f'{key} = {_inline_toml_value(each)}' for key, each in value.items())} }}"
     if isinstance(value, list):
-        return f"[{', '.join(map(_inline, value))}]"
+        return f"[{', '.join(map(_inline_toml_value, value))}]"
     return tomli_w.dumps({"value": value}).removeprefix("value = ").rstrip()
 
 

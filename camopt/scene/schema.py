@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from pydantic import TypeAdapter
 
 from camopt.core.storage.version import SITE
-from camopt.scene.choices import NumberChoice, NumberRange, searchable_numbers
+from camopt.scene.choices import NumberChoice, NumberRange, searchable_number_types
 from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.table_places import key_record
 from camopt.scene.tables import SceneTable
@@ -26,7 +26,7 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
     """The JSON schema of a whole scene; with a ``site``, keys link to the reference there."""
     schema = dict(_pydantic_schema())
     tables = {
-        name: _describe_table(_convert_schema(each), *MODELS_BY_NAME[name], site)
+        name: _add_key_descriptions(_convert_schema_dialect(each), *MODELS_BY_NAME[name], site)
         for name, each in schema.pop("$defs").items()
     }
     for table, choice in (("Search", NumberChoice), ("Tolerances", GivenTolerance)):
@@ -38,10 +38,10 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
             "patternProperties": {ROW_PATTERN: writer.numbers_schema(SCENE_TABLES["train"], "train")},
         }
         tables[table]["properties"]["train"] |= rows
-    tables["NumberRange"] = _describe_table(
-        _convert_schema(NumberRange.model_json_schema()), "search.KEY", NumberRange, site
+    tables["NumberRange"] = _add_key_descriptions(
+        _convert_schema_dialect(NumberRange.model_json_schema()), "search.KEY", NumberRange, site
     )
-    top = _describe_table(_convert_schema(schema), *MODELS_BY_NAME["Scene"], site)
+    top = _add_key_descriptions(_convert_schema_dialect(schema), *MODELS_BY_NAME["Scene"], site)
     about = {"$schema": DIALECT, "title": "camopt scene"}
     known = {"properties": dict.fromkeys(tables["Limits"]["properties"], True), "additionalProperties": False}
     top |= {"if": {"required": ["quantities"]}, "else": {"properties": {"limits": known}}}  # else only known limits
@@ -57,7 +57,7 @@ def table_schema(place: str) -> dict[str, Any]:
     """The JSON schemas of the keys of a table, by key."""
     schema = _pydantic_schema()
     table = schema if place == "" else schema["$defs"][SCENE_TABLES[place].__name__]
-    properties: dict[str, Any] = _convert_schema(table)["properties"]
+    properties: dict[str, Any] = _convert_schema_dialect(table)["properties"]
     return properties
 
 
@@ -67,19 +67,21 @@ def _pydantic_schema() -> dict[str, Any]:
     return Scene.model_json_schema()
 
 
-def _convert_schema(schema: Any) -> Any:
+def _convert_schema_dialect(schema: Any) -> Any:
     """Pydantic's schema in the draft of ``DIALECT``, without null, which TOML does not have."""
     if isinstance(schema, list):
-        return [_convert_schema(each) for each in schema]
+        return [_convert_schema_dialect(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     if "$ref" in schema:
         return {"$ref": schema["$ref"].replace("$defs", "definitions")}
     result = {
-        SCHEMA_BOUNDS.get(key, key): _convert_schema(value) for key, value in schema.items() if key != "title"
+        SCHEMA_BOUNDS.get(key, key): _convert_schema_dialect(value)
+        for key, value in schema.items()
+        if key != "title"
     }
     result |= (
-        {"properties": {k: _convert_schema(v) for k, v in schema["properties"].items()}}
+        {"properties": {k: _convert_schema_dialect(v) for k, v in schema["properties"].items()}}
         if "properties" in schema
         else {}
     )
@@ -96,16 +98,16 @@ def _convert_schema(schema: Any) -> Any:
     return result | ({"anyOf": [each for kind in kinds for each in kind.get("anyOf", [kind])]} if kinds else {})
 
 
-def _describe_table(schema: dict[str, Any], place: str, model: type[SceneTable], site: str) -> dict[str, Any]:
+def _add_key_descriptions(schema: dict[str, Any], place: str, model: type[SceneTable], site: str) -> dict[str, Any]:
     """Add the sentences, units and links of the keys of a table."""
     if "description" in schema:
         schema["description"] = schema["description"].split("\n\n")[0].replace("\n", " ").replace("``", "`")
     for name, each in schema["properties"].items():
-        _describe_key(each, model, name, f"{place}.{name}" if place else name, site)
+        _add_key_description(each, model, name, f"{place}.{name}" if place else name, site)
     return schema
 
 
-def _describe_key(schema: dict[str, Any], model: type[SceneTable], name: str, key: str, site: str) -> None:
+def _add_key_description(schema: dict[str, Any], model: type[SceneTable], name: str, key: str, site: str) -> None:
     """Add the sentence, unit and link of a key."""
     if target := schema.pop("$ref", None):  # readers ignore keys beside a $ref
         schema["allOf"] = [{"$ref": target}]
@@ -131,12 +133,12 @@ class _NumberTableSchema(NamedTuple):
 
     def numbers_schema(self, table: type[SceneTable], place: str) -> dict[str, Any]:
         """The schema of the values for the numbers of another table."""
-        choice = _convert_schema(TypeAdapter(self.value_type).json_schema())
+        choice = _convert_schema_dialect(TypeAdapter(self.value_type).json_schema())
         properties: dict[str, Any] = {}
-        for name, inner in searchable_numbers(table, sizes=self.sizes).items():
+        for name, inner in searchable_number_types(table, sizes=self.sizes).items():
             nested = isinstance(inner, type) and issubclass(inner, SceneTable)
             properties[name] = (
                 self.numbers_schema(inner, f"{place}.{name}") if nested else {"anyOf": [*choice["anyOf"]]}
             )
-            _describe_key(properties[name], table, name, f"{place}.{name}", self.site)
+            _add_key_description(properties[name], table, name, f"{place}.{name}", self.site)
         return {"type": "object", "additionalProperties": False, "properties": properties}

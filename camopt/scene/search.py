@@ -30,12 +30,12 @@ from camopt.scene.tables import (
     QuantityNames,
     SceneTable,
     Switch,
-    as_list,
     check_whole_number,
+    single_value_as_list,
 )
 from camopt.scene.train import TrainStage
 
-Laws = Annotated[tuple[LawName, ...], Field(min_length=1), ListOrItem(as_list)]
+Laws = Annotated[tuple[LawName, ...], Field(min_length=1), ListOrItem(single_value_as_list)]
 MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 
 

@@ -8,7 +8,7 @@ from camopt.core.quantities import DERIVATIVE_UNITS
 from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, MotionSegment
 from camopt.model.motion.stroke import DERIVATIVE_NAMES, PassingCondition, RequiredValue, required_range
 from camopt.scene import tables
-from camopt.scene.mapping import finite_number
+from camopt.scene.mapping import finite_number_or_none
 
 SegmentRow = TypeVar("SegmentRow")
 LEAST_POSITION = 1e-100  # mm or deg: a position nearer to 0 is taken as 0
@@ -25,7 +25,7 @@ def motion_segments_of_rows(rows: Sequence[tables.Segment], rpm: float | None) -
         for k, row in enumerate(rows, start=1)
     ]
     for k, (row, after) in enumerate(zip(rows, following_segments(rows), strict=True)):
-        if ends_at_stretch_start(row, after):
+        if ends_at_constant_velocity_start(row, after):
             following = segments[(k + 1) % len(segments)]
             segments[k] = segments[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
     return segments
@@ -36,7 +36,7 @@ def following_segments(rows: Sequence[SegmentRow]) -> list[SegmentRow]:
     return [*rows[1:], *rows[:1]]
 
 
-def ends_at_stretch_start(row: tables.Segment, after: tables.Segment) -> bool:
+def ends_at_constant_velocity_start(row: tables.Segment, after: tables.Segment) -> bool:
     """Whether a segment is a move before a constant velocity with both velocity and position.
 
     The move then ends where the constant velocity starts; a move with a law also gives this position itself.
@@ -76,7 +76,7 @@ def _motion_segment_of_row(row: tables.Segment, rpm: float | None) -> MotionSegm
     kind, angle, lift, to = row.segment, row.angle, row.lift or 0.0, as_number_or_range(row.to)
     position = None if isinstance(to, tuple) else to
     if kind == CONSTANT_VELOCITY:
-        lift = (finite_number(row.velocity) or 0.0) * per * radians(angle)
+        lift = (finite_number_or_none(row.velocity) or 0.0) * per * radians(angle)
     if kind != MOVE:
         return MotionSegment(kind, angle, lift, row.law, position)
     if position is not None:

@@ -20,14 +20,14 @@ FORM_WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
 """The words allowed for ``cam.form``, ``follower.motion`` and ``follower.contact``."""
 
 
-def mechanism_of_tables(data: Mapping[str, Any]) -> tuple[Mechanism, Tip] | None:
+def mechanism_and_tip_of_tables(data: Mapping[str, Any]) -> tuple[Mechanism, Tip] | None:
     """The mechanism and its tip, from the plain mapping of a scene; None if a word is wrong."""
-    return mechanism_named(
+    return mechanism_and_tip_named(
         *(value_at_key(data, key) for key in ("cam.form", "follower.motion", "follower.contact", "drive.kind"))
     )
 
 
-def mechanism_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[Mechanism, Tip] | None:
+def mechanism_and_tip_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[Mechanism, Tip] | None:
     """The mechanism and its tip, by the words in a scene; None if a word is wrong."""
     named = form, motion, contact
     if not all(isinstance(word, str) and word in words for word, words in zip(named, FORM_WORDS, strict=True)):
@@ -37,7 +37,7 @@ def mechanism_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[M
     return mechanism_for(*named, drive), TIPS[contact]
 
 
-def known_number(value: Any) -> float | None:
+def known_number_or_none(value: Any) -> float | None:
     """A number of a scene; None if it is missing or wrong."""
     return value if isinstance(value, float) and not isnan(value) else None
 
@@ -48,6 +48,7 @@ def known_sizes(mechanism: Mechanism, tip: Tip, follower: Any, cam: Any = None) 
     given = {field: getattr(follower, key) if key else 0.0 for field, key in keys.items()}
     given |= {} if cam is None else {"size": getattr(cam, mechanism.body.size_key)}
     sizes = {
-        field: SIGNED_SIZES.get(field) if size is None else known_number(size) for field, size in given.items()
+        field: SIGNED_SIZES.get(field) if size is None else known_number_or_none(size)
+        for field, size in given.items()
     }
     return {field: size for field, size in sizes.items() if size is not None}

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import finite_number
+from camopt.scene.mapping import finite_number_or_none
 
 CRANK_SPEED_KEY = "cam.rpm_of_crank"
 TURNS_OF_CRANK = 2.0  # in one turn of the camshaft
@@ -18,6 +18,6 @@ def replace_crank_speed(tables: dict[str, Any]) -> Iterator[Fault]:
         return
     if cam.get("rpm") is not None:
         yield CRANK_SPEED_KEY, crank, "cam.rpm, half this speed, is given too: leave one of them out"
-    elif (speed := finite_number(crank)) is not None and speed > 0.0:
+    elif (speed := finite_number_or_none(crank)) is not None and speed > 0.0:
         cam["rpm"] = speed / TURNS_OF_CRANK
         del cam["rpm_of_crank"]

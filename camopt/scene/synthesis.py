@@ -15,7 +15,7 @@ from camopt.scene.tables import (
     check_number,
     check_pair,
     check_whole_number,
-    known_name,
+    known_name_validator,
 )
 
 
@@ -41,7 +41,7 @@ AXIS_TERMS = (
 OBJECTIVE_TERMS = (*AXIS_TERMS, "crossing_jerk")
 TERM_OR_AXIS = "a term of the objective; loads such as torque_peak_N_m are axes of a frontier only"
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_check_peak_factor)] | None
-ObjectiveTerm = Annotated[str, known_name(OBJECTIVE_TERMS, TERM_OR_AXIS)]
+ObjectiveTerm = Annotated[str, known_name_validator(OBJECTIVE_TERMS, TERM_OR_AXIS)]
 PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(check_pair)], ...]
 
 

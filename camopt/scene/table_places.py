@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from camopt.core.quantities import NUMBER_KEYS, number_turns
+from camopt.core.quantities import NUMBER_KEYS, has_number_angular_unit
 from camopt.core.quantities.key import Key
 from camopt.scene.choices import StepRange
 from camopt.scene.own_quantities import QuantityExpression
@@ -50,9 +50,9 @@ def without_table_prefix(key: str) -> str:
     return key.removeprefix("search.").removeprefix("tolerances.")
 
 
-def is_angle(key: str, angular: bool, tool_turns: bool, straight: bool) -> bool:
+def is_key_of_angular_motion(key: str, angular: bool, tool_turns: bool, straight_spring: bool) -> bool:
     """Whether a key refers to a motion that is an angle: the follower's for its loads, else the tool's."""
     key = without_table_prefix(key)
     if key in NUMBER_KEYS:
-        return number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight)
+        return has_number_angular_unit(key, angular=angular, tool_turns=tool_turns, straight_spring=straight_spring)
     return angular if key.startswith("follower.") else tool_turns

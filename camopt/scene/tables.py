@@ -23,7 +23,7 @@ from camopt.core.quantities.key import ANYWHERE, LENGTH, LENGTHS, NOT_NEGATIVE, 
 from camopt.core.quantities.scene_numbers import NUMBER_KEYS, number_keys_of_table
 from camopt.model.mechanisms.elements import CamForm, DriveName, MotionName, TipName
 from camopt.model.motion import LAWS
-from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_segment
+from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_segment_kind
 from camopt.scene.law_forms import SPLINE_DEGREES
 from camopt.scene.materials import MATERIALS
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
@@ -81,26 +81,26 @@ class Name:
         return {"anyOf": [known, {"type": "string"}]} if self.others else known
 
 
-def known_name(names: Any, message_start: str) -> Name:
+def known_name_validator(names: Any, message_start: str) -> Name:
     """A name out of ``names``; ``message_start`` begins the message for any other."""
 
-    def check(value: Any) -> str:
+    def check_known_name(value: Any) -> str:
         if not isinstance(value, str) or value not in names:
             raise ValueError(f"{message_start}; {suggest_names(str(value), names)}")
         return value
 
-    return Name(check, names)
+    return Name(check_known_name, names)
 
 
-def known_or_own_name(names: Any, message_start: str) -> Name:
+def known_or_own_name_validator(names: Any, message_start: str) -> Name:
     """A name out of ``names``, or one that the scene defines: any text passes here."""
 
-    def check(value: Any) -> str:
+    def check_name_is_text(value: Any) -> str:
         if not isinstance(value, str):
             raise ValueError(f"{message_start}; {suggest_names(str(value), names)}")
         return value
 
-    return Name(check, names, others=True)
+    return Name(check_name_is_text, names, others=True)
 
 
 class ListOrItem:
@@ -142,7 +142,7 @@ def _check_switch(value: Any) -> Any:
 
 
 def _kind_of_segment(value: Any) -> Any:
-    return canonical_segment(value) if isinstance(value, str) else value
+    return canonical_segment_kind(value) if isinstance(value, str) else value
 
 
 def _add_segment_aliases(schema: dict[str, Any]) -> None:
@@ -151,7 +151,7 @@ def _add_segment_aliases(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [own, {**own, "enum": [*chain(*SEGMENT_ALIASES.values())]}]
 
 
-def or_text(schema: dict[str, Any]) -> None:
+def allow_text_in_schema(schema: dict[str, Any]) -> None:
     """Allow a text for a key in the JSON schema; the text is read before keys are checked."""
     own = {name: schema.pop(name) for name in tuple(schema) if name not in ("default", "title", "description")}
     kinds = own.pop("anyOf", [own])
@@ -160,10 +160,10 @@ def or_text(schema: dict[str, Any]) -> None:
 
 Switch = Annotated[bool, BeforeValidator(_check_switch)]
 LawName = Annotated[str, Name(_check_law_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
-MaterialName = Annotated[str, known_name(MATERIALS, "a material")]
+MaterialName = Annotated[str, known_name_validator(MATERIALS, "a material")]
 QUANTITY_SYNONYMS = {"size": "base_radius_mm"}
 """The quantity that is suggested for a common word."""
-QuantityName = Annotated[str, known_or_own_name(QUANTITIES, "a quantity")]
+QuantityName = Annotated[str, known_or_own_name_validator(QUANTITIES, "a quantity")]
 
 
 class SceneTable(BaseModel):
@@ -232,14 +232,14 @@ InnerTable = Annotated[AnyTable, _SelfCheckedTable()]
 
 
 class TableOfRecords(SceneTable):
-    """A table with keys that come from records (``with_keys``)."""
+    """A table with keys that come from records (``with_optional_keys``)."""
 
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any: ...
 
 
-def with_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]], type[AnyTable]]:
+def with_optional_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]], type[AnyTable]]:
     """A class decorator that adds optional keys to a table, each with the type of its value and its record."""
     fields: Any = {name: (Annotated[kind | None, key], None) for name, (kind, key) in keys.items()}
     return lambda table: create_model(
@@ -247,11 +247,12 @@ def with_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[AnyTable]],
     )
 
 
-def number_keys(numbers: Iterable[NumberKey], **kinds: Any) -> dict[str, tuple[Any, Key]]:
+def number_keys_with_types(numbers: Iterable[NumberKey], **types_by_key: Any) -> dict[str, tuple[Any, Key]]:
     """The keys of numbers with their types: the type in ``kinds``, or else a number within its bounds."""
     own = {each.name: each for each in numbers}
     return {
-        name: (kinds.get(name, Annotated[float, BoundedNumber(**each.allowed)]), each) for name, each in own.items()
+        name: (types_by_key.get(name, Annotated[float, BoundedNumber(**each.allowed)]), each)
+        for name, each in own.items()
     }
 
 
@@ -314,7 +315,7 @@ def _rows_as_tuples(value: Any) -> Any:
     return tuple(tuple(row) if isinstance(row, list) else row for row in value)
 
 
-def _kind_of_load(value: Any) -> str:
+def _discriminator_of_load(value: Any) -> str:
     return "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
 
 
@@ -323,11 +324,11 @@ LoadRows = Annotated[
 ]  # the rows are checked with the scene
 GivenLoad = Annotated[
     Annotated[SignedNumber, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[LoadRows, Tag("rows/")],
-    Discriminator(_kind_of_load),
+    Discriminator(_discriminator_of_load),
 ]
 
 
-@with_keys(number_keys(number_keys_of_table("follower.dynamics"), load=GivenLoad))
+@with_optional_keys(number_keys_with_types(number_keys_of_table("follower.dynamics"), load=GivenLoad))
 class Dynamics(TableOfRecords):
     """Moving mass of the follower, and the forces on it. An oscillating follower has inertias and moments.
 
@@ -377,7 +378,7 @@ class Follower(SceneTable):
     )
 
 
-@with_keys(number_keys(number_keys_of_table("drive")))
+@with_optional_keys(number_keys_with_types(number_keys_of_table("drive")))
 class Drive(TableOfRecords):
     """What keeps the follower on the cam.
 
@@ -638,21 +639,21 @@ class OwnLaw(SceneTable):
     overshoot: Annotated[Switch, Key("Allow s below 0 or above 1")] = False
 
 
-def as_list(value: Any) -> Any:
+def single_value_as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
 OutputName = Annotated[
     str,
-    known_or_own_name(
+    known_or_own_name_validator(
         (*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all"
     ),
 ]
-Outputs = Annotated[tuple[OutputName, ...], ListOrItem(as_list)]
-QuantityNames = Annotated[tuple[QuantityName, ...], ListOrItem(as_list)]
+Outputs = Annotated[tuple[OutputName, ...], ListOrItem(single_value_as_list)]
+QuantityNames = Annotated[tuple[QuantityName, ...], ListOrItem(single_value_as_list)]
 
 
-@with_keys(number_keys(number_keys_of_table("materials")))
+@with_optional_keys(number_keys_with_types(number_keys_of_table("materials")))
 class Materials(TableOfRecords):
     """Materials of the cam and the follower, by name or as numbers, and the lubricant between them."""
 

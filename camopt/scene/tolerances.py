@@ -19,13 +19,13 @@ from camopt.core.quantities import STAGE_NUMBER_KEYS
 from camopt.core.quantities.key import Key
 from camopt.model.mechanisms import SECOND_FIELDS, Mechanism
 from camopt.model.mechanisms.elements import Tip
-from camopt.scene.choices import Reader, read_number_choices, read_row_choices, searchable_numbers
+from camopt.scene.choices import Reader, read_number_choices, read_row_choices, searchable_number_types
 from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
 from camopt.scene.iso286 import limit_deviations
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number, leaf_values_by_key
+from camopt.scene.mapping import finite_number_or_none, leaf_values_by_key
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
-from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCH_SIZES, SIGNED_SIZES, known_number
+from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCH_SIZES, SIGNED_SIZES, known_number_or_none
 from camopt.scene.tables import (
     BoundedNumber,
     Cam,
@@ -120,7 +120,7 @@ def _as_tolerance(value: Any) -> Any:
     if isinstance(value, str):
         return {"iso": value}
     if isinstance(value, Real) and not isinstance(value, bool):
-        if (number := finite_number(value)) is None or number < 0.0:
+        if (number := finite_number_or_none(value)) is None or number < 0.0:
             raise ValueError("a number of at least 0")
         return {"plus": value, "minus": value}
     if isinstance(value, (Mapping, Tolerance)):
@@ -275,7 +275,7 @@ def tolerance_zone(tolerance: Tolerance, key: str, size: float) -> ToleranceZone
     return ToleranceZone(lower, upper, deviation, (lower + upper) / 2, overrun, overrun)
 
 
-def moves_tool(key: str) -> bool:
+def does_error_move_tool(key: str) -> bool:
     """Whether an error of a key of ``[tolerances]`` moves the tool, for a cam with a correct profile.
 
     Sizes of the follower and links of a train move the tool. An error of the base (mean) radius gives a cam with
@@ -341,7 +341,7 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
         if why := _missing_number_reason(scene, key, mechanism, tip, name):
             yield place, None, why
         else:
-            size = known_number(_nominal_number(scene, key))
+            size = known_number_or_none(_nominal_number(scene, key))
             yield from (
                 *_check_iso_class(place, each, key, size),
                 *_check_extreme_numbers(place, each, key, size),
@@ -358,7 +358,7 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
             yield f"tolerances.{key}", VALUE_IN_SCENE, "must be an angle in deg: ISO 286 is for lengths"
     if given.face_tilt is not None and (mechanism.motion.angular or not mechanism.flat_faced):
         yield "tolerances.face_tilt", None, "is for a translating follower with a flat face"
-    if given.disc_phase is not None and not mechanism.second_keys:
+    if given.disc_phase is not None and not mechanism.second_contact_size_keys:
         yield "tolerances.disc_phase", None, "is for the two discs of a conjugate pair"
     if given.waves is not None and given.profile is None and drawn is None:
         yield "tolerances.waves", VALUE_IN_SCENE, "needs tolerances.profile, which is missing"
@@ -369,7 +369,7 @@ def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) 
 def _check_profile_tolerances(scene: "Scene", mechanism: Mechanism) -> Iterator[Fault]:
     """Check that the tolerances of profile and axis are smaller than the cam."""
     sizes = {
-        key: known_number(each)
+        key: known_number_or_none(each)
         for key, each in scene.numbers((f"cam.{mechanism.body.size_key}", "drive.base_radius")).items()
     }
     places = ("tolerances.profile", "part.profile_tolerance", "tolerances.bore_eccentricity")
@@ -387,7 +387,7 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
     if rest in SEARCH_SIZES and table in ("cam", "follower"):
         if key not in mechanism.keys(tip):
             return f"a {name} has no {last.replace('_', ' ')}"
-        if last in RADIUS_KEYS and mechanism.two_sided:
+        if last in RADIUS_KEYS and mechanism.has_flanks_on_both_sides:
             return (
                 "cannot have a tolerance: both walls of the groove hold the roller, so its radius does not move it"
             )
@@ -395,7 +395,7 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
     if key in SECOND_FIELDS:
         if not mechanism.further_contacts:
             return "belongs to a second contact, but this follower has one contact"
-        return "" if key in mechanism.second_keys else f"{mechanism.drive.words} has none"
+        return "" if key in mechanism.second_contact_size_keys else f"{mechanism.drive.words} has none"
     if table == "train" and (why := _missing_stage_reason(scene, rest)):
         return why
     value = scene.numbers((key,))[key]
@@ -428,7 +428,7 @@ def _number_type(key: str) -> Any:
     table, *rest = key.split(".")
     hint: Any = NUMBER_TABLES[table]
     for name in rest[1:] if table == "train" else rest:
-        hint = searchable_numbers(hint, sizes=True)[name]
+        hint = searchable_number_types(hint, sizes=True)[name]
     return hint
 
 

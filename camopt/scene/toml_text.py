@@ -65,15 +65,19 @@ def _error_with_line(text: str, error: str) -> str:
     return f"line {number}, {line!r}: {hint}"
 
 
-def plain_tables(value: Any, file: str, depth: int = 0) -> Any:
+def plain_mappings_and_lists(value: Any, file: str, depth: int = 0) -> Any:
     """Tables as mappings and tuples as lists, so that input from Python and TOML gets the same checks."""
     if depth > DEEPEST_NESTING:
         raise BadInput([Mistake(file, "scene", None, "tables or lists are nested too deep", bare=True)])
     if isinstance(value, BaseModel):
-        return plain_tables(value.model_dump(exclude_none=True, exclude_defaults=True), file, depth)
+        return plain_mappings_and_lists(value.model_dump(exclude_none=True, exclude_defaults=True), file, depth)
     if isinstance(value, dict):
-        return {str(key): plain_tables(each, file, depth + 1) for key, each in value.items()}
-    return [plain_tables(each, file, depth + 1) for each in value] if isinstance(value, (list, tuple)) else value
+        return {str(key): plain_mappings_and_lists(each, file, depth + 1) for key, each in value.items()}
+    return (
+        [plain_mappings_and_lists(each, file, depth + 1) for each in value]
+        if isinstance(value, (list, tuple))
+        else value
+    )
 
 
 def has_unit_text(value: Any) -> bool:

@@ -28,10 +28,10 @@ from camopt.scene.tables import (
     SceneNumber,
     Switch,
     TableOfRecords,
-    number_keys,
-    with_keys,
+    number_keys_with_types,
+    with_optional_keys,
 )
-from camopt.scene.turn import turn_of_scene
+from camopt.scene.turn import segments_and_programme_of_scene
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -41,14 +41,14 @@ MOST_STAGES = 20
 DEAD_POINT_SAMPLES = 3601  # cam angles of the turn at which a tool beyond a dead point is looked for
 StageAngle = Annotated[SceneNumber, Field(ge=-360, le=360)]
 STAGE_ANGLES = ("angle", "input_angle", "output_angle", "guide")
-NUMBERS_OF_STAGE = number_keys(STAGE_NUMBERS, load=GivenLoad, **dict.fromkeys(STAGE_ANGLES, StageAngle))
+NUMBERS_OF_STAGE = number_keys_with_types(STAGE_NUMBERS, load=GivenLoad, **dict.fromkeys(STAGE_ANGLES, StageAngle))
 CROSSED_KEY = {"crossed": (Switch, Key("Whether the coupler of a four-bar linkage crosses its ground"))}
 KEYS_BEFORE_CROSSED = ("crank", "coupler", "rocker", "ground", "offset", "angle")
 STAGE_KEYS = {**{key: NUMBERS_OF_STAGE[key] for key in KEYS_BEFORE_CROSSED}, **CROSSED_KEY, **NUMBERS_OF_STAGE}
 """The keys of a stage, in order."""
 
 
-@with_keys(STAGE_KEYS)
+@with_optional_keys(STAGE_KEYS)
 class TrainStage(TableOfRecords):
     """One stage of the train, the linkage between the follower and the tool; list them from the follower on.
 
@@ -261,7 +261,7 @@ def _given_turn(scene: "Scene", train: Train) -> GivenTurn | None:
             return None
         low = -on_profile.strokes[0].low
         return GivenTurn(on_profile, low, low + on_profile.lift, 1.0)
-    if (found := turn_of_scene(scene)) is None:
+    if (found := segments_and_programme_of_scene(scene)) is None:
         return None
     given, programme = found
     unit = radians(1.0) if train.angular else 1.0

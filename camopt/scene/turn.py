@@ -13,11 +13,17 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, MotionSegment, segment_lifts, segment_positions
 from camopt.scene import tables
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number, value_at_key
+from camopt.scene.mapping import finite_number_or_none, value_at_key
 from camopt.scene.moves import check_moves, has_faultless_named_laws, programme_in_scene_units
-from camopt.scene.own_laws import is_move_law, law_tables, move_law_names, own_law_tables, stroke_law_names
-from camopt.scene.segments import ends_at_stretch_start, following_segments, motion_segments_of_rows
-from camopt.scene.sizes import known_number
+from camopt.scene.own_laws import (
+    is_move_law,
+    move_law_names,
+    own_law_tables,
+    own_law_values_by_name,
+    stroke_law_names,
+)
+from camopt.scene.segments import ends_at_constant_velocity_start, following_segments, motion_segments_of_rows
+from camopt.scene.sizes import known_number_or_none
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -48,7 +54,7 @@ def check_turn(scene: "Scene") -> Iterator[Fault]:
         if row.segment == MOVE and _move_needs_position(row, after, k == len(rows)):
             missing = "missing; " if row.to is None else "must be a number: "
             yield f"motion.{k}.to", VALUE_IN_SCENE, f"{missing}a move goes to a position{MOVE_POSITION_WORDS}"
-    angles = [angle for row in rows if (angle := known_number(row.angle)) is not None]
+    angles = [angle for row in rows if (angle := known_number_or_none(row.angle)) is not None]
     if rows and len(angles) == len(rows) and not abs(sum(angles) - 360.0) <= 360.0 * NEAR_END:
         yield "motion.angle", None, f"the angles add up to {sum(angles):.10g} deg, not to 360"
     if given := _segments_of_turn(scene):
@@ -63,7 +69,7 @@ def check_law_exists(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Faul
 
 
 @cached_by_identity(maxsize=1)  # computed once for all checks of a scene, as ``_segments_of_turn`` is
-def turn_of_scene(scene: "Scene") -> tuple[list[MotionSegment], Programme] | None:
+def segments_and_programme_of_scene(scene: "Scene") -> tuple[list[MotionSegment], Programme] | None:
     """The segments of a scene and their motion; None if a value is missing or wrong."""
     given = _segments_of_turn(scene)
     if not given or not has_faultless_named_laws(scene, given):
@@ -82,7 +88,7 @@ def highest_displacement(scene: "Scene") -> float | None:
     ends = segment_positions(given)
     overshoots = any(law.overshoot is True for law in scene.laws.values())
     if (overshoots or any(segment.segment == MOVE for segment in given)) and has_faultless_named_laws(scene, given):
-        return turn[1].lift if (turn := turn_of_scene(scene)) else None
+        return turn[1].lift if (turn := segments_and_programme_of_scene(scene)) else None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 
 
@@ -105,9 +111,13 @@ def _segments_of_turn(scene: "Scene") -> list[MotionSegment] | None:
             return None
         if row.segment == MOVE and _move_needs_position(row, after, row is rows[-1]):
             return None
-        if row.segment == MOVE and row.law is not None and not is_move_law(law_tables(scene).get(row.law)):
+        if (
+            row.segment == MOVE
+            and row.law is not None
+            and not is_move_law(own_law_values_by_name(scene).get(row.law))
+        ):
             return None
-    return motion_segments_of_rows(rows, known_number(scene.cam.rpm))
+    return motion_segments_of_rows(rows, known_number_or_none(scene.cam.rpm))
 
 
 def _check_segment(scene: "Scene", row: tables.Segment, before: tables.Segment, key: str) -> Iterator[Fault]:
@@ -121,7 +131,7 @@ def _check_segment(scene: "Scene", row: tables.Segment, before: tables.Segment, 
             yield f"{key}.{name}", VALUE_IN_SCENE, f"{named} has none{_replacement_hint(kind, name)}"
         elif kind != MOVE and name != "through" and isinstance(value, tuple):
             yield f"{key}.{name}", VALUE_IN_SCENE, "must be a number; only a move may have a range"
-    if kind != "dwell" and (angle := known_number(row.angle)) is not None and angle < LEAST_MOVE["angle"]:
+    if kind != "dwell" and (angle := known_number_or_none(row.angle)) is not None and angle < LEAST_MOVE["angle"]:
         where = "a rise or return" if kind in ("rise", "return") else named
         yield f"{key}.angle", VALUE_IN_SCENE, f"must be at least {LEAST_MOVE['angle']:g} in {where}"
     if kind in ("rise", "return"):
@@ -131,12 +141,12 @@ def _check_segment(scene: "Scene", row: tables.Segment, before: tables.Segment, 
     if row.law is not None and "law" in KEYS_OF_SEGMENT[kind]:
         yield from _check_segment_law(scene, kind, row.law, f"{key}.law")
     if row.per == "s":
-        yield from _check_per_second(scene, key)
+        yield from _check_per_second_needs_speed(scene, key)
 
 
 def _check_segment_law(scene: "Scene", kind: str, law: str, key: str) -> Iterator[Fault]:
     """Check that a named law exists, and that a move has a law of positions."""
-    laws = law_tables(scene)
+    laws = own_law_values_by_name(scene)
     if law not in LAWS and law not in laws:
         yield from check_law_exists(law, key, move_law_names(laws) if kind == MOVE else stroke_law_names(laws))
     elif kind == MOVE and not is_move_law(laws.get(law)):
@@ -154,8 +164,8 @@ def _move_needs_position(row: tables.Segment, after: tables.Segment, last: bool)
 
     A move with a law must give it too.
     """
-    free = row.law is None and (ends_at_stretch_start(row, after) or (after.segment == MOVE and not last))
-    return finite_number(row.to) is None and not free
+    free = row.law is None and (ends_at_constant_velocity_start(row, after) or (after.segment == MOVE and not last))
+    return finite_number_or_none(row.to) is None and not free
 
 
 def _replacement_hint(kind: str, name: str) -> str:
@@ -185,7 +195,7 @@ def _check_stroke(scene: "Scene", row: tables.Segment, key: str) -> Iterator[Fau
     """Check that a rise or return has a law, and either a lift or a position at its end."""
     if row.law is None and not (scene.search.law or getattr(scene.search, f"law_{row.segment}")):
         yield f"{key}.law", None, "missing; a rise or return needs a motion law, here or in [search]"
-    lift = known_number(row.lift)
+    lift = known_number_or_none(row.lift)
     if row.to is not None:
         if lift:
             yield f"{key}.lift", VALUE_IN_SCENE, "give either the lift or the position at its end (to)"
@@ -199,12 +209,12 @@ def _check_constant_velocity(row: tables.Segment, before: tables.Segment, key: s
     """Check that a constant velocity has a position at its end or a velocity; both only after a free move."""
     if row.to is None and row.velocity is None:
         yield f"{key}.to", None, "missing; give the position at its end (to) or the velocity"
-    elif None not in (row.to, row.velocity) and not ends_at_stretch_start(before, row):
+    elif None not in (row.to, row.velocity) and not ends_at_constant_velocity_start(before, row):
         why = "give either the velocity or the position at its end (to): the segment before sets the start"
         yield f"{key}.velocity", VALUE_IN_SCENE, why
 
 
-def _check_per_second(scene: "Scene", key: str) -> Iterator[Fault]:
+def _check_per_second_needs_speed(scene: "Scene", key: str) -> Iterator[Fault]:
     if scene.cam.rpm is None:
         yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
     elif scene.search.choices_by_key.get("cam.rpm") is not None:

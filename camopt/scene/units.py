@@ -12,10 +12,16 @@ from typing import Any
 from camopt.core.mistakes import Mistake
 from camopt.core.quantities.key import NO_UNIT
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.scene.mapping import given_at_follower
-from camopt.scene.sizes import mechanism_of_tables
+from camopt.scene.mapping import is_motion_given_at_follower
+from camopt.scene.sizes import mechanism_and_tip_of_tables
 from camopt.scene.spring import has_straight_spring
-from camopt.scene.table_places import TABLE_LISTS, TOP_TABLE, is_angle, key_record, without_table_prefix
+from camopt.scene.table_places import (
+    TABLE_LISTS,
+    TOP_TABLE,
+    is_key_of_angular_motion,
+    key_record,
+    without_table_prefix,
+)
 from camopt.scene.tables import SceneTable
 from camopt.scene.toml_text import NUMBER_WITH_UNIT
 from camopt.scene.train import tool_turns, train_stages_in
@@ -39,13 +45,13 @@ def replace_unit_texts(
     tables: dict[str, Any], models: TableModels, file: str
 ) -> tuple[dict[str, Any], list[Mistake]]:
     """The tables of a scene with numbers in place of texts with units, and a mistake for each wrong unit."""
-    pair = mechanism_of_tables(tables)
+    pair = mechanism_and_tip_of_tables(tables)
     angular = bool(pair and pair[0].motion.angular)
     reader = _UnitReader(models, file, angular, tables)
     return reader.convert_table(tables, models[TOP_TABLE], "", ""), reader.mistakes
 
 
-def in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
+def tables_in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     """The tables of a scene with their numbers in the units of results."""
     return _convert_tables(_ShownUnitConverter, tables, models)
 
@@ -55,9 +61,11 @@ def tables_with_units_for_numbers(tables: dict[str, Any], models: TableModels) -
     return _convert_tables(_UnitNamer, tables, models)
 
 
-def _convert_tables(kind: "type[_UnitReader]", tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
-    pair = mechanism_of_tables(tables)
-    return kind(models, "", bool(pair and pair[0].motion.angular), tables).convert_table(
+def _convert_tables(
+    reader_class: "type[_UnitReader]", tables: dict[str, Any], models: TableModels
+) -> dict[str, Any]:
+    pair = mechanism_and_tip_of_tables(tables)
+    return reader_class(models, "", bool(pair and pair[0].motion.angular), tables).convert_table(
         tables, models[TOP_TABLE], "", ""
     )
 
@@ -85,17 +93,23 @@ class _UnitReader:
                 values[key] = self.convert_table_or_rows(value, self.models[stands], where, stands)
             else:
                 known_key = key in model.model_fields
-                unit = key_record(model, key).unit_of(turns=self.is_angle(where)) if known_key else ""
+                unit = (
+                    key_record(model, key).unit_of(turns=self.is_key_of_angular_motion(where)) if known_key else ""
+                )
                 values[key] = self.convert_value(value, unit, where)
         return values
 
-    def is_angle(self, where: str) -> bool:
+    def is_key_of_angular_motion(self, where: str) -> bool:
         """Whether a key refers to a motion that is an angle; for a stage of a train, its output."""
         stage = re.match(r"train\.(\d+)\.", without_table_prefix(where))
-        if where.startswith("motion.") and given_at_follower(self.scene):
+        if where.startswith("motion.") and is_motion_given_at_follower(self.scene):
             return self.angular
         turns = tool_turns(self.stages[: int(stage[1])] if stage else self.stages, self.angular)
-        return turns if stage else is_angle(where, self.angular, turns, has_straight_spring(self.scene))
+        return (
+            turns
+            if stage
+            else is_key_of_angular_motion(where, self.angular, turns, has_straight_spring(self.scene))
+        )
 
     def convert_table_or_rows(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
         if isinstance(value, list):

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import sqrt
 
-from camopt.core.numerics.neighbours import noise_share
+from camopt.core.numerics.neighbours import derivative_noise_share
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.scene.checks import groove_axial_length
 from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, reversal_value_for_end
@@ -33,7 +33,7 @@ def unusual_value_notes(scene: Scene) -> list[str]:
     """Sentences on values far outside the usual range of cams; they are no mistakes."""
     notes = [
         f"{key} = {value:g} {unit}: is this what you mean? {least:g} to {most:g} {unit} is usual"
-        for key, value, (least, most, unit) in _values_with_ranges(scene)
+        for key, value, (least, most, unit) in _values_with_usual_ranges(scene)
         if not least <= value <= most
     ]
     sources = (
@@ -64,7 +64,7 @@ def _roller_over_pivot_notes(scene: Scene) -> Iterator[str]:
     """A note on a roller with a radius of at least the length of its arm, which covers the pivot."""
     first, second = scene.follower, scene.drive
     rows = {"follower": (first.roller_radius, first.arm_length)}
-    if scene.mechanism.second_keys:
+    if scene.mechanism.second_contact_size_keys:
         rows["drive"] = second.roller_radius or first.roller_radius, second.arm_length or first.arm_length
     for table, (radius, arm) in rows.items():
         if radius and arm and radius >= arm:
@@ -132,7 +132,9 @@ def _noisy_law_table_notes(scene: Scene) -> Iterator[str]:
     """Notes on tables of laws whose acceleration or jerk is mostly noise or rounding of the points."""
     for name, law in scene.laws.items():
         if law.x is not None and law.s is not None and len(law.x) >= LEAST_NOISE_POINTS:
-            shares = {what: noise_share(law.x, law.s, k) for what, k in (("acceleration", 2), ("jerk", 3))}
+            shares = {
+                what: derivative_noise_share(law.x, law.s, k) for what, k in (("acceleration", 2), ("jerk", 3))
+            }
             what = next((each for each, share in shares.items() if share > LARGE_NOISE_SHARE), None)
             if what:
                 noise = f"{min(shares[what], 1.0):.0%} of its {what} is noise or rounding of its points"
@@ -154,7 +156,7 @@ def _default_rest_at_reversal_notes(scene: Scene) -> Iterator[str]:
                     yield f"laws.{name}: {where}; {turns}; set rest to keep the rest without this note"
 
 
-def _values_with_ranges(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:
+def _values_with_usual_ranges(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:
     keys = (
         (f"{place}.{name}", key_record(table, name))
         for place, table in SCENE_TABLES.items()

@@ -11,7 +11,7 @@ from typing import Any
 from camopt.core.quantities import DERIVATIVE_UNITS
 from camopt.model.mechanisms.elements import DRIVES
 from camopt.scene.law_forms import NEAR_END
-from camopt.scene.mapping import finite_number, tables_in_list, value_at_key
+from camopt.scene.mapping import finite_number_or_none, tables_in_list, value_at_key
 
 OPPOSITE_KIND = {"rise": "return", "return": "rise"}
 
@@ -19,7 +19,7 @@ OPPOSITE_KIND = {"rise": "return", "return": "rise"}
 def append_second_half_turn(data: dict[str, Any]) -> None:
     """Append the second half of the turn if the segments of a yoke cover half a turn, in ``data`` itself."""
     drive, rows = DRIVES.get(value_at_key(data, "drive.kind")), tables_in_list(data.get("motion"))
-    angles = [finite_number(row.get("angle")) for row in rows]
+    angles = [finite_number_or_none(row.get("angle")) for row in rows]
     known = [angle for angle in angles if angle is not None]
     if drive is None or not drive.one_disc or len(known) < len(rows):
         return
@@ -52,11 +52,11 @@ def _opposite_value(total: float | None, value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         ends = [_opposite_value(total, end) for end in value]
         return ends if total is None else ends[::-1]
-    number = finite_number(value)
+    number = finite_number_or_none(value)
     return value if number is None else number + 180.0 if total is None else total - number
 
 
 def _range_numbers(value: Any) -> list[float]:
     """The numbers of a number or a range."""
     each = value if isinstance(value, (list, tuple)) else [value]
-    return [number for end in each if (number := finite_number(end)) is not None]
+    return [number for end in each if (number := finite_number_or_none(end)) is not None]

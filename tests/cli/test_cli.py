@@ -17,7 +17,7 @@ from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli import commands
 from camopt.cli.main import GROUPS, MODULE_BY_COMMAND, main
 from camopt.cli.main import camopt as camopt_group
-from camopt.core.quantities import QUANTITIES, number_quantities
+from camopt.core.quantities import QUANTITIES, quantity_name_by_number_key
 from camopt.model.motion import LAWS
 
 ROOT = Path(__file__).parents[2]
@@ -826,7 +826,9 @@ def test_the_pages_have_the_units_that_are_read():
     for key, units in keys:
         for angular in ways.get(key, (False, True)):
             assert (
-                QUANTITIES[number_quantities(angular=angular, tool_turns=angular)[f"follower.dynamics.{key}"]].unit
+                QUANTITIES[
+                    quantity_name_by_number_key(angular=angular, tool_turns=angular)[f"follower.dynamics.{key}"]
+                ].unit
                 == units[angular]
             )
 

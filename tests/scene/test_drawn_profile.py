@@ -9,8 +9,8 @@ from support.cams import CONTACTS, cam_with
 from support.curves import largest_distance, true_points
 
 from camopt import BadInput, Scene, cam_points, export, find_scene, shipped_scenes
-from camopt.model.motion.profile import ElementSpec, place_elements
-from camopt.scene.drawn_profile import outline_elements
+from camopt.model.motion.profile import ElementSpec, place_profile_elements
+from camopt.scene.drawn_profile import profile_elements_of_outline
 from camopt.scene.dxf import read_dxf_profile
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.contour.curve import disc_curves
@@ -45,7 +45,7 @@ def points_of(elements, rotation):
         for each in elements
     ]
     found = []
-    for part in place_elements(given):
+    for part in place_profile_elements(given):
         share = np.linspace(0.0, 1.0, 200 + int(6000 * abs(part.normal_sweep_angle)))
         if part.radius is None:
             found.append(part.start.point + (part.end.point - part.start.point) * share)
@@ -61,7 +61,7 @@ def points_of(elements, rotation):
 def test_a_profile_comes_back_from_its_drawing(tmp_path, name, rotation):
     scene = scene_of(name).replace(**{"cam.rotation": rotation})
     found = export(scene, tmp_path / "cam.dxf")
-    elements = outline_elements(read_dxf_profile(tmp_path / "cam.dxf"), rotation == "cw")
+    elements = profile_elements_of_outline(read_dxf_profile(tmp_path / "cam.dxf"), rotation == "cw")
     there, here = profile_points(scene), points_of(elements, rotation)
     allowed = found.curves["profile"].deviation_mm + 2e-5
     assert max(largest_distance(here, there), largest_distance(there, here)) <= allowed
@@ -113,7 +113,7 @@ def loose(file, digits):
 def test_loose_arcs_are_joined_and_made_tangent(tmp_path, digits, near):
     file = tmp_path / "loose.dxf"
     save_drawing(file, loose(tmp_path / "own.dxf", digits))
-    elements = outline_elements(read_dxf_profile(file), clockwise=False)
+    elements = profile_elements_of_outline(read_dxf_profile(file), clockwise=False)
     assert len(elements) == 4
     there, here = profile_points(THREE_ARC), points_of(elements, "ccw")
     assert max(largest_distance(here, there), largest_distance(there, here)) <= near + 3e-5

@@ -7,8 +7,8 @@ from math import pi
 import pytest
 
 import camopt
-from camopt.core.quantities import NUMBER_KEYS, QUANTITIES, number_quantities
-from camopt.scene.table_places import is_angle
+from camopt.core.quantities import NUMBER_KEYS, QUANTITIES, quantity_name_by_number_key
+from camopt.scene.table_places import is_key_of_angular_motion
 
 pytest.importorskip("pint")
 LB, IN, LBF = 0.45359237, 25.4, 4.4482216152605  # kg, mm, N: NIST SP 811, appendix B
@@ -102,8 +102,8 @@ def test_a_unit_that_is_read_is_that_of_the_column(key):
     """Of a follower that swings and drives a slide by a train, and the other way round."""
     for angular in (False, True):
         turns = {"angular": angular, "tool_turns": not angular}
-        read = NUMBER_KEYS[key].unit_of(turns=is_angle(key, **turns, straight=False))
-        assert read.replace("no unit", "") == QUANTITIES[number_quantities(**turns)[key]].unit
+        read = NUMBER_KEYS[key].unit_of(turns=is_key_of_angular_motion(key, **turns, straight_spring=False))
+        assert read.replace("no unit", "") == QUANTITIES[quantity_name_by_number_key(**turns)[key]].unit
 
 
 WITHOUT_SOURCES = """

@@ -4,7 +4,7 @@ from functools import cache
 
 from camopt import Scene, evaluate
 from camopt.core.quantities import QUANTITIES
-from camopt.scene.problem.limits import PART_LIMITS, limited_quantity
+from camopt.scene.problem.limits import PART_LIMITS, limited_quantity_name
 from camopt.scene.problem.problem import resolve
 from support.cams import CONTACTS, cam_with
 
@@ -32,5 +32,5 @@ def quantity_of(key, contact):
     """The quantity that a limit is on, and whether from above; None where the mechanism has none."""
     if key == "cutter_radius":
         return ("cutter_radius_max_mm" if contact in HOLLOW else None), -1.0
-    name = limited_quantity(key, resolve(scene_of(contact)).setup)
-    return (name if name in cam_of(contact) else None), QUANTITIES[PART_LIMITS[key]].side
+    name = limited_quantity_name(key, resolve(scene_of(contact)).setup)
+    return (name if name in cam_of(contact) else None), QUANTITIES[PART_LIMITS[key]].limit_sign

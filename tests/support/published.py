@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import camopt
-from camopt.core.numerics.point_contact import ellipticity_of
+from camopt.core.numerics.point_contact import contact_half_axis_ratio
 from camopt.model.effects.hertz import SHEAR_DEPTH, SHEAR_SHARE
 from camopt.scene.problem.problem import resolve_design
 
@@ -458,7 +458,7 @@ CASES = (
             Answer(f"$R_y/R_x$ = {ratio:.3g}", float(1.03 * ratio**0.64), "", float(0.032 * 1.03 * ratio**0.64))
             for ratio in FLAT
         ],
-        lambda: [float(k) for k in ellipticity_of(1 / FLAT)],
+        lambda: [float(k) for k in contact_half_axis_ratio(1 / FLAT)],
         "A fit, right to 3 %.",
     ),
     Case(

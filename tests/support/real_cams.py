@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.taylor import Taylor, direction
-from camopt.model.effects.error_response import second_motion_sign
+from camopt.core.numerics.taylor import Taylor, cosine_and_sine_series
+from camopt.model.effects.error_response import second_contact_motion_error_sign
 from camopt.model.mechanisms.contact_errors import Shift
 from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.problem.problem import Problem
@@ -123,7 +123,7 @@ class RealCams:
         """How far the axis of the profile is off at a cam angle; of a cylinder along its surface."""
         if BORE not in off:
             return 0.0, 0.0
-        bore, way = off[BORE], direction(angle * self.problem.design.sense)
+        bore, way = off[BORE], cosine_and_sine_series(angle * self.problem.design.sense)
         x = way.cosine * bore.real - way.sine * bore.imag
         if self.problem.setup.mechanism.body.developed:
             return x, 0.0
@@ -176,7 +176,7 @@ class PairCams:
     def at(self, errors: Mapping[str, Any], angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """δ of the follower, and s, mm (rad), of cams whose errors are numbers or arrays (m,)."""
         first, own = (self._of(place, errors, angles) for place in (0, 1))
-        second = second_motion_sign(self.problem.setup.mechanism) * own
+        second = second_contact_motion_error_sign(self.problem.setup.mechanism) * own
         return (first - second) / 2.0, first + second
 
     def _of(self, place: int, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
@@ -236,7 +236,9 @@ class RealPairs(RealCams):
         (one, second), other = self.contacts, self._own(1, off)
         places = second.contact_places(other, first.angle.terms[0])
         for order in orders:
-            moved = second_motion_sign(self.problem.setup.mechanism) * second.motion_errors(other, places, order)
+            moved = second_contact_motion_error_sign(self.problem.setup.mechanism) * second.motion_errors(
+                other, places, order
+            )
             yield (one.beyond(first, order) - moved) / 2.0
 
     def _own(self, place: int, off: CamErrors) -> CamErrors:

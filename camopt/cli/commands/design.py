@@ -18,11 +18,11 @@ from camopt.cli.options import (
     output_options,
     outputs_option,
     override_options,
+    pop_overrides_as_changes,
     refuse_scene_file,
     refuse_without,
     row_option,
     scene_options,
-    take_overrides,
 )
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.show.exporting.file_types import FILE_TYPES
@@ -134,7 +134,7 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 
     For a table, camopt adds a column with the verdict of each row. --row checks one row and writes nothing.
     """
-    changes = take_overrides(overrides)
+    changes = pop_overrides_as_changes(overrides)
     if not target.endswith(".parquet") or row is not None:
         allowed = "a TOML file, a shipped scene or a table of designs (.parquet)"
         scene = cli.read_scene(target, row, changes, "target", allowed)

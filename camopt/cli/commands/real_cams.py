@@ -16,16 +16,16 @@ from camopt.cli.options import (
     Command,
     OutputPath,
     UnitNumber,
+    changed_values_by_key,
     name_options_in_mistakes,
     output_options,
+    pop_overrides_as_changes,
     refuse_scene_file,
     refuse_scene_folder,
     refuse_with,
     refuse_without,
     scene_options,
     set_option,
-    take_overrides,
-    values_by_key,
 )
 from camopt.core.mistakes import BadInput, Mistake
 
@@ -169,7 +169,7 @@ def tolerance(
         refuse_without("--allocate", {"costs": costs, "only": only or None})
     if out:
         refuse_scene_folder(scene, out, library.CAM_FILES[0])
-    limit, goal = (_tool_error(scene, *pair) for pair in (("--within", within), ("--allocate", allocate)))
+    limit, goal = (_parse_tool_error(scene, *pair) for pair in (("--within", within), ("--allocate", allocate)))
     batch = None if cams is None else camopt.sample_cams(scene, cams, seed=seed or 0, within=limit)
     allocation = None if goal is None else camopt.allocate(scene, goal, costs=costs, only=only)
     result = replace(camopt.tolerance(scene), batch=batch, allocation=allocation)
@@ -185,7 +185,7 @@ def tolerance(
     return cli.print_result(result, as_json, quiet, written)
 
 
-def _tool_error(scene: Any, option: str, text: str | None) -> float | None:
+def _parse_tool_error(scene: Any, option: str, text: str | None) -> float | None:
     """The tool error that an option gives [mm or deg]; the text may have another unit."""
     if text is None:
         return None
@@ -287,11 +287,11 @@ def fit(
     is_profile = profile is not None or file.suffix.lower() == ".dxf"
     if not is_profile:
         refuse_without("--profile", {"probe": probe, "layer": layer})
-    changes = take_overrides({"rpm": rpm, "settings": settings})
+    changes = pop_overrides_as_changes({"rpm": rpm, "settings": settings})
     if target:
-        scene = cli.read_scene(target, None, changes, allowed=library.SCENE_WORDS)
+        scene = cli.read_scene(target, None, changes, allowed_words=library.SCENE_WORDS)
     else:
-        scene = library.nest_dotted_keys(values_by_key(changes)) or None
+        scene = library.nest_dotted_keys(changed_values_by_key(changes)) or None
     chosen, order = (names and [name.strip() for name in names.split(",")] for names in (columns, segments))
     points = camopt.MeasuredProfile(file, profile or "", probe or 0.0, layer) if is_profile else file
     sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}

@@ -21,10 +21,10 @@ from camopt.cli.options import (
     output_options,
     outputs_option,
     override_options,
+    pop_overrides_as_changes,
     refuse_scene_file,
     row_option,
     scene_options,
-    take_overrides,
 )
 
 
@@ -44,8 +44,8 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
     wrote. The page of a cam shows it turning, with diagrams, limits, proofs and files; up to four cams stand
     side by side. On the page of a table, designs can be filtered, sorted and clicked.
     """
-    changes = take_overrides(overrides)
-    shown = [cli.scene_or_result(target, row, changes) for target in what]
+    changes = pop_overrides_as_changes(overrides)
+    shown = [cli.read_scene_or_result_path(target, row, changes) for target in what]
     for target in shown:
         if hasattr(target, "file"):
             refuse_scene_file(target.file, out)
@@ -84,7 +84,9 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
         if not no_browser:  # in a thread: some browsers run in this terminal until they are closed
             Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
         server.serve_forever()
-    return 0 if interrupts.interrupt_code() == interrupts.CTRL_C_CODE else interrupts.interrupt_code()
+    return (
+        0 if interrupts.exit_code_of_interrupt() == interrupts.CTRL_C_CODE else interrupts.exit_code_of_interrupt()
+    )
 
 
 @click.command(cls=Command)

@@ -26,9 +26,9 @@ from camopt.cli.options import (
     outputs_option,
     refuse_scene_folder,
     scene_options,
+    scene_with_changes,
     scheduler_option,
     split_at_commas,
-    with_changes,
 )
 
 SWEEP_OPTIONS = {
@@ -118,9 +118,9 @@ def sweep(
     camopt writes the feasible designs and the Pareto front as tables. An interrupted sweep keeps its work: the same
     command resumes it. If the tables are up to date, the same command prints them again.
     """
-    scene = with_changes(scene, _search_changes(**options))
+    scene = scene_with_changes(scene, _search_changes(**options))
     if resume:
-        scene, keep = cli.unfinished_sweep(scene, keep, out, part)
+        scene, keep = cli.scene_and_keep_to_resume(scene, keep, out, part)
     refuse_scene_folder(scene, out)
     notify = cli.print_note_if_loss if quiet else cli.print_note
     by_boxes = not part and not engine and cli.sweep_decides_whole_boxes(scene, keep)

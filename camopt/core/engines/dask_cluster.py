@@ -39,12 +39,12 @@ unpickle_work = lru_cache(maxsize=2)(pickle.loads)  # cached: work keeps pitch c
 LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.application", "asyncio")
 
 
-def result_versions() -> str:
+def versions_of_camopt_numpy_and_scipy() -> str:
     """Versions on which a result depends."""
     return f"camopt {camopt_and_kernel_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
 
 
-def run_items(work: bytes, expected: str, items: Sequence[Any]) -> Any:
+def run_items_if_versions_match(work: bytes, expected_versions: str, items: Sequence[Any]) -> Any:
     """Work on some items in a worker.
 
     Raises
@@ -52,8 +52,8 @@ def run_items(work: bytes, expected: str, items: Sequence[Any]) -> Any:
     BadInput
         If the worker has other versions than the machine that sent the work.
     """
-    if (versions := result_versions()) != expected:
-        why = f"a worker with the same versions as this machine, {expected}; it has {versions}"
+    if (versions := versions_of_camopt_numpy_and_scipy()) != expected_versions:
+        why = f"a worker with the same versions as this machine, {expected_versions}; it has {versions}"
         raise BadInput([Mistake("camopt", "scheduler", get_worker().address, why)])
     return unpickle_work(work)(items)
 
@@ -76,12 +76,16 @@ class Cluster:
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
         """Yield the results of ``work`` for a few items at a time; see ``Engine``."""
-        pickled, versions, futures = pickle.dumps(work), result_versions(), deque[Future[WorkResult]]()
+        pickled, versions, futures = (
+            pickle.dumps(work),
+            versions_of_camopt_numpy_and_scipy(),
+            deque[Future[WorkResult]](),
+        )
         try:
             count = self._items_per_task(work, len(items), sample) if sample else 1
             for first in range(0, len(items), count):
                 task = items[first : first + count]
-                futures.append(self.client.submit(run_items, pickled, versions, task, pure=False))
+                futures.append(self.client.submit(run_items_if_versions_match, pickled, versions, task, pure=False))
                 if len(futures) >= TASKS_AHEAD * self.workers:
                     yield self._wait_for_result(futures.popleft())
             while futures:

@@ -20,12 +20,12 @@ def address_of_values(values):
     return (values,)
 
 
-def called_by_address(returns: Any, *arguments: Any) -> Callable[[Callable[..., Any]], Any]:
+def called_by_address(return_type: Any, *argument_types: Any) -> Callable[[Callable[..., Any]], Any]:
     """Mark a function that is called by address. The first argument is an address; the others have these types."""
 
     def mark(function: Callable[..., Any]) -> Any:
         part = called_by_kernels(function)
-        part.code = Code(returns, (ADDRESS, *arguments))
+        part.code = Code(return_type, (ADDRESS, *argument_types))
         return part
 
     return mark
@@ -36,7 +36,7 @@ def function_address(function, values):
     return function
 
 
-def call(code, arguments):
+def call_by_address(code, arguments):
     """Call the function at an address with a tuple of arguments."""
     return code(*arguments)
 

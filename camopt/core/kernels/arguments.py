@@ -46,7 +46,7 @@ C_TYPES = {NONE: c_void_p, COUNT: c_int64, NUMBER: c_double, BOOLEAN: c_bool, AD
 POINTERS = None, None  # to the reference counts of an array
 
 
-def argument_kind(value: Any) -> Any:
+def kernel_argument_type(value: Any) -> Any:
     """Type of an argument: an ``ArgumentKind``, a ``Record``, or the ``Code`` of a kernel called by its address.
 
     Raises
@@ -60,7 +60,11 @@ def argument_kind(value: Any) -> Any:
         layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
         return ArgumentKind(ITEM_KINDS[value.dtype], value.ndim, layout)
     if isinstance(value, tuple):
-        return value.record if isinstance(value, PinnedTuple) else Record(owner, tuple(map(argument_kind, value)))
+        return (
+            value.record
+            if isinstance(value, PinnedTuple)
+            else Record(owner, tuple(map(kernel_argument_type, value)))
+        )
     kind = NUMBER_KINDS.get(owner) or getattr(value, "code", None)
     if kind is None:
         raise TypeError(f"a kernel takes numbers, arrays of them, and tuples, not {value!r}")
@@ -91,7 +95,7 @@ def as_pinned_tuple(value: Any) -> Any:
     """Copy a NamedTuple to a ``PinnedTuple``; its arrays must never be replaced."""
     owner: Any = type(value)
     pinned = _pinned_tuple_class(owner)(*value)
-    pinned.record, pinned.numbers = argument_kind(value), flatten_to_machine_arguments(value)
+    pinned.record, pinned.numbers = kernel_argument_type(value), flatten_to_machine_arguments(value)
     return pinned
 
 

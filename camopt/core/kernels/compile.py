@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.core.kernels.arguments import Record, argument_kind
+from camopt.core.kernels.arguments import Record, kernel_argument_type
 from camopt.core.kernels.compile_notice import READY_KERNELS
 from camopt.core.kernels.marks import COMPILE_LOCK, KernelPart, Kinds
 
@@ -56,7 +56,7 @@ class Kernel(KernelPart):
         if NEVER_COMPILE:
             self.py_func(*arguments)
         else:
-            self.machine_code(tuple(map(argument_kind, arguments)))(arguments)
+            self.machine_code(tuple(map(kernel_argument_type, arguments)))(arguments)
 
     def machine_code(self, kinds: Kinds) -> "MachineCode":
         """Machine code for arguments of some types, from disk or compiled. Threads get the same object."""
@@ -81,7 +81,7 @@ class Kernel(KernelPart):
             self.files[kinds] = KernelFile(self.py_func, kinds, kernel_folder())
         return self.files[kinds]
 
-    def work_until_compiled(self, kinds: Kinds) -> float:
+    def work_left_until_compiling_pays(self, kinds: Kinds) -> float:
         """Work that uncompiled runs of this process may still do before compiling the kernel pays."""
         numba = 0.0 if "numba" in sys.modules else NUMBA_SHARE
         cost = COMPILATION * (numba + self.size * (1.0 + CURVE_SHARE * nested_curve_count(kinds[0])))
@@ -97,7 +97,7 @@ class PlainRun(local):
 
     work, most, weight = 0.0, np.inf, 1.0
 
-    def add_formula_work(self, value_count: float) -> None:
+    def add_formula_work_within_limit(self, value_count: float) -> None:
         """Count the work of one formula for some values; raise ``TooMuchWork`` above the run's most."""
         self.work += self.weight * (FORMULA_CALL_WORK + value_count)
         if self.work > self.most:
@@ -125,7 +125,7 @@ class TieredKernel(Kernel):
         if NEVER_COMPILE:
             self.run_uncompiled(arguments, np.inf)
             return
-        kinds = tuple(map(argument_kind, arguments))
+        kinds = tuple(map(kernel_argument_type, arguments))
         while kinds not in self.loaded:
             called = self.called_kernels(kinds, arguments)
             filled = max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
@@ -152,7 +152,7 @@ class TieredKernel(Kernel):
         if before_loading > least_work and "llvmlite" not in sys.modules:
             return before_loading
         missing = [
-            kernel.work_until_compiled(kinds)
+            kernel.work_left_until_compiling_pays(kinds)
             for kernel, kinds in called
             if not (kinds in kernel.loaded or kernel.file(kinds).exists)
         ]
@@ -174,7 +174,7 @@ class TieredKernel(Kernel):
         PLAIN_RUN.work, PLAIN_RUN.most, PLAIN_RUN.weight = (
             0.0,
             work_limit,
-            nested_curve_count(argument_kind(arguments[0])),
+            nested_curve_count(kernel_argument_type(arguments[0])),
         )
         try:
             with np.errstate(all="ignore"):  # as machine code

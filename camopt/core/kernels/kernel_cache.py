@@ -23,7 +23,7 @@ from typing import Any
 
 from platformdirs import user_cache_path
 
-from camopt.core.kernels.machine_code import MachineCode, ObjectCode, processor
+from camopt.core.kernels.machine_code import MachineCode, ObjectCode, target_system_cpu_and_features
 from camopt.core.kernels.version import version_of_kernels
 
 DIGEST_SIZE = sha256().digest_size
@@ -50,7 +50,7 @@ class KernelFile:
     def __init__(self, function: Any, kinds: tuple[Any, ...], folder: Path) -> None:
         source = Path(inspect.getfile(function)).read_bytes()
         self._kinds = kinds
-        self._key = sha256(repr((kinds, processor())).encode() + source).digest()
+        self._key = sha256(repr((kinds, target_system_cpu_and_features())).encode() + source).digest()
         stem = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._file = folder / f"{stem}-{self._key.hex()[:16]}.kernel"
 

@@ -29,7 +29,7 @@ class MachineCode:
 
     def __init__(self, kinds: tuple[Any, ...], code: ObjectCode) -> None:
         # each kernel has its own engine, because two kernels may have the same names inside
-        machine = _target().create_target_machine(codemodel="jitdefault", jit=True)
+        machine = _llvm_target().create_target_machine(codemodel="jitdefault", jit=True)
         engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
         engine.add_object_file(binding.ObjectFileRef.from_data(code.content))
         engine.finalize_object()
@@ -47,14 +47,14 @@ RESULT, ERROR = create_string_buffer(8), create_string_buffer(8)
 
 
 @cache
-def _target() -> Any:
+def _llvm_target() -> Any:
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
     return binding.Target.from_default_triple()
 
 
 @cache
-def processor() -> tuple[str, str, str]:
+def target_system_cpu_and_features() -> tuple[str, str, str]:
     """Target of the compilation: system, processor and features, the latter two as numba's variables set them."""
     name, features = (os.environ.get(f"NUMBA_CPU_{what}") for what in ("NAME", "FEATURES"))
     return (

@@ -23,7 +23,7 @@ from numba.extending import (
     type_callable,
 )
 
-from camopt.core.kernels.address_calls import address_of_values, call, function_address
+from camopt.core.kernels.address_calls import address_of_values, call_by_address, function_address
 from camopt.core.kernels.arguments import Code, Record
 from camopt.core.kernels.marks import CHOICES, VALUE_TYPES, KernelPart
 
@@ -204,7 +204,7 @@ def _lower_function_address(context, builder, signature, arguments):
     return builder.bitcast(context.declare_function(builder.module, compiled.fndesc), cgutils.voidptr_t)
 
 
-@type_callable(call)
+@type_callable(call_by_address)
 def _typing_of_call_by_address(context):
     def typer(code, arguments):
         return (
@@ -220,7 +220,7 @@ def _typing_of_call_by_address(context):
     return typer
 
 
-@lower_builtin(call, CodeType, types.BaseTuple)
+@lower_builtin(call_by_address, CodeType, types.BaseTuple)
 def _lower_call_by_address(context, builder, signature, arguments):
     code, kinds = signature.args
     values = [

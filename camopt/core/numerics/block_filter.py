@@ -55,12 +55,12 @@ class BlockCounts(NamedTuple):
     open: int
 
 
-def count_held_and_open_designs(
+def block_counts_and_least_costs(
     verdicts: PitchVerdicts, block: DesignBlock, size_count: int
 ) -> tuple[BlockCounts, FloatArray]:
     """Counts of a block, and for each size the lowest cost of designs that are proved to hold all limits."""
     counts, least = np.zeros(3, np.int64), np.full(size_count, np.inf)
-    write_block_counts(verdicts, block.curves, block.bodies, block.place, least, counts)
+    write_block_counts_and_least_costs(verdicts, block.curves, block.bodies, block.place, least, counts)
     return BlockCounts(*counts.tolist()), least
 
 
@@ -89,7 +89,7 @@ def gather_feasible_designs(
 
 
 @compiled_once_it_pays(work=FILTER_WORK)
-def write_block_counts(verdicts, curves, bodies, place, least_costs, counts):
+def write_block_counts_and_least_costs(verdicts, curves, bodies, place, least_costs, counts):
     """Write the counts of a block and the lowest cost for each size."""
     existing, held, possible = 0, 0, 0
     for i in range(curves.size):
@@ -104,7 +104,7 @@ def write_block_counts(verdicts, curves, bodies, place, least_costs, counts):
     counts[0], counts[1], counts[2] = existing, held, possible - held
 
 
-@write_block_counts.array_version
+@write_block_counts_and_least_costs.array_version
 def _write_block_counts_in_python(verdicts, curves, bodies, place, least_costs, counts):
     at = verdicts.places[curves]
     held, possible = (

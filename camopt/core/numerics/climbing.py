@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.address_calls import call
+from camopt.core.kernels.address_calls import call_by_address
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.core.numerics.jet import larger, select, smaller
@@ -81,17 +81,17 @@ class ClimbGoal(NamedTuple):
 
 
 @inline_in_kernels
-def sign_index_range(goal):
+def sign_index_range(extreme_kind):
     """Range of the signs (1, −1) of ``PeakQuery`` that a goal needs."""
-    return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
+    return (1 if extreme_kind == LEAST else 0), (1 if extreme_kind == LARGEST else 2)
 
 
 @inline_in_kernels
-def orient(value, goal):
+def orient_to_maximum(value, extreme_kind):
     """The value with the sign with which the goal is a maximum."""
-    if goal == LARGEST_MAGNITUDE:
+    if extreme_kind == LARGEST_MAGNITUDE:
         return abs(value)
-    return -value if goal == LEAST else value
+    return -value if extreme_kind == LEAST else value
 
 
 @inline_in_kernels
@@ -122,7 +122,7 @@ def shrink_illinois_bracket(bracket, u, slope):
 
 
 @inline_in_kernels
-def remaining_gain(slope_magnitude, bracket, half_width, concavity):
+def remaining_gain_bound(slope_magnitude, bracket, half_width, concavity):
     """Bound of the maximum less a value whose slope has the magnitude ``slope_magnitude``."""
     return slope_magnitude * smaller((bracket.high - bracket.low) * half_width, 0.5 * slope_magnitude / concavity)
 
@@ -160,7 +160,7 @@ def step_climbs(climb_count, half_width, state):
     for j in range(np.uint64(climb_count)):
         u, value, slope = following[j], values[j], slopes[j]
         bracket, grade = Bracket(low[j], high[j], rising[j], falling[j], side[j]), abs(slope)
-        gain[j] = remaining_gain(grade, bracket, half_width, concavity[j])
+        gain[j] = remaining_gain_bound(grade, bracket, half_width, concavity[j])
         bound[j] = min(bound[j], value + gain[j])
         best[j] = max(value, best[j])
         at[j] = u if grade < steep[j] else at[j]  # near the top the slope tells points apart, values do not
@@ -175,7 +175,7 @@ def _step_climbs_in_python(climb_count, half_width, state):
     u, value, slope, concavity = (state[row, :climb_count] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
     bracket, grade = Bracket(*(state[row, :climb_count] for row in (LOW, HIGH, RISING, FALLING, SIDE))), abs(slope)
     best, at, bound, steep = (state[row, :climb_count] for row in (BEST, AT, BOUND, SLOPE))
-    state[GAIN, :climb_count] = gain = remaining_gain(grade, bracket, half_width, concavity)
+    state[GAIN, :climb_count] = gain = remaining_gain_bound(grade, bracket, half_width, concavity)
     bound[:] = smaller(bound, value + gain)
     best[:] = larger(value, best)
     at[:] = select(grade < steep, u, at)
@@ -240,7 +240,7 @@ def _keep_unfinished_climbs_in_python(
 
 
 @inline_in_kernels
-def climb_all(curve, first, climb_count, panels, panel, query, work):
+def climb_all_concave_parts(curve, first, climb_count, panels, panel, query, work):
     """Climb to the maxima of all concave parts at once. Finished climbs leave the table.
 
     A value that is exact enough is fixed, while the climb goes on to find its place. So the value has the same
@@ -252,7 +252,7 @@ def climb_all(curve, first, climb_count, panels, panel, query, work):
         if climb_count == 0:
             break
         there = (curve.source, panel, state[NEXT], query.sign, first, climbs.design, climb_count, state[VALUE:])
-        call(curve.panel, there)
+        call_by_address(curve.panel, there)
         step_climbs(climb_count, place[1], state)
         climb_count = keep_unfinished_climbs(
             climb_count, place, errors, step == CLIMB_STEPS - 1, query, work.found, climbs
@@ -260,19 +260,19 @@ def climb_all(curve, first, climb_count, panels, panel, query, work):
 
 
 @inline_in_kernels
-def climb(curve, design, panels, panel, ends, concavity, sign, aim):
+def climb_concave_part(curve, design, panels, panel, ends, concavity, sign, aim):
     """Climb for one design; return the largest value, its u in the panel, and a bound of the maximum."""
     bracket = Bracket(ends.low, ends.high, ends.rising, ends.falling, 0.0)
     largest, at, bound, flattest, exact = -np.inf, ends.low, np.inf, np.inf, False
     half_width = panels.half_width[panel]
     for _ in range(CLIMB_STEPS):
         u = chord_root(bracket)
-        value, slope = call(curve.point, (curve.source, panel, u, sign, design))
+        value, slope = call_by_address(curve.point, (curve.source, panel, u, sign, design))
         largest = largest if exact else max(largest, value)
         grade = abs(slope)
         if grade < flattest:
             flattest, at = grade, u
-        gain = remaining_gain(grade, bracket, half_width, concavity)
+        gain = remaining_gain_bound(grade, bracket, half_width, concavity)
         bound = min(bound, value + gain)
         exact = exact or gain <= aim.gain
         if bound < aim.best or (exact and grade <= aim.slope):

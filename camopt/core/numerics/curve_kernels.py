@@ -68,7 +68,7 @@ def evaluate_nodes(source, first, count, values):
 @evaluate_nodes.array_version
 def _evaluate_nodes_in_python(source, first, count, values):
     f, table = source[0]
-    PLAIN_RUN.add_formula_work(len(table.nodes) * count)
+    PLAIN_RUN.add_formula_work_within_limit(len(table.nodes) * count)
     at = state_at_node(table_as_columns(table), ...)
     values[: len(table.nodes), :count] = curve_value(f, slice(first, first + count), at)
 
@@ -90,7 +90,7 @@ def bound_curves_over_row(source, row, half_width, first, count, bounds):
 def _bound_curves_over_rows_in_python(source, rows, half_width, first, count, bounds):
     """Bound several rows of the table at once: ``rows`` (rows,), ``half_width`` (rows, 1)."""
     f, table = source[0]
-    PLAIN_RUN.add_formula_work(JET_WORK * len(rows) * count)
+    PLAIN_RUN.add_formula_work_within_limit(JET_WORK * len(rows) * count)
     at, eighth = state_jets_over_row(table_rows_as_columns(table, rows), ...), 0.5 * half_width * half_width
     jet = curve_value(f, slice(first, first + count), at)
     bounds.excess[rows, :count] = infinite_if_nan(eighth * jet.second + jet.error)
@@ -117,7 +117,7 @@ def evaluate_at_node(source, node, sign, first, designs, count, out):
 @evaluate_at_node.array_version
 def _evaluate_at_node_in_python(source, node, sign, first, designs, count, out):
     f, table = source[0]
-    PLAIN_RUN.add_formula_work(count)
+    PLAIN_RUN.add_formula_work_within_limit(count)
     out[0, :count], out[1, :count] = oriented_value_and_slope(
         f, first + designs[:count], state_at_node(table, node), sign
     )
@@ -134,7 +134,7 @@ def evaluate_on_panel(source, panel, u, sign, first, designs, count, out):
 
 @evaluate_on_panel.array_version
 def _evaluate_on_panel_in_python(source, panel, u, sign, first, designs, count, out):
-    PLAIN_RUN.add_formula_work(count)
+    PLAIN_RUN.add_formula_work_within_limit(count)
     out[0, :count], out[1, :count] = evaluate_points(source, panel, u[:count], sign, first + designs[:count])
 
 
@@ -217,7 +217,7 @@ EVALUATOR_RECORD = Record(
 
 
 @inline_in_kernels
-def evaluator(source, address):
+def evaluator_with_function_addresses(source, address):
     """The evaluator of ``source``, a curve and motion table that are kept at ``address``."""
     return Evaluator(
         address,

@@ -23,7 +23,7 @@ from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels, inline_
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.dual import constant_like, dual_from_pair, dual_state, state_without_slopes
 from camopt.core.numerics.state import State
-from camopt.core.numerics.trigonometry import rotate
+from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 
 DerivativeFormula = TypeVar("DerivativeFormula", bound=Callable[..., tuple[Any, Any, Any, Any]])
 CurveFormula = TypeVar("CurveFormula", bound=Callable[..., Any])
@@ -138,7 +138,7 @@ def quotient_derivatives(w, s):
 @inline_in_kernels
 def rotated_derivatives(cosine, sine, at):
     """Cosine and sine of an angle plus y, each with three derivatives."""
-    c, s = rotate(cosine, sine, at.y)
+    c, s = cosine_and_sine_of_sum(cosine, sine, at.y)
     c1, s1, square = -s * at.y1, c * at.y1, np.square(at.y1)
     c2, s2 = -s * at.y2 - c * square, c * at.y2 - s * square
     c3 = -s * at.y3 - 3.0 * c * at.y1 * at.y2 + s * at.y1 * square

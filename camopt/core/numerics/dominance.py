@@ -44,11 +44,11 @@ class Dominators:
         sizes = [len(_pad_to_branches(level)) for level, _ in levels[::-1]]
         self._tree = BoundTree(least, most, np.concatenate([[0], np.cumsum(sizes)]))
 
-    def dominate(self, costs: FloatArray) -> BoolArray:
+    def mask_dominated_points(self, costs: FloatArray) -> BoolArray:
         """Which points (n, objectives) a known point dominates (n,): it costs no more in any and less in one."""
         found = np.zeros(len(costs), dtype=bool)
         stack = np.empty((2, TREE_BRANCHES * len(self._tree.starts)), np.int64)
-        find_dominated(self._tree, np.ascontiguousarray(costs), found, stack)
+        mark_dominated_points(self._tree, np.ascontiguousarray(costs), found, stack)
         return found
 
 
@@ -63,7 +63,7 @@ def _group_by_branch(costs: FloatArray) -> FloatArray:
 
 
 @compiled_once_it_pays(work=COMPARE_WORK)
-def find_dominated(tree, costs, found, stack):
+def mark_dominated_points(tree, costs, found, stack):
     """Mark the points that a known point of a tree dominates."""
     objectives, last = costs.shape[1], tree.starts.size - 2
     for i in range(costs.shape[0]):
@@ -90,8 +90,8 @@ def find_dominated(tree, costs, found, stack):
                     waiting += 1
 
 
-@find_dominated.array_version
-def _find_dominated_in_python(tree, every, dominated, stack):
+@mark_dominated_points.array_version
+def _mark_dominated_points_in_python(tree, every, dominated, stack):
     """Mark many points together, level by level."""
     roots = int(tree.starts[1])
     for first in range(0, len(every), COMPARED_AT_ONCE):
@@ -118,7 +118,7 @@ class PointTree:
 
     def add_and_find_dominated(self, costs: FloatArray) -> Any:
         """Add points (n, objectives); return a mask (n,) of those that a point of the large tree dominates."""
-        dominated = self._most.dominate(costs)
+        dominated = self._most.mask_dominated_points(costs)
         self._recent.append(costs[~dominated])
         return dominated
 
@@ -141,10 +141,10 @@ class TreePair(NamedTuple):
     most: Dominators
     recent: Dominators
 
-    def dominate(self, costs: FloatArray) -> Any:
+    def mask_dominated_points(self, costs: FloatArray) -> Any:
         """Which points a known point dominates; see ``Dominators``."""
-        dominated = self.most.dominate(costs)
-        dominated[~dominated] = self.recent.dominate(costs[~dominated])
+        dominated = self.most.mask_dominated_points(costs)
+        dominated[~dominated] = self.recent.mask_dominated_points(costs[~dominated])
         return dominated
 
 
@@ -154,7 +154,7 @@ def neighbour_order(costs: FloatArray) -> Any:
     The points are sorted by the objective in which their ranks have the largest spread. Then each half is sorted in
     the same way, and so on.
     """
-    ranks = np.column_stack([_rank_share(column) for column in costs.T]).astype(np.float32)
+    ranks = np.column_stack([_normalised_ranks(column) for column in costs.T]).astype(np.float32)
     order, size = np.arange(len(costs)), TREE_BRANCHES
     while size < len(costs):
         size *= TREE_BRANCHES
@@ -167,7 +167,7 @@ def neighbour_order(costs: FloatArray) -> Any:
     return order
 
 
-def _rank_share(values: FloatArray) -> FloatArray:
+def _normalised_ranks(values: FloatArray) -> FloatArray:
     """Rank of each value among the different values, from 0 to 1."""
     different, rank = np.unique(values, return_inverse=True)
     return np.asarray(rank / max(len(different) - 1, 1))

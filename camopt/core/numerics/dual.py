@@ -29,7 +29,7 @@ class Dual(NamedTuple):
 
 
 def as_constant(x: Any) -> Any:
-    """A constant in the form in which it combines with dual numbers of its own number type."""
+    """A constant as a dual number with slope 0, unless it is a plain number."""
     return x if isinstance(x, PLAIN_KINDS) else Dual(x, 0.0)
 
 

@@ -23,20 +23,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.kernels.address_calls import AddressedKernel, address_of_values, call
+from camopt.core.kernels.address_calls import AddressedKernel, address_of_values, call_by_address
 from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record, as_pinned_tuple
 from camopt.core.kernels.compile import compiled, compiled_once_it_pays
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LEAST, UNIT_ROUNDOFF, FloatArray
-from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient, sign_index_range
-from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator
+from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient_to_maximum, sign_index_range
+from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator_with_function_addresses
 from camopt.core.numerics.curves import LOADED_CURVES
 from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.numerics.jet import larger
 from camopt.core.numerics.panel_prefetch import caching_evaluator
 from camopt.core.numerics.panel_search import (
     restart_inexact_designs,
-    search_panel,
+    search_panel_for_chosen_designs,
     search_panel_for_inexact_designs,
 )
 from camopt.core.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, panels_of
@@ -80,7 +80,7 @@ class Extremes(NamedTuple):
 
 
 @called_by_kernels
-def write_best_nodes(values, count, panels, kinds, goal, best, node):
+def write_best_nodes(values, count, panels, kinds, extreme_kind, best, node):
     """Largest oriented node value of each design over pieces of some kinds, and the first node that has it."""
     for i in range(count):
         best[i] = -np.inf
@@ -90,7 +90,7 @@ def write_best_nodes(values, count, panels, kinds, goal, best, node):
             for t in range(panels.first_panel[q] + q, panels.first_panel[q + 1] + q + 1):
                 row = values[t]
                 for i in range(count):
-                    value = orient(row[i], goal)
+                    value = orient_to_maximum(row[i], extreme_kind)
                     node[i] = (
                         t
                         if value > max(best[i] * (1.0 + TIE_TOLERANCE), best[i] * (1.0 - TIE_TOLERANCE))
@@ -100,12 +100,12 @@ def write_best_nodes(values, count, panels, kinds, goal, best, node):
 
 
 @write_best_nodes.array_version
-def _write_best_nodes_in_python(values, count, panels, kinds, goal, best, node):
+def _write_best_nodes_in_python(values, count, panels, kinds, extreme_kind, best, node):
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
     nodes = np.flatnonzero(panels.kind[piece] & kinds)
-    oriented = orient(values[nodes, :count], goal)
+    oriented = orient_to_maximum(values[nodes, :count], extreme_kind)
     if np.isnan(oriented).any():  # a NaN stays the best until the next node
-        write_best_nodes.py_func(values, count, panels, kinds, goal, best, node)
+        write_best_nodes.py_func(values, count, panels, kinds, extreme_kind, best, node)
         return
     most = np.full((len(oriented) + 1, count), -np.inf)
     for t in range(len(oriented)):  # a fifth of the time of np.maximum.accumulate
@@ -139,16 +139,20 @@ def may_any_design_exceed_best(start_values, end_values, largest_rise, design_co
     exceeds = False
     for i in range(design_count):
         exceeds |= (
-            max(orient(start_values[i], extreme_kind), orient(end_values[i], extreme_kind)) + largest_rise[i]
+            max(orient_to_maximum(start_values[i], extreme_kind), orient_to_maximum(end_values[i], extreme_kind))
+            + largest_rise[i]
             > best[i]
         )
     return exceeds
 
 
 @may_any_design_exceed_best.array_version
-def _may_exceed_in_python(before, after, excess, count, goal, best):
-    ends = larger(orient(before[:count], goal), orient(after[:count], goal))
-    return bool(np.any(ends + excess[:count] > best[:count]))
+def _may_designs_exceed_best_in_python(start_values, end_values, largest_rise, design_count, extreme_kind, best):
+    ends = larger(
+        orient_to_maximum(start_values[:design_count], extreme_kind),
+        orient_to_maximum(end_values[:design_count], extreme_kind),
+    )
+    return bool(np.any(ends + largest_rise[:design_count] > best[:design_count]))
 
 
 @called_by_kernels
@@ -179,48 +183,50 @@ def _choose_candidate_designs_in_python(panel, node, count, query, work):
 
 
 @inline_in_kernels
-def may_panel_exceed_best(curve, first, count, panels, panel, node, goal, work):
+def may_panel_exceed_best(curve, first, count, panels, panel, node, extreme_kind, work):
     """Whether a panel may exceed the best value of any design, by its jets."""
     before, after = work.values[node], work.values[node + 1]
     for row in (panels.group[panel], panel):  # the bounds of the group are enough for most panels
         if not work.looked[row]:
-            call(curve.row, (curve.source, row, panels.half_width[panel], first, count, work.bounds))
+            call_by_address(curve.row, (curve.source, row, panels.half_width[panel], first, count, work.bounds))
             work.looked[row] = True
-        if not may_any_design_exceed_best(before, after, work.bounds.excess[row], count, goal, work.found.best):
+        if not may_any_design_exceed_best(
+            before, after, work.bounds.excess[row], count, extreme_kind, work.found.best
+        ):
             return False
     return True
 
 
 @may_panel_exceed_best.array_version
-def _may_panel_exceed_best_in_python(curve, first, count, panels, panel, node, goal, work):
+def _may_panel_exceed_best_in_python(curve, first, count, panels, panel, node, extreme_kind, work):
     before, after, best = work.values[node], work.values[node + 1], work.found.best
     return all(
-        may_any_design_exceed_best(before, after, work.bounds.excess[row], count, goal, best)
+        may_any_design_exceed_best(before, after, work.bounds.excess[row], count, extreme_kind, best)
         for row in (panels.group[panel], panel)
     )
 
 
 @called_by_kernels
-def start_extremes_at_best_nodes(panels, kinds, goal, floor, count, work):
+def start_extremes_at_best_nodes(panels, kinds, extreme_kind, floor, count, work):
     """Start the extremes of a tile with the best nodes."""
     found = work.found
-    write_best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    write_best_nodes(work.values, count, panels, kinds, extreme_kind, found.best, found.node)
     for i in range(count):
         found.best[i] = max(found.best[i], floor)
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
 @start_extremes_at_best_nodes.array_version
-def _start_extremes_in_python(panels, kinds, goal, floor, count, work):
+def _start_extremes_in_python(panels, kinds, extreme_kind, floor, count, work):
     found = work.found
-    write_best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
+    write_best_nodes(work.values, count, panels, kinds, extreme_kind, found.best, found.node)
     found.best[:count] = larger(found.best[:count], floor)
     found.top[:count], found.rounding[:count] = found.best[:count], 0.0
     found.at[:count] = node_angle(panels, found.node[:count])
 
 
 @inline_in_kernels
-def search_open_panel(curve, first, count, panels, panel_and_node, goal_and_precision, work):
+def search_panel_for_candidate_designs(curve, first, count, panels, panel_and_node, goal_and_precision, work):
     """Search a panel for the designs whose best value it may exceed, by its jets.
 
     ``panel_and_node`` is the panel and its first node, ``goal_and_precision`` the goal and the precision.
@@ -231,11 +237,11 @@ def search_open_panel(curve, first, count, panels, panel_and_node, goal_and_prec
         ask = PeakQuery(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
         many = choose_candidate_designs(panel, node, count, ask, work)
         if many:
-            search_panel(curve, first, many, panels, panel, node, ask, work)
+            search_panel_for_chosen_designs(curve, first, many, panels, panel, node, ask, work)
 
 
 @inline_in_kernels
-def search_tile(curve, first, count, panels, question, precision, work):
+def find_extremes_of_design_tile(curve, first, count, panels, question, precision, work):
     """Find the extremes of a tile; a question is the kinds of stroke to search, and the goal."""
     kinds, goal = question
     start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, work)
@@ -243,33 +249,35 @@ def search_tile(curve, first, count, panels, question, precision, work):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
                 if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
-                    search_open_panel(curve, first, count, panels, (p, p + q), (goal, precision), work)
+                    search_panel_for_candidate_designs(
+                        curve, first, count, panels, (p, p + q), (goal, precision), work
+                    )
 
 
-@search_tile.array_version
-def _search_tile_in_python(curve, first, count, panels, question, precision, work):
+@find_extremes_of_design_tile.array_version
+def _find_extremes_of_tile_in_python(curve, first, count, panels, question, precision, work):
     kinds, goal = question
     start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, work)
-    bound_unknown_rows(curve, first, count, panels, np.unique(panels.group), work)
+    evaluate_unknown_row_bounds(curve, first, count, panels, np.unique(panels.group), work)
     panel, piece = panels_that_may_exceed_best(panels, kinds, goal, count, work)
-    bound_unknown_rows(curve, first, count, panels, panel, work)
+    evaluate_unknown_row_bounds(curve, first, count, panels, panel, work)
     for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
         if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
-            search_open_panel(curve, first, count, panels, (p, p + q), (goal, precision), work)
+            search_panel_for_candidate_designs(curve, first, count, panels, (p, p + q), (goal, precision), work)
 
 
-def bound_unknown_rows(curve, first, count, panels, rows, work):
+def evaluate_unknown_row_bounds(curve, first, count, panels, rows, work):
     """Evaluate the unknown bounds of some panels or groups together."""
     rows = rows[~work.looked[rows]]
     if rows.size:
         widths = np.empty(panels.rows)
         widths[: panels.half_width.size] = widths[panels.group] = panels.half_width
-        call(curve.row, (curve.source, rows, widths[rows, None], first, count, work.bounds))
+        call_by_address(curve.row, (curve.source, rows, widths[rows, None], first, count, work.bounds))
         work.looked[rows] = True
 
 
 @inline_in_kernels
-def search_inexact_designs(curve, first, count, panels, question, precision, work):
+def search_again_for_inexact_designs(curve, first, count, panels, question, precision, work):
     """Search again for the designs of a tile whose extremes are not exact enough."""
     kinds, goal = question
     one, other = sign_index_range(goal)
@@ -285,76 +293,93 @@ def search_inexact_designs(curve, first, count, panels, question, precision, wor
                         search_panel_for_inexact_designs(curve, first, many, panels, p, p + q, sharp, work)
 
 
-def panels_that_may_exceed_best(panels, kinds, goal, count, work):
+def panels_that_may_exceed_best(panels, kinds, extreme_kind, count, work):
     """Panels that may exceed the best node by the jets of their groups, and the numbers of their pieces."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
     panel = np.flatnonzero(panels.kind[piece] & kinds)
-    before, after = (orient(work.values[panel + piece[panel] + side, :count], goal) for side in (0, 1))
+    before, after = (
+        orient_to_maximum(work.values[panel + piece[panel] + side, :count], extreme_kind) for side in (0, 1)
+    )
     most = larger(before, after) + work.bounds.excess[panels.group[panel], :count]
     remaining = panel[np.any(most > work.found.best[:count], axis=1)]
     return remaining, piece[remaining]
 
 
 @called_by_kernels
-def write_extremes(found, count, goal, value, where, width):
+def write_extremes(found, count, extreme_kind, value, where, width):
     """Write the extremes of a tile into the answers."""
     for i in range(count):
-        value[i] = -found.best[i] if goal == LEAST else found.best[i]
+        value[i] = -found.best[i] if extreme_kind == LEAST else found.best[i]
         where[i] = found.at[i]
         width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
 
 
 @write_extremes.array_version
-def _write_extremes_in_python(found, count, goal, value, where, width):
+def _write_extremes_in_python(found, count, extreme_kind, value, where, width):
     best = found.best[:count]
-    value[:count], where[:count] = -best if goal == LEAST else best, found.at[:count]
+    value[:count], where[:count] = -best if extreme_kind == LEAST else best, found.at[:count]
     width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
 
 
 @partial(compiled, size=SEARCH_SIZE)
-def search_all(curve, panels, questions, precision, answers, work):
+def answer_all_questions_on_curve(curve, panels, questions, precision, answers, work):
     """Write the extremes of a curve, an ``Evaluator``, to ``answers`` (3, K, designs)."""
     designs, tile = answers.shape[2], work.middle.size
     for first in range(0, designs, tile):
         count = min(tile, designs - first)
-        call(curve.nodes, (curve.source, first, count, work.values))
+        call_by_address(curve.nodes, (curve.source, first, count, work.values))
         work.looked[:] = False
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
-            search_tile(curve, first, count, panels, question, precision, work)
-            search_inexact_designs(curve, first, count, panels, question, precision, work)
+            find_extremes_of_design_tile(curve, first, count, panels, question, precision, work)
+            search_again_for_inexact_designs(curve, first, count, panels, question, precision, work)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
             write_extremes(work.found, count, question[1], value, where, width)
 
 
-@search_all.array_version
-def _search_all_in_python(curve, panels, questions, precision, answers, work):
+@answer_all_questions_on_curve.array_version
+def _answer_all_questions_in_python(curve, panels, questions, precision, answers, work):
     curve = caching_evaluator(curve)
-    search_all.py_func(curve, panels, questions, precision, answers, uncompiled_workspace(panels))
+    answer_all_questions_on_curve.py_func(
+        curve, panels, questions, precision, answers, uncompiled_workspace(panels)
+    )
 
 
 @compiled_once_it_pays(work=SEARCH_WORK)
-def search_curve(f, table, panels, questions, precision, answers, work, search_all):
-    """Search a curve over a motion table; ``search_all`` is called by its address."""
+def search_curve(f, table, panels, questions, precision, answers, work, answer_all_questions_on_curve):
+    """Search a curve over a motion table; ``answer_all_questions_on_curve`` is called by its address."""
     source = (f, table)
-    call(search_all, (evaluator(source, address_of_values(source)), panels, questions, precision, answers, work))
+    call_by_address(
+        answer_all_questions_on_curve,
+        (
+            evaluator_with_function_addresses(source, address_of_values(source)),
+            panels,
+            questions,
+            precision,
+            answers,
+            work,
+        ),
+    )
 
 
 ANSWERS_KIND = ArgumentKind(NUMBER.name, 3)
 QUESTIONS_KIND = ArgumentKind(COUNT.name, 2)
 SEARCH_ADDRESS = AddressedKernel(
-    search_all, (EVALUATOR_RECORD, PANEL_RECORD, QUESTIONS_KIND, PRECISION_RECORD, ANSWERS_KIND, WORKSPACE_RECORD)
+    answer_all_questions_on_curve,
+    (EVALUATOR_RECORD, PANEL_RECORD, QUESTIONS_KIND, PRECISION_RECORD, ANSWERS_KIND, WORKSPACE_RECORD),
 )
 
 
-def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
+def extremes_of_curve(
+    f: Any, design_count: int, table: MotionTable, questions: Any, precision: Precision
+) -> Extremes:
     """Extremes of a curve for designs 0 … designs − 1.
 
     ``questions`` (K, 2) has the kinds of stroke to search and the goal.
     """
-    if designs > PLAIN_TILE:
+    if design_count > PLAIN_TILE:
         keep_freed_memory()
-    answers, question_array = np.empty((3, len(questions), designs)), np.array(questions, np.int64)
+    answers, question_array = np.empty((3, len(questions), design_count)), np.array(questions, np.int64)
     turn = _pinned_table_and_panels(table, type(f) in LOADED_CURVES)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
         search_curve(f, *turn, question_array, precision, answers, thread_workspace(turn[1]), SEARCH_ADDRESS)
@@ -362,7 +387,7 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
 
 
 @cached_by_identity(maxsize=64)
-def _pinned_table_and_panels(table: MotionTable, loaded: bool) -> tuple[MotionTable, Panels]:
+def _pinned_table_and_panels(table: MotionTable, keeps_load: bool) -> tuple[MotionTable, Panels]:
     """A motion table and its panels for kernels. Without the load, turns with and without one share a kernel."""
-    table = table if loaded else table._replace(load=None)
+    table = table if keeps_load else table._replace(load=None)
     return as_pinned_tuple(table), as_pinned_tuple(panels_of(table))

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from camopt.core.kernels.address_calls import call
+from camopt.core.kernels.address_calls import call_by_address
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
-from camopt.core.numerics.climbing import ClimbGoal, PanelPartEnds, allowed_gain, climb
+from camopt.core.numerics.climbing import ClimbGoal, PanelPartEnds, allowed_gain, climb_concave_part
 from camopt.core.numerics.jet import infinite_if_nan, larger, select, smaller
 from camopt.core.numerics.workspace import DEPTH
 
@@ -14,7 +14,7 @@ CONCAVE, CLIMBS, SETTLED, UNSETTLED = 0, 1, 2, 3
 
 
 @inline_in_kernels
-def most_ascent(slope, bend, curl, width):
+def largest_gain_by_quadratic_slope(slope, bend, curl, width):
     """Largest gain over the end of a part, where the slope is at most slope + bend·t − curl·t².
 
     A slope differs from its chord by at most |f'''|·t·(width − t)/2. Where a curve starts level, as at the end of a
@@ -28,7 +28,7 @@ def most_ascent(slope, bend, curl, width):
 
 
 @called_by_kernels
-def classify_part(ends, third_derivative_bound, half_width, settling_bound):
+def classify_and_bound_part(ends, third_derivative_bound, half_width, settling_bound):
     """Classify a part by end values, slopes and |f'''|; return verdict, bound of values, lower bound of −f''."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
@@ -39,13 +39,13 @@ def classify_part(ends, third_derivative_bound, half_width, settling_bound):
         return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), most, -(bend + room)
     bound = most + 0.125 * max(room - bend, 0.0) * width * width
     if bound > settling_bound:
-        ascent = most_ascent(rising, bend + room, 0.5 * third_derivative_bound, width)
-        descent = most_ascent(-falling, bend + room, 0.5 * third_derivative_bound, width)
+        ascent = largest_gain_by_quadratic_slope(rising, bend + room, 0.5 * third_derivative_bound, width)
+        descent = largest_gain_by_quadratic_slope(-falling, bend + room, 0.5 * third_derivative_bound, width)
         bound = min(bound, max(most, min(left + ascent, right + descent)))
     return (SETTLED if bound <= settling_bound else UNSETTLED), bound, 0.0
 
 
-def classify_parts(ends, third_derivative_bound, half_width, settling_bound):
+def classify_and_bound_parts(ends, third_derivative_bound, half_width, settling_bound):
     """Classify many parts of the same width, uncompiled."""
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
@@ -60,7 +60,7 @@ def classify_parts(ends, third_derivative_bound, half_width, settling_bound):
             (bend + room)[open_],
             0.5 * third_derivative_bound[open_],
         )
-        ascent, descent = (most_ascent(slope, curve, curl, width) for slope in (rise, drop))
+        ascent, descent = (largest_gain_by_quadratic_slope(slope, curve, curl, width) for slope in (rise, drop))
         reached = smaller(left[open_] + ascent, right[open_] + descent)
         bound[open_] = smaller(bound[open_], larger(most[open_], reached))
     climbs = np.where((rising > 0.0) & (falling < 0.0), CLIMBS, CONCAVE)
@@ -69,20 +69,20 @@ def classify_parts(ends, third_derivative_bound, half_width, settling_bound):
 
 
 @called_by_kernels
-def write_ends(row, ends):
+def write_part_ends(row, ends):
     """Write the ends of a part into a row of a table."""
     for k in range(6):
         row[k] = ends[k]
 
 
 @called_by_kernels
-def read_ends(row):
+def read_part_ends(row):
     """Read the ends of a part from a row of a table."""
     return PanelPartEnds(row[0], row[1], row[2], row[3], row[4], row[5])
 
 
 @called_by_kernels
-def bound_by_slope(bounds, ends, sign, half_width):
+def upper_bound_by_slope(bounds, ends, sign, half_width):
     """Bound of the values in a part from the range of its slope; close where the curve is level or monotone."""
     rise = infinite_if_nan((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
     drop = infinite_if_nan((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
@@ -92,7 +92,7 @@ def bound_by_slope(bounds, ends, sign, half_width):
 
 
 @inline_in_kernels
-def bound_by_jet(bound, bounds, ends, sign, half_width):
+def closer_upper_bound_by_jet(bound, bounds, ends, sign, half_width):
     """Closer bound of the values in a part from its own jet."""
     reach = 0.5 * (ends.high - ends.low)
     bound = min(
@@ -113,7 +113,7 @@ def has_excess_rounding_error(rounding_error, bound, best, query):
 @called_by_kernels
 def halving_reduces_rounding(curve, design, panel, middle, error):
     """Whether a part's rounding error is far larger than that of a point, so that halving the part reduces it."""
-    return error > 2.0 * call(curve.part, (curve.source, panel, middle, POINT_WIDTH, design)).error
+    return error > 2.0 * call_by_address(curve.part, (curve.source, panel, middle, POINT_WIDTH, design)).error
 
 
 @called_by_kernels
@@ -122,13 +122,13 @@ def search_part_by_halving(curve, design, panels, panel, error, query, best, sta
 
     The part is the first row of the stack. The range of its slope is tried first, then its jets, then its halves
     and so on. ``error`` is the rounding error of the panel, infinite where a denominator may be zero in it; the
-    error of a part replaces it. If one part has no bound, the whole has none, and halving stops. With ``ask.blur``,
+    error of a part replaces it. If one part has no bound, the whole has none, and halving stops. With ``query.blur``,
     parts are also halved until their rounding error is small enough, as far as halving helps. Only the errors of
     parts that may exceed the best value count.
     """
     half_width = panels.half_width[panel]
-    whole = call(curve.part, (curve.source, panel, 0.0, 1.0, design))
-    bound = bound_by_slope(whole, read_ends(stack[0]), query.sign, half_width)
+    whole = call_by_address(curve.part, (curve.source, panel, 0.0, 1.0, design))
+    bound = upper_bound_by_slope(whole, read_part_ends(stack[0]), query.sign, half_width)
     if bound <= best + allowed_gain(best, query.relative_error, error) and not has_excess_rounding_error(
         error, bound, best, query
     ):
@@ -138,28 +138,30 @@ def search_part_by_halving(curve, design, panels, panel, error, query, best, sta
     while depth > 0:
         depth -= 1
         parts += 1
-        ends = read_ends(stack[depth])
+        ends = read_part_ends(stack[depth])
         middle = 0.5 * (ends.low + ends.high)
-        bounds = call(curve.part, (curve.source, panel, middle, 0.5 * (ends.high - ends.low), design))
+        bounds = call_by_address(curve.part, (curve.source, panel, middle, 0.5 * (ends.high - ends.low), design))
         part_error = min(error, bounds.error)
         gain = allowed_gain(best, query.relative_error, part_error)
-        verdict, bound, concavity = classify_part(ends, bounds.third, half_width, best + gain)
+        verdict, bound, concavity = classify_and_bound_part(ends, bounds.third, half_width, best + gain)
         if verdict == UNSETTLED:
-            bound = bound_by_jet(bound, bounds, ends, query.sign, half_width)
+            bound = closer_upper_bound_by_jet(bound, bounds, ends, query.sign, half_width)
         more = verdict == UNSETTLED and bound > best + gain
         if not more and has_excess_rounding_error(part_error, np.inf if verdict == CLIMBS else bound, best, query):
             more = halving_reduces_rounding(curve, design, panel, middle, part_error)
         if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
-            value, slope = call(curve.point, (curve.source, panel, middle, query.sign, design))
+            value, slope = call_by_address(curve.point, (curve.source, panel, middle, query.sign, design))
             if value > best:
                 best, largest, at = value, value, middle
-            write_ends(stack[depth], PanelPartEnds(ends.low, middle, ends.left, ends.rising, value, slope))
-            write_ends(stack[depth + 1], PanelPartEnds(middle, ends.high, value, slope, ends.right, ends.falling))
+            write_part_ends(stack[depth], PanelPartEnds(ends.low, middle, ends.left, ends.rising, value, slope))
+            write_part_ends(
+                stack[depth + 1], PanelPartEnds(middle, ends.high, value, slope, ends.right, ends.falling)
+            )
             depth += 2
             continue
         if verdict == CLIMBS:
             aim = ClimbGoal(best, gain, query.location * concavity)
-            value, u, bound = climb(curve, design, panels, panel, ends, concavity, query.sign, aim)
+            value, u, bound = climb_concave_part(curve, design, panels, panel, ends, concavity, query.sign, aim)
             if value > best:
                 best, largest, at = value, value, u
         top = max(top, bound)

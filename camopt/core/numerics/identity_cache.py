@@ -29,9 +29,9 @@ def cached_by_identity(maxsize: int) -> Callable[[CachedFunction], CachedFunctio
             return function(key.value, *others)
 
         @wraps(function)
-        def by_identity(owner: Any, *others: Hashable) -> Any:
+        def call_with_cached_result(owner: Any, *others: Hashable) -> Any:
             return find_result(IdentityKey(owner), *others)
 
-        return cast(CachedFunction, by_identity)
+        return cast(CachedFunction, call_with_cached_result)
 
     return decorate

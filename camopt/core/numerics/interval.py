@@ -67,7 +67,7 @@ def _power_of_interval(a: "Interval", exponent: "Interval") -> "Interval":
     return widen(Interval(np.minimum(low, high), np.maximum(low, high)), LIBRARY_ERROR)
 
 
-def _wave_rule(function: Any, crest: float) -> Callable[["Interval"], "Interval"]:
+def _sine_or_cosine_rule(function: Any, crest_phase: float) -> Callable[["Interval"], "Interval"]:
     """Rule of a sine or cosine: the values at the ends, and ±1 if a crest or trough lies inside.
 
     A crest that rounding hides is so near an end that the function differs from 1 there by less than a rounding.
@@ -79,7 +79,8 @@ def _wave_rule(function: Any, crest: float) -> Callable[["Interval"], "Interval"
 
         ends = widen(_interval_hull(function(a.low), function(a.high)), LIBRARY_ERROR)
         return Interval(
-            np.where(contains_phase(crest - np.pi), -1.0, ends.low), np.where(contains_phase(crest), 1.0, ends.high)
+            np.where(contains_phase(crest_phase - np.pi), -1.0, ends.low),
+            np.where(contains_phase(crest_phase), 1.0, ends.high),
         )
 
     return rule
@@ -99,7 +100,7 @@ def _increasing_rule(function: Any) -> Callable[..., "Interval"]:
     return lambda *a: Interval(function(*(x.low for x in a)), function(*(x.high for x in a)))
 
 
-def _library_rule(function: Any) -> Callable[..., "Interval"]:
+def _increasing_rule_with_library_error(function: Any) -> Callable[..., "Interval"]:
     """Rule of a library function that rises with its argument."""
     return lambda a: widen(_increasing_rule(function)(a), LIBRARY_ERROR)
 
@@ -115,12 +116,12 @@ INTERVAL_RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.sign: lambda a: _increasing_rule(np.sign)(a),
     np.power: _power_of_interval,
     np.sqrt: lambda a: _increasing_rule(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
-    np.sin: _wave_rule(np.sin, np.pi / 2),
-    np.cos: _wave_rule(np.cos, 0.0),
-    np.arcsin: _library_rule(np.arcsin),
-    np.arctan: _library_rule(np.arctan),
+    np.sin: _sine_or_cosine_rule(np.sin, np.pi / 2),
+    np.cos: _sine_or_cosine_rule(np.cos, 0.0),
+    np.arcsin: _increasing_rule_with_library_error(np.arcsin),
+    np.arctan: _increasing_rule_with_library_error(np.arctan),
     np.degrees: _increasing_rule(np.degrees),
-    np.cbrt: _library_rule(np.cbrt),
+    np.cbrt: _increasing_rule_with_library_error(np.cbrt),
     np.arctan2: _arctan2_interval,
     np.maximum: _increasing_rule(np.maximum),
     np.minimum: _increasing_rule(np.minimum),

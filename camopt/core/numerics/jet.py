@@ -248,7 +248,7 @@ def power(a, exponent):
 
 
 @inline_in_kernels_by_overload
-def wave(a, low_end_value, high_end_value, largest_derivative):
+def sine_or_cosine_jet(a, low_end_value, high_end_value, largest_derivative):
     """A sine or cosine of a, from its values at the ends of a's range and its largest derivative.
 
     Inside the range it exceeds the values at the ends by at most an eighth of the squared width.
@@ -279,14 +279,14 @@ def largest_wave_magnitude(low, high, width):
 
 @inline_in_kernels_by_overload
 def sine(a):
-    return wave(
+    return sine_or_cosine_jet(
         a, np.sin(a.low), np.sin(a.high), largest_wave_magnitude(np.cos(a.low), np.cos(a.high), a.high - a.low)
     )
 
 
 @inline_in_kernels_by_overload
 def cosine(a):
-    return wave(
+    return sine_or_cosine_jet(
         a, np.cos(a.low), np.cos(a.high), largest_wave_magnitude(np.sin(a.low), np.sin(a.high), a.high - a.low)
     )
 

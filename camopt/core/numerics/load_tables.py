@@ -8,7 +8,7 @@ import numpy as np
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IndexArray, IntArray
 from camopt.core.numerics.jet import Jet
-from camopt.core.numerics.panels import derivatives, jets_over_part, jets_over_row
+from camopt.core.numerics.panels import derivatives, displacement_jets_over_part, displacement_jets_over_row
 from camopt.core.numerics.state import Load, TrainForces
 
 LOAD_ERRORS, ANGLE_ERRORS = 8.0, 64.0  # errors of a load, in roundings of the largest; of cam angles, of 1 rad
@@ -113,7 +113,7 @@ def chosen_by_load(train_function):
             )
 
         @chosen_by_type(load_function)
-        def _choose(load, row, place):
+        def function_for_load_type(load, row, place):
             if load is NoneType:
                 return lambda load, row, place: None
             return train_function if load is TrainLoadTable else function
@@ -136,15 +136,15 @@ def _train_forces_at_node(load, row, place):
 
 
 def _train_forces_over_row(load, row, place):
-    value, slope, _, _ = jets_over_row(load.still, row)
-    carried, carried_slope, _, _ = jets_over_row(load.carried, row)
+    value, slope, _, _ = displacement_jets_over_row(load.still, row)
+    carried, carried_slope, _, _ = displacement_jets_over_row(load.carried, row)
     return TrainForces(value, slope, carried, carried_slope)
 
 
 def _train_forces_over_part(load, row, place):
     h = load.still.half_width[row]
-    value, slope, _, _ = jets_over_part(load.still, row, place[0] / h, place[1] / h)
-    carried, carried_slope, _, _ = jets_over_part(load.carried, row, place[0] / h, place[1] / h)
+    value, slope, _, _ = displacement_jets_over_part(load.still, row, place[0] / h, place[1] / h)
+    carried, carried_slope, _, _ = displacement_jets_over_part(load.carried, row, place[0] / h, place[1] / h)
     return TrainForces(value, slope, carried, carried_slope)
 
 

@@ -17,7 +17,7 @@ STEEPEST = (TABLE_DEGREE - 3.0) ** 2
 """Largest slope of a polynomial of the jerk's degree on [−1, 1], divided by its largest value there (Markov)."""
 
 
-def middles_and_angles_over(
+def part_middles_and_angle_intervals(
     table: Any, panel: IntArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, SlopedInterval]:
     """Middles of parts of panels (from −1 to 1), and the cam angle over each part from the middle of its panel."""
@@ -26,7 +26,9 @@ def middles_and_angles_over(
     return u, angle
 
 
-def derivatives_over(table: Any, panel: IntArray, u: FloatArray, angle: SlopedInterval, count: int) -> list[Any]:
+def derivative_intervals_over_parts(
+    table: Any, panel: IntArray, u: FloatArray, angle: SlopedInterval, derivative_count: int
+) -> list[Any]:
     """The first ``count`` derivatives over parts of panels, the displacement first, and the range of the next one.
 
     Each is known at ``u``, the middle of the part, and the next derivative bounds its change over the part.
@@ -37,22 +39,24 @@ def derivatives_over(table: Any, panel: IntArray, u: FloatArray, angle: SlopedIn
     error[4] = np.maximum(error[4], steepest * error[3])
     most[5] = most[5] + steepest * error[4]
     room = angle.span.largest_magnitude[0]
-    distance, following = Interval(-room, room), Interval(-most[count + 1], most[count + 1])
+    distance, following = Interval(-room, room), Interval(-most[derivative_count + 1], most[derivative_count + 1])
     terms = list[Any]()
-    for order in range(count, -1, -1):
+    for order in range(derivative_count, -1, -1):
         at_middle = widen(Interval(middle[order] - error[order], middle[order] + error[order]))
         mean_value = widen(at_middle + following * distance)
         value = Interval(
             np.maximum(mean_value.low, table.low[panel, order] - error[order]),
             np.minimum(mean_value.high, table.high[panel, order] + error[order]),
         )
-        slopes = slopes_by_angle_only(angle, following)
-        terms.append(value if order == count else replace(angle, value=value, at=at_middle, slopes=slopes))
+        slopes = slopes_nonzero_by_angle_only(angle, following)
+        terms.append(
+            value if order == derivative_count else replace(angle, value=value, at=at_middle, slopes=slopes)
+        )
         following = value
     return terms[::-1]
 
 
-def slopes_by_angle_only(angle: SlopedInterval, slope: Interval) -> Interval:
+def slopes_nonzero_by_angle_only(angle: SlopedInterval, slope: Interval) -> Interval:
     """Slopes of a quantity that depends only on the cam angle."""
     low, high = np.zeros((2, *angle.slopes.low.shape))
     low[0], high[0] = slope.low, slope.high

@@ -19,7 +19,7 @@ NEIGHBOURS = 3  # neighbours on either side
 NORMAL_MEDIAN = NormalDist().inv_cdf(0.75)  # median of |x| for a normal x with standard deviation 1
 
 
-def neighbour_deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray:
+def scaled_deviations_from_neighbours(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray:
     """Deviation of each point from the polynomial through its neighbours, divided by √(1 + Σ wⱼ²/mⱼ).
 
     The lift at an angle with m points is their mean. The points repeat after a ``turn``.
@@ -39,22 +39,22 @@ def neighbour_deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> 
     return np.asarray((lifts - predicted[group]) / spread[group])
 
 
-def table_noise(x: Sequence[float], s: Sequence[float]) -> float:
+def noise_standard_deviation(x: Sequence[float], s: Sequence[float]) -> float:
     """Standard deviation of the errors of s, from the median deviation of the inner points."""
-    deviations = neighbour_deviations(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
+    deviations = scaled_deviations_from_neighbours(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
     inner = deviations[NEIGHBOURS:-NEIGHBOURS]  # points near the ends lack neighbours on one side
     return float(np.median(np.abs(inner))) / NORMAL_MEDIAN
 
 
-def noise_share(x: Sequence[float], s: Sequence[float], order: int) -> float:
+def derivative_noise_share(x: Sequence[float], s: Sequence[float], derivative_order: int) -> float:
     """Share of noise in the root mean square of a derivative by divided differences, 0 to about 1.
 
     Errors σ change a difference Σ wⱼ·sⱼ by σ·√(Σ wⱼ²). For steps of h this is √6·σ/h² for the second derivative and
     √20·σ/h³ for the third.
     """
-    places, heights = (sliding_window_view(np.array(v, dtype=float), order + 1) for v in (x, s))
-    distances = places[:, :, None] - places[:, None, :] + np.eye(order + 1)
-    weights = factorial(order) / distances.prod(axis=2)
+    places, heights = (sliding_window_view(np.array(v, dtype=float), derivative_order + 1) for v in (x, s))
+    distances = places[:, :, None] - places[:, None, :] + np.eye(derivative_order + 1)
+    weights = factorial(derivative_order) / distances.prod(axis=2)
     largest = float(np.sqrt(np.mean((weights * heights).sum(axis=1) ** 2)))
-    expected = table_noise(x, s) * float(np.sqrt(np.mean((weights**2).sum(axis=1))))
+    expected = noise_standard_deviation(x, s) * float(np.sqrt(np.mean((weights**2).sum(axis=1))))
     return expected / largest if largest else 0.0

@@ -42,7 +42,7 @@ def register_number_operations(
     def binary_operator(rules: Any, alone: tuple[bool, bool]) -> Any:
         first = alone[0]
 
-        def operate(number: Any, other: Any) -> Any:
+        def apply_binary_rule(number: Any, other: Any) -> Any:
             if isinstance(other, owner):
                 rule = rules.get(OWN_PAIR)
             else:
@@ -51,7 +51,7 @@ def register_number_operations(
                 return NotImplemented
             return apply(rule, (number, other) if first else (other, number))
 
-        return operate
+        return apply_binary_rule
 
     owner.__array_ufunc__ = apply_ufunc_rule
     for operation, rules in rules_by_operation.items():
@@ -66,8 +66,10 @@ def register_number_operations(
 def _register_in_kernels(operation: Any, rules: Any, owner: type, plain_operands: tuple[type, ...]) -> None:
     """Let kernels apply an operation to a number type."""
 
-    def choose(*kinds: type) -> Any:
+    def rule_for_operand_types(*kinds: type) -> Any:
         fitting = all(issubclass(kind, (owner, *plain_operands)) for kind in kinds)
         return rules.get(tuple(kind is owner for kind in kinds)) if fitting else None
 
-    chosen_by_type(operation)((lambda a: choose(a)) if (OWN,) in rules else (lambda a, b: choose(a, b)))
+    chosen_by_type(operation)(
+        (lambda a: rule_for_operand_types(a)) if (OWN,) in rules else (lambda a, b: rule_for_operand_types(a, b))
+    )

@@ -89,20 +89,20 @@ class Wave(NamedTuple):
         """Some of the rows."""
         return Wave(self.polynomial[:, index], *(part[index] for part in self[1:]))
 
-    def values_at(self, u: FloatArray) -> FloatArray:
+    def values_on_all_panels(self, u: FloatArray) -> FloatArray:
         """Values (points, rows, panels) at u ∈ [−1, 1] (points,) of all panels."""
-        return self._evaluate(np.asarray(u, dtype=float)[:, None, None])
+        return self._values_at_places(np.asarray(u, dtype=float)[:, None, None])
 
     def values_on_panels(self, panel: IntArray, u: FloatArray) -> FloatArray:
         """Values (rows, points) at points u (points,) of panels (points,)."""
         series, cosine, sine, half_width, phase = (part[..., panel] for part in self[:5])
-        return Wave(series, cosine, sine, half_width, phase, self.damping)._evaluate(u)
+        return Wave(series, cosine, sine, half_width, phase, self.damping)._values_at_places(u)
 
-    def _evaluate(self, u: FloatArray) -> FloatArray:
+    def _values_at_places(self, u: FloatArray) -> FloatArray:
         angle = self.phase * (u + 1.0)
         phase = self.damped_frequency_ratio * angle
         free = np.exp(-self.damping * angle) * (self.cosine * np.cos(phase) + self.sine * np.sin(phase))
-        result: FloatArray = _horner(self.polynomial, u) + free
+        result: FloatArray = _polynomial_values(self.polynomial, u) + free
         return result
 
 
@@ -114,58 +114,62 @@ def _add_polynomials(one: FloatArray, other: FloatArray) -> FloatArray:
     return total
 
 
-def _horner(series: FloatArray, u: FloatArray) -> FloatArray:
+def _polynomial_values(series: FloatArray, u: FloatArray) -> FloatArray:
     value: FloatArray = series[-1] + np.zeros_like(u)
     for row in series[-2::-1]:
         value = value * u + row
     return value
 
 
-def is_resonant(ratio: Any, damping: Any) -> Any:
+def is_resonant(frequency_ratio: Any, damping: Any) -> Any:
     """Whether a harmonic of the turn meets the natural frequency of an undamped train: no bounded response."""
-    whole = np.maximum(np.rint(ratio), 1.0)
-    return (np.asarray(damping) == 0.0) & (np.abs(ratio - whole) <= WHOLE_NUMBER * ratio)
+    whole = np.maximum(np.rint(frequency_ratio), 1.0)
+    return (np.asarray(damping) == 0.0) & (np.abs(frequency_ratio - whole) <= WHOLE_NUMBER * frequency_ratio)
 
 
 def periodic_response(
-    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: Any, damping: Any
+    motion: FloatArray, half_width: FloatArray, corners: FloatArray, frequency_ratio: Any, damping: Any
 ) -> Wave:
     """Periodic z over one turn for each r and ζ, which are arrays (rows, 1) or numbers.
 
     ``motion`` (powers, panels) is y in u. ``half_width`` (panels,) adds up to half a turn. ``corners`` (panels,) is
     the jump of y′ at the start of each panel. r > 0 must not be resonant (``is_resonant``).
     """
-    ratio, damping = (np.reshape(number, (-1, 1)) for number in np.broadcast_arrays(ratio, damping))
-    h = np.broadcast_to(half_width, (len(ratio), half_width.size))
-    phase, soft, moved = ratio * h, ratio < 1.0, motion[:, None]
+    frequency_ratio, damping = (
+        np.reshape(number, (-1, 1)) for number in np.broadcast_arrays(frequency_ratio, damping)
+    )
+    h = np.broadcast_to(half_width, (len(frequency_ratio), half_width.size))
+    phase, soft, moved = frequency_ratio * h, frequency_ratio < 1.0, motion[:, None]
     with np.errstate(over="ignore"):  # in soft rows, which are replaced below
-        shift, drive, kicks = _stiff_train_forcing(motion, phase, corners / ratio)
+        shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, corners / frequency_ratio)
     shift = np.where(soft, 2.0 * damping * moved, shift)
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
     solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
     # start on the polynomial: from rest there would be a vibration, whose removal costs digits of the phase
-    smooth = _horner(solution[0][:, :, 0], LEFT_END), _horner(solution[1][:, :, 0], LEFT_END)
+    smooth = _polynomial_values(solution[0][:, :, 0], LEFT_END), _polynomial_values(solution[1][:, :, 0], LEFT_END)
     *_, end = _free_vibration_at_panel_starts(solution, phase, kicks, damping, smooth)
-    short = _closing_correction((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0])
+    short = _start_correction_to_close_turn(
+        (end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping[:, 0]
+    )
     wave = _assemble_wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
     return wave.plus_polynomial(np.where(soft, -moved, 0.0)) if soft.any() else wave
 
 
 def response_from_rest(
-    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: Any
+    motion: FloatArray, half_width: FloatArray, corners: FloatArray, frequency_ratio: FloatArray, damping: Any
 ) -> Wave:
     """z from rest, for each r in ``ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
-    phase, damping = ratio * half_width, np.full_like(ratio, damping)
-    shift, drive, kicks = _stiff_train_forcing(motion, phase, corners / ratio)
+    phase, damping = frequency_ratio * half_width, np.full_like(frequency_ratio, damping)
+    shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, corners / frequency_ratio)
     solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
-    start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
+    start = (np.zeros(len(frequency_ratio)), np.zeros(len(frequency_ratio)))
     return _assemble_wave(solution, half_width, phase, kicks, damping, start)
 
 
 StatePair = tuple[FloatArray, FloatArray]
 
 
-def _stiff_train_forcing(
+def _stiff_train_shift_drive_and_kicks(
     motion: FloatArray, phase: FloatArray, jumps: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     drive = np.zeros((len(motion), *phase.shape))
@@ -199,7 +203,7 @@ def _free_vibration_at_panel_starts(
     """Free vibration (s, p) at the start of each panel, and the state after the last panel."""
     (s, p), w = start, damped_frequency_ratio(damping)
     ends = np.array([-1.0, 1.0])[:, None, None]
-    (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in forced_solution)
+    (s_left, s_right), (p_left, p_right) = (_polynomial_values(series[:, None], ends) for series in forced_solution)
     decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
     leaning = damping * sine
     free_s, free_p = np.empty_like(phase), np.empty_like(phase)
@@ -212,7 +216,7 @@ def _free_vibration_at_panel_starts(
     return free_s, free_p, (s, p)
 
 
-def _closing_correction(gap_at_end: StatePair, angle: FloatArray, damping: FloatArray) -> StatePair:
+def _start_correction_to_close_turn(gap_at_end: StatePair, angle: FloatArray, damping: FloatArray) -> StatePair:
     """Correction of the start with which the turn returns to it: (1 − E)·correction = gap, E the free vibration.
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.

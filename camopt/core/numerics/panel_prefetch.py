@@ -35,7 +35,7 @@ class PanelCache:
         designs = sorted({i for i, _, _ in parts if (i, *WHOLE_PANEL) not in self.bounds})
         if designs:
             together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
-            PLAIN_RUN.add_formula_work(JET_WORK * len(designs))
+            PLAIN_RUN.add_formula_work_within_limit(JET_WORK * len(designs))
             whole = self.curve.part(self.curve.source, self.panel, *WHOLE_PANEL, together)
             self._store_bounds([(design, *WHOLE_PANEL) for design in designs], whole)
         self.first = parts  # evaluated when one of them is needed: often the whole panel settles them
@@ -44,7 +44,7 @@ class PanelCache:
         """Bounds over a part of the panel, as ``curve_kernels.bound_part``."""
         place = (design, middle, reach)
         if reach == POINT_WIDTH:  # such a part is not halved
-            PLAIN_RUN.add_formula_work(JET_WORK)
+            PLAIN_RUN.add_formula_work_within_limit(JET_WORK)
             return self.curve.part(source, panel, middle, reach, design)  # type: ignore[no-any-return]
         if place not in self.bounds:
             self._evaluate_parts_and_halves(self.first if place in self.first else [place])
@@ -53,7 +53,7 @@ class PanelCache:
     def point(self, source: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
         """Oriented value and slope, as ``curve_kernels.evaluate_point``."""
         if (design, u) not in self.points:
-            PLAIN_RUN.add_formula_work(1)
+            PLAIN_RUN.add_formula_work_within_limit(1)
             return self.curve.point(source, panel, u, sign, design)  # type: ignore[no-any-return]
         value, slope = self.points[design, u]
         return sign * value, sign * slope
@@ -64,7 +64,7 @@ class PanelCache:
         for _ in range(max(HALF_LEVELS + 1 - len(parts).bit_length(), LEAST_LEVELS) - 1):
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
             every = every + level
-        PLAIN_RUN.add_formula_work((1 + JET_WORK) * len(every))
+        PLAIN_RUN.add_formula_work_within_limit((1 + JET_WORK) * len(every))
         designs, middles, reaches = map(np.array, zip(*every, strict=True))
         values, slopes = evaluate_points(self.curve.source, self.panel, middles, 1.0, designs)
         for (design, middle, _), value, slope in zip(every, values, slopes, strict=True):

@@ -7,17 +7,17 @@ Halves that are still open are split for each design alone (``halving``).
 
 import numpy as np
 
-from camopt.core.kernels.address_calls import call
+from camopt.core.kernels.address_calls import call_by_address
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
-from camopt.core.numerics.climbing import PanelPartEnds, allowed_gain, begin_climb, climb_all
+from camopt.core.numerics.climbing import PanelPartEnds, allowed_gain, begin_climb, climb_all_concave_parts
 from camopt.core.numerics.halving import (
     CLIMBS,
     UNSETTLED,
-    classify_part,
-    classify_parts,
-    read_ends,
+    classify_and_bound_part,
+    classify_and_bound_parts,
+    read_part_ends,
     search_part_by_halving,
-    write_ends,
+    write_part_ends,
 )
 from camopt.core.numerics.jet import larger
 
@@ -33,7 +33,7 @@ def classify_panel_for_designs(design_count, panel, half_width, query, work):
         found.rounding[i] = max(found.rounding[i], errors[i] if errors[i] < np.inf else 0.0)
         ends = PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
         enough = found.best[i] + allowed_gain(found.best[i], query.relative_error, errors[i])
-        verdict, bound, concavity = classify_part(ends, third[i], half_width, enough)
+        verdict, bound, concavity = classify_and_bound_part(ends, third[i], half_width, enough)
         if verdict == CLIMBS:
             begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
             climbs += 1
@@ -53,7 +53,7 @@ def _classify_panel_in_python(design_count, panel, half_width, query, work):
     third, errors = work.bounds.third[panel, i], work.bounds.error[panel, i]
     found.rounding[i] = larger(found.rounding[i], np.where(errors < np.inf, errors, 0.0))
     enough = found.best[i] + allowed_gain(found.best[i], query.relative_error, errors)
-    verdict, bound, concavity = classify_parts(
+    verdict, bound, concavity = classify_and_bound_parts(
         PanelPartEnds(-1.0, 1.0, *sides[0], *sides[1]), third, half_width, enough
     )
     climbing, opened = np.flatnonzero(verdict == CLIMBS), np.flatnonzero(verdict == UNSETTLED)
@@ -66,7 +66,7 @@ def _classify_panel_in_python(design_count, panel, half_width, query, work):
 
 
 @called_by_kernels
-def classify_halves(open_count, climb_count, panel, place, query, work):
+def classify_halves_of_open_panels(open_count, climb_count, panel, place, query, work):
     """Classify the halves of open panels; return the numbers of climbs so far and of parts to be split.
 
     ``place`` is (centre, half-width) of the panel.
@@ -83,13 +83,13 @@ def classify_halves(open_count, climb_count, panel, place, query, work):
             ends = PanelPartEnds(-1.0, 0.0, left[0, j], left[1, j], value, slope)
             if half == 1:
                 ends = PanelPartEnds(0.0, 1.0, value, slope, right[0, j], right[1, j])
-            verdict, bound, concavity = classify_part(ends, third[i], place[1], enough)
+            verdict, bound, concavity = classify_and_bound_part(ends, third[i], place[1], enough)
             if verdict == CLIMBS:
                 begin_climb(work.climbs, climb_count, i, ends, place[1], concavity)
                 climb_count += 1
             elif verdict == UNSETTLED:
                 work.parts.design[parts] = i
-                write_ends(work.parts.ends[parts], ends)
+                write_part_ends(work.parts.ends[parts], ends)
                 parts += 1
             else:
                 found.top[i] = max(found.top[i], bound)
@@ -102,7 +102,7 @@ def split_open_parts(curve, first, part_count, panels, panel, query, work):
     found, errors, parts = work.found, work.bounds.error[panel], work.parts
     for k in range(part_count):
         i = parts.design[k]
-        write_ends(parts.stack[0], read_ends(parts.ends[k]))
+        write_part_ends(parts.stack[0], read_part_ends(parts.ends[k]))
         value, u, bound, blur = search_part_by_halving(
             curve, first + i, panels, panel, errors[i], query, found.best[i], parts.stack
         )
@@ -169,28 +169,30 @@ def search_panel_for_inexact_designs(curve, first, inexact_count, panels, panel,
     inexact_count = choose_open_inexact_designs(inexact_count, panel, node, query, work)
     if inexact_count:
         for side in range(2):
-            call(
+            call_by_address(
                 curve.node,
                 (curve.source, node + side, query.sign, first, work.chosen, inexact_count, work.sides[side]),
             )
         for j in range(inexact_count):
             parts.design[j] = work.chosen[j]
-            write_ends(parts.ends[j], PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j]))
+            write_part_ends(
+                parts.ends[j], PanelPartEnds(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
+            )
         split_open_parts(curve, first, inexact_count, panels, panel, query, work)
 
 
 @inline_in_kernels
-def search_panel(curve, first, design_count, panels, panel, node, query, work):
+def search_panel_for_chosen_designs(curve, first, design_count, panels, panel, node, query, work):
     """Search one panel, which begins at ``node``, for all designs in ``work.chosen``."""
     place = (panels.centre[panel], panels.half_width[panel])
     for side in range(2):
-        call(
+        call_by_address(
             curve.node, (curve.source, node + side, query.sign, first, work.chosen, design_count, work.sides[side])
         )
     climbs, opened = classify_panel_for_designs(design_count, panel, place[1], query, work)
     if opened:
         there = (curve.source, panel, work.middle, query.sign, first, work.opened, opened, work.sides[2])
-        call(curve.panel, there)
-        climbs, parts = classify_halves(opened, climbs, panel, place, query, work)
+        call_by_address(curve.panel, there)
+        climbs, parts = classify_halves_of_open_panels(opened, climbs, panel, place, query, work)
         split_open_parts(curve, first, parts, panels, panel, query, work)
-    climb_all(curve, first, climbs, panels, panel, query, work)
+    climb_all_concave_parts(curve, first, climbs, panels, panel, query, work)

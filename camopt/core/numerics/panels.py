@@ -37,7 +37,7 @@ def fourth_derivative(table, panel, u):
 
 
 @inline_in_kernels_by_overload
-def jets_over_row(table, row):
+def displacement_jets_over_row(table, row):
     """Jets of y and three derivatives over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return (
@@ -49,14 +49,14 @@ def jets_over_row(table, row):
 
 
 @inline_in_kernels_by_overload
-def fourth_over_row(table, row):
+def fourth_derivative_jet_over_row(table, row):
     """Jet of y'''' over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)
 
 
 @inline_in_kernels_by_overload
-def fourth_over_part(table, panel, u, r):
+def fourth_derivative_jet_over_part(table, panel, u, r):
     """Jet of y'''' over the part [u − r, u + r] of a panel."""
     most, y4 = table.most[panel], fourth_derivative(table, panel, u)
     room = r * table.half_width[panel] * most[5]
@@ -64,7 +64,7 @@ def fourth_over_part(table, panel, u, r):
 
 
 @inline_in_kernels_by_overload
-def jets_over_part(table, panel, u, r):
+def displacement_jets_over_part(table, panel, u, r):
     """Jets of y and three derivatives over the part [u − r, u + r] of a panel, by the mean value theorem."""
     y, y1, y2, y3 = derivatives(table, panel, u)
     most, error, h = table.most[panel], table.error[panel], table.half_width[panel]

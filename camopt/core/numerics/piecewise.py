@@ -30,11 +30,11 @@ from camopt.core.numerics.load_tables import (
 )
 from camopt.core.numerics.panels import (
     derivatives,
+    displacement_jets_over_part,
+    displacement_jets_over_row,
     fourth_derivative,
-    fourth_over_part,
-    fourth_over_row,
-    jets_over_part,
-    jets_over_row,
+    fourth_derivative_jet_over_part,
+    fourth_derivative_jet_over_row,
 )
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import State
@@ -116,20 +116,20 @@ def state_at_node(table, node):
 @inline_in_kernels
 def state_jets_over_row(table, row):
     """State over a panel or group, in jets."""
-    y, y1, y2, y3 = jets_over_row(table, row)
-    return State(y, y1, y2, y3, load_over_row(table.load, row, 0.0), fourth_over_row(table, row))
+    y, y1, y2, y3 = displacement_jets_over_row(table, row)
+    return State(y, y1, y2, y3, load_over_row(table.load, row, 0.0), fourth_derivative_jet_over_row(table, row))
 
 
 @inline_in_kernels
 def state_jets_over_part(table, panel, u, r):
     """State over the part [u − r, u + r] of a panel, in jets, by the mean value theorem."""
-    y, y1, y2, y3 = jets_over_part(table, panel, u, r)
+    y, y1, y2, y3 = displacement_jets_over_part(table, panel, u, r)
     h = table.half_width[panel]
     load = load_over_part(table.load, panel, (u * h, r * h))
-    return State(y, y1, y2, y3, load, fourth_over_part(table, panel, u, r))
+    return State(y, y1, y2, y3, load, fourth_derivative_jet_over_part(table, panel, u, r))
 
 
-def panel_end_values(table: Any, first_panel: IntArray) -> FloatArray:
+def node_displacements_and_derivatives(table: Any, first_panel: IntArray) -> FloatArray:
     """y and four derivatives at all nodes (N, 5); between two panels of a piece, those of the second."""
     panels = np.arange(len(table.coefficients))
     pieces = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
@@ -207,7 +207,7 @@ def halve_bernstein(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def panel_groups(first_panel: IntArray) -> IntArray:
+def group_number_of_each_panel(first_panel: IntArray) -> IntArray:
     """Group of each panel, numbered from the number of panels on. No group crosses the end of a piece."""
     groups: list[int] = []
     for first, last in pairwise(first_panel):
@@ -216,7 +216,7 @@ def panel_groups(first_panel: IntArray) -> IntArray:
     return np.array(groups, dtype=np.int64)
 
 
-def table_ranges(
+def derivative_ranges_and_errors(
     coefficients: FloatArray, half_width: FloatArray, stroke: IntArray, group: IntArray
 ) -> tuple[FloatArray, ...]:
     """The arrays ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
@@ -249,7 +249,7 @@ def table_ranges(
     )
 
 
-def load_series(table: MotionTable) -> FloatArray:
+def load_polynomials_by_panel(table: MotionTable) -> FloatArray:
     """External load on the panels in powers of u (powers, P); 0 if it is constant over the turn."""
     load = table.load
     if load is None:
@@ -259,7 +259,7 @@ def load_series(table: MotionTable) -> FloatArray:
     return np.array([load.centre, load.slope[: len(table.centre)] * table.half_width])
 
 
-def train_inertia_series(table: MotionTable) -> FloatArray:
+def train_inertia_polynomials_by_panel(table: MotionTable) -> FloatArray:
     """Inertia force of a train divided by ω², on the panels in powers of u (powers, P); 0 without masses."""
     if isinstance(table.load, TrainLoadTable):
         return np.asarray(table.load.carried.coefficients.T)

@@ -43,7 +43,7 @@ def carlson_integrals(ellipticity: Any) -> tuple[Any, Any]:
     return square * elliprd(0.0, 1.0, square) / 3.0, elliprd(0.0, square, 1.0) / 3.0
 
 
-def ellipticity_of(t: Any) -> FloatArray:
+def contact_half_axis_ratio(t: Any) -> FloatArray:
     """Ratio μ = b/a of a contact's half-axes.
 
     −d ln t/d ln μ lies between 3/2 (a circle) and 2 (a line), so steps with the slope 7/4 converge from anywhere.
@@ -61,7 +61,7 @@ def pressure_factor_coefficients() -> FloatArray:
     """Coefficients of t·h (pieces, powers), in powers of ln t less the piece's centre, lowest first."""
     nodes, to_chebyshev = chebyshev_nodes_and_matrix(PIECE_DEGREE)
     centres = PIECE_WIDTH * np.arange(-CENTRES, CENTRES + 1)
-    mu = ellipticity_of(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
+    mu = contact_half_axis_ratio(np.exp(centres + 0.5 * PIECE_WIDTH * nodes[:, None]))
     b, d = carlson_integrals(mu)
     fitted = matrix_product(to_chebyshev, 3.0 / (8.0 * np.pi * mu * b * d))
     powers = matrix_product(chebyshev_to_powers_matrix(PIECE_DEGREE), fitted).T
@@ -115,7 +115,7 @@ def pressure_factor_of_jet(t, table):
 
 
 @singledispatch
-def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
+def pressure_factor_and_derivative(t: Any, table: FloatArray) -> tuple[Any, Any]:
     """h and h' of numbers, jets, intervals or dual numbers.
 
     A number outside the table has the h of the table's nearest end.
@@ -124,13 +124,13 @@ def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
     return h, h1
 
 
-@pressure_factor.register
-def _jet_pressure(t: Jet, table: FloatArray) -> tuple[Any, Any]:
+@pressure_factor_and_derivative.register
+def _pressure_factor_pair_of_jet(t: Jet, table: FloatArray) -> tuple[Any, Any]:
     return pressure_factor_of_jet(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf)
 
 
-@pressure_factor.register
-def _interval_pressure(t: Interval, table: FloatArray) -> tuple[Any, Any]:
+@pressure_factor_and_derivative.register
+def _pressure_factor_pair_of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
     (high, steep, *_), (low, gentle, *_) = (
         pressure_factor_derivatives(t.low, table),
         pressure_factor_derivatives(t.high, table),
@@ -141,29 +141,32 @@ def _interval_pressure(t: Interval, table: FloatArray) -> tuple[Any, Any]:
     return widen(value, PRESSURE_ERROR), widen(slope, BOUND_SLACK - 1.0)
 
 
-@pressure_factor.register
-def _sloped_pressure(t: SlopedInterval, table: FloatArray) -> tuple[Any, Any]:
-    (value, slope), (h, h1) = _interval_pressure(t.value, table), _interval_pressure(t.at, table)
+@pressure_factor_and_derivative.register
+def _pressure_factor_pair_of_sloped(t: SlopedInterval, table: FloatArray) -> tuple[Any, Any]:
+    (value, slope), (h, h1) = (
+        _pressure_factor_pair_of_interval(t.value, table),
+        _pressure_factor_pair_of_interval(t.at, table),
+    )
     return apply_chain_rule(value, h, [(t, slope)]), apply_chain_rule(
         slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))]
     )
 
 
-@pressure_factor.register
-def _quotient_pressure(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
-    return pressure_factor(t.divide(), table)
+@pressure_factor_and_derivative.register
+def _pressure_factor_pair_of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
+    return pressure_factor_and_derivative(t.divide(), table)
 
 
-@pressure_factor.register(Dual)
-def _dual_pressure(t, table):
-    h, h1 = pressure_factor(t.value, table)
+@pressure_factor_and_derivative.register(Dual)
+def _pressure_factor_pair_of_dual(t, table):
+    h, h1 = pressure_factor_and_derivative(t.value, table)
     return Dual(h, h1 * t.slope), h1
 
 
-@chosen_by_type(pressure_factor)
-def _pressure_in_kernels(t, table):
+@chosen_by_type(pressure_factor_and_derivative)
+def _pressure_factor_pair_in_kernels(t, table):
     if t is Dual:
-        return _dual_pressure
+        return _pressure_factor_pair_of_dual
     if t is Jet:
         return lambda t, table: (
             pressure_factor_of_jet(t, table),

@@ -76,7 +76,7 @@ def chebyshev_to_powers_matrix(degree: int) -> FloatArray:
 
 
 @cache
-def chebyshev_nodes_to_powers(degree: int) -> tuple[FloatArray, FloatArray]:
+def chebyshev_nodes_and_powers_matrix(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to power-basis coefficients."""
     u, to_chebyshev = chebyshev_nodes_and_matrix(degree)
     return u, matrix_product(chebyshev_to_powers_matrix(degree), to_chebyshev)
@@ -97,7 +97,7 @@ def integrate_by_orders(
 ) -> Integrals:
     """Integrals (kinds, n), each by the lowest order that differs little enough from the order before.
 
-    ``integrals`` computes them for a rule and an index; errors are relative to ``scale``.
+    ``coefficient_integrals`` computes them for a rule and an index; errors are relative to ``scale``.
     """
     value = integrals(gauss_rule(GAUSS_ORDERS[0]), slice(None))
     error, open_ = np.full_like(value, np.inf), np.arange(n)

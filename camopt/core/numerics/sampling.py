@@ -7,7 +7,7 @@ import numpy as np
 from camopt.core.kernels.compile import compiled
 from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import LEAST
-from camopt.core.numerics.climbing import orient
+from camopt.core.numerics.climbing import orient_to_maximum
 from camopt.core.numerics.curve_kernels import fill_node_values
 from camopt.core.numerics.extremes import write_best_nodes
 from camopt.core.numerics.piecewise import MotionTable
@@ -24,7 +24,7 @@ def has_neighbours_in_piece(table, node):
 
 
 def write_sampled_extremes(
-    f: Any, designs: int, table: MotionTable, questions: Any, polish: bool, largest_samples: Any
+    f: Any, design_count: int, table: MotionTable, questions: Any, polish: bool, largest_samples: Any
 ) -> None:
     """Write the largest sample by question (as in ``extremes``) and design to ``largest_samples`` (K, designs).
 
@@ -32,14 +32,14 @@ def write_sampled_extremes(
     sample and its neighbours in the same stroke.
     """
     values, best, node = np.empty((len(table.nodes), ROW_LENGTH)), np.empty(TILE), np.empty(TILE, np.int64)
-    _write_sampled_extremes(f, designs, table, questions, polish, largest_samples, (values, best, node))
+    _write_sampled_extremes(f, design_count, table, questions, polish, largest_samples, (values, best, node))
 
 
 @compiled
-def _write_sampled_extremes(f, designs, table, questions, polish, largest_samples, work):
+def _write_sampled_extremes(f, design_count, table, questions, polish, largest_samples, work):
     values, best, node = work
-    for first in range(0, designs, TILE):
-        count = min(TILE, designs - first)
+    for first in range(0, design_count, TILE):
+        count = min(TILE, design_count - first)
         fill_node_values(f, table, first, count, values)
         for k in range(questions.shape[0]):
             kinds, goal = questions[k, 0], questions[k, 1]
@@ -47,7 +47,10 @@ def _write_sampled_extremes(f, designs, table, questions, polish, largest_sample
             for i in range(count):
                 top, t = best[i], node[i]
                 if polish and has_neighbours_in_piece(table, t):
-                    left, right = orient(values[t - 1, i], goal), orient(values[t + 1, i], goal)
+                    left, right = (
+                        orient_to_maximum(values[t - 1, i], goal),
+                        orient_to_maximum(values[t + 1, i], goal),
+                    )
                     bend = left - 2.0 * top + right
                     if left <= top and right <= top and bend < 0.0:
                         top -= (left - right) ** 2 / (8.0 * bend)

@@ -120,13 +120,13 @@ def series_quotient(a: Series, b: Series) -> Series:
 
 
 @singledispatch
-def series_slope(series: Series) -> Series:
+def series_derivative(series: Series) -> Series:
     """The series of the derivative, shorter by a term."""
     return series.slope
 
 
 @singledispatch
-def direction(angle: Series) -> Direction:
+def cosine_and_sine_series(angle: Series) -> Direction:
     """Cosine and sine, from c' = −s·α' and s' = c·α'."""
     rates = angle.slope.terms
     cosine, sine = [np.cos(angle.terms[0])], [np.sin(angle.terms[0])]
@@ -137,7 +137,7 @@ def direction(angle: Series) -> Direction:
     return Direction(Taylor(cosine), Taylor(sine))
 
 
-@direction.register(np.ndarray)
+@cosine_and_sine_series.register(np.ndarray)
 def _direction_of_number(angle: Any) -> Direction:
     return Direction(np.cos(angle), np.sin(angle))
 
@@ -158,8 +158,8 @@ TAYLOR_RULES: dict[np.ufunc, Callable[..., Taylor]] = {
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
     np.sqrt: Taylor.root,
-    np.sin: lambda a: direction(a).sine,
-    np.cos: lambda a: direction(a).cosine,
+    np.sin: lambda a: cosine_and_sine_series(a).sine,
+    np.cos: lambda a: cosine_and_sine_series(a).cosine,
     np.arcsin: lambda a: vector_angle((1.0 - a * a).root(), a),
     np.arctan2: lambda y, x: vector_angle(_constant_series(x, y), _constant_series(y, x)),
     np.sign: lambda a: np.sign(a.terms[0]),

@@ -39,7 +39,7 @@ COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # coeffi
 
 
 @inline_in_kernels_by_overload
-def sine_cosine_series(y):
+def sine_and_cosine_of_numbers(y):
     """Sine and cosine of a number or an array."""
     k = np.rint(y * (2.0 / np.pi))
     r = (y - k * QUARTER) - k * QUARTER_REST
@@ -59,12 +59,12 @@ def sine_cosine_series(y):
 
 def sine_cosine(y: Any) -> tuple[Any, Any]:
     """Sine and cosine of a number, an array, a jet or an interval."""
-    return sine_cosine_series(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
+    return sine_and_cosine_of_numbers(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
 
 
 @chosen_by_type(sine_cosine)
 def _sine_cosine_in_kernels(y):
-    return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: sine_cosine_series(y))
+    return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: sine_and_cosine_of_numbers(y))
 
 
 def arctangent(y: Any) -> Any:
@@ -88,24 +88,24 @@ def arctangent(y: Any) -> Any:
     return np.copysign(angle, y)
 
 
-def rotate(cosine: Any, sine: Any, y: Any) -> Any:
+def cosine_and_sine_of_sum(cosine: Any, sine: Any, y: Any) -> Any:
     """Cosine and sine of a constant angle plus y, from those of the angle."""
     if type(y) is not Dual:
-        return _rotate_number(cosine, sine, y)
+        return _cosine_and_sine_of_number_sum(cosine, sine, y)
     cosine, sine = (part.value if type(part) is Dual else part for part in (cosine, sine))
-    return _rotate_dual(cosine, sine, y)
+    return _cosine_and_sine_of_dual_sum(cosine, sine, y)
 
 
-def _rotate_number(cosine, sine, y):
+def _cosine_and_sine_of_number_sum(cosine, sine, y):
     s, c = sine_cosine(y)
     return cosine * c - sine * s, sine * c + cosine * s
 
 
-def _rotate_dual(cosine, sine, y):
-    c, s = rotate(cosine, sine, y.value)
+def _cosine_and_sine_of_dual_sum(cosine, sine, y):
+    c, s = cosine_and_sine_of_sum(cosine, sine, y.value)
     return Dual(c, -(s * y.slope)), Dual(s, c * y.slope)
 
 
-@chosen_by_type(rotate)
-def _rotate_in_kernels(cosine, sine, y):
-    return _rotate_dual if y is Dual else _rotate_number
+@chosen_by_type(cosine_and_sine_of_sum)
+def _cosine_and_sine_of_sum_in_kernels(cosine, sine, y):
+    return _cosine_and_sine_of_dual_sum if y is Dual else _cosine_and_sine_of_number_sum

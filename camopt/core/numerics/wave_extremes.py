@@ -33,7 +33,7 @@ class WaveExtreme(NamedTuple):
 
 def wave_maximum(wave: Wave) -> WaveExtreme:
     """Largest value of each row of a wave, with one-sided limits at the ends of panels."""
-    value = np.max(wave.values_at(np.array([-1.0, 1.0])), axis=(0, 2))
+    value = np.max(wave.values_on_all_panels(np.array([-1.0, 1.0])), axis=(0, 2))
     value = np.maximum(value, np.max(_peak_where_polynomial_constant(wave), axis=1))
     scale = np.max(np.abs(wave.polynomial).sum(axis=0) + wave.amplitude, axis=1)
     bound = value.copy()

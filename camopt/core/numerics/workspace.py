@@ -117,7 +117,7 @@ THREAD_WORKSPACES = ThreadWorkspaces()
 
 def thread_workspace(panels: Any) -> Workspace:
     """The thread's workspace for ``Panels``."""
-    size, workspaces = _table_size(panels), THREAD_WORKSPACES.by_size
+    size, workspaces = _node_and_row_counts(panels), THREAD_WORKSPACES.by_size
     if size not in workspaces:
         if len(workspaces) >= MOST_KEPT_WORKSPACES:
             workspaces.clear()
@@ -127,7 +127,7 @@ def thread_workspace(panels: Any) -> Workspace:
 
 def uncompiled_workspace(panels: Any) -> Workspace:
     """A larger workspace for uncompiled searches."""
-    return _make_workspace(*_table_size(panels), PLAIN_TILE)
+    return _make_workspace(*_node_and_row_counts(panels), PLAIN_TILE)
 
 
 def keep_freed_memory() -> None:
@@ -140,7 +140,7 @@ def keep_freed_memory() -> None:
     np.empty(LARGEST_KEPT, np.uint8)
 
 
-def _table_size(panels: Any) -> tuple[int, int]:
+def _node_and_row_counts(panels: Any) -> tuple[int, int]:
     return panels.kind.size + panels.centre.size, panels.rows
 
 

@@ -14,11 +14,11 @@ from camopt.core.quantities.motion_names import (
     RMS_ORDERS,
     STROKE_WORDS,
     displacement_unit,
-    dwell_error_quantity,
-    error_quantity,
+    dwell_error_name,
+    motion_error_name,
     motion_error_quantities,
-    motion_mean,
-    motion_quantity,
+    motion_peak_name,
+    motion_rms_name,
     motion_unit,
 )
 from camopt.core.quantities.quantity import AT_LEAST, AT_MOST, Quantity
@@ -27,10 +27,10 @@ from camopt.core.quantities.scene_numbers import (
     NUMBER_KEYS,
     NUMBERS,
     SPRING_AT,
-    number_quantities,
-    number_turns,
+    has_number_angular_unit,
+    quantity_name_by_number_key,
 )
-from camopt.core.quantities.stage_numbers import STAGE_NUMBER_KEYS, find_stage_quantity, stage_quantity
+from camopt.core.quantities.stage_numbers import STAGE_NUMBER_KEYS, find_stage_quantity, stage_quantity_name
 
 __all__ = [
     "AT_FOLLOWER",
@@ -53,15 +53,15 @@ __all__ = [
     "Quantity",
     "Word",
     "displacement_unit",
-    "dwell_error_quantity",
-    "error_quantity",
+    "dwell_error_name",
+    "has_number_angular_unit",
     "in_column_order",
-    "motion_mean",
-    "motion_quantity",
+    "motion_error_name",
+    "motion_peak_name",
+    "motion_rms_name",
     "motion_unit",
-    "number_quantities",
-    "number_turns",
-    "stage_quantity",
+    "quantity_name_by_number_key",
+    "stage_quantity_name",
 ]
 Flag = Literal["undercut", "self_crossing", "feasible", "refined"]
 Word = Literal["law_rise", "law_return", "violated", "status", "proof"]
@@ -779,7 +779,7 @@ def _column_sort_key(name: str) -> int:
     return {"sizes": 0, "limits": 3, "proof": 3}.get(QUANTITIES[name].effect, 1) if name in QUANTITIES else 2
 
 
-BOUNDED_QUANTITIES = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}
+BOUNDED_QUANTITIES = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation_to_limit}
 """Quantities that ``[limits]`` takes by name."""
 EVERYTHING = "all"
 """The word in a scene's ``outputs`` for every quantity."""

@@ -118,13 +118,13 @@ def quantity(
         mistakes.append(Mistake("camopt", "columns", columns, "a list of names of quantities"))
     if mistakes:
         raise BadInput(mistakes)
-    reference = reference_of(function)
+    reference = module_and_name_of_function(function)
     _REGISTERED_FUNCTIONS[reference] = function
     name = getattr(function, "__name__", "") if name is None else name
     return QuantityFunction(name, tuple(columns), unit, sentence, function, reference)
 
 
-def reference_of(function: ArrayFunction) -> str:
+def module_and_name_of_function(function: ArrayFunction) -> str:
     """Module and name of a function, with a number if no other process can import it by them."""
     module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", "")
     importable_object: Any = sys.modules.get(module)

@@ -119,7 +119,7 @@ class LimitKey(Key):
     """The quantity that it bounds; "" if it bounds several, or if the scene decides."""
     allowed: Bounds = field(default_factory=lambda: POSITIVE)
 
-    def quantity_of(self, *, turns: bool) -> str:
+    def bounded_quantity_name(self, *, turns: bool) -> str:
         """The quantity that it bounds, for a motion that turns, or slides."""
         if not (turns and self.turning):
             return self.quantity

@@ -27,7 +27,7 @@ def displacement_unit(*, angular: bool) -> str:
     return "deg" if angular else "mm"
 
 
-def motion_quantity(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
+def motion_peak_name(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
     """Name of the peak of a derivative: by time if ``timed`` (the scene has an rpm), else by cam angle."""
     suffix, _ = _suffix_and_unit(derivative, angular=angular, timed=timed)
     return "_".join(part for part in (derivative, "max", stroke, suffix) if part)
@@ -44,7 +44,7 @@ def _suffix_and_unit(derivative: str, *, angular: bool, timed: bool) -> tuple[st
 
 MOTION_QUANTITIES = [
     Quantity(
-        motion_quantity(derivative, stroke, angular=angular, timed=timed),
+        motion_peak_name(derivative, stroke, angular=angular, timed=timed),
         f"{DERIVATIVE_UNITS[derivative][0]}_max",
         motion_unit(derivative, angular=angular, timed=timed),
         "motion",
@@ -56,15 +56,15 @@ MOTION_QUANTITIES = [
 ]
 
 
-def error_quantity(order: int, *, angular: bool, timed: bool) -> str:
+def motion_error_name(derivative_order: int, *, angular: bool, timed: bool) -> str:
     """Name of the largest error of position, velocity or acceleration (order 0, 1, 2)."""
-    if order == 0:
+    if derivative_order == 0:
         return f"position_error_max_{displacement_unit(angular=angular)}"
-    derivative = [*DERIVATIVE_UNITS][order - 1]
-    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_error_max_")
+    derivative = [*DERIVATIVE_UNITS][derivative_order - 1]
+    return motion_peak_name(derivative, "", angular=angular, timed=timed).replace("_max_", "_error_max_")
 
 
-def dwell_error_quantity(*, angular: bool) -> str:
+def dwell_error_name(*, angular: bool) -> str:
     """Name of the largest change of the position in a dwell."""
     return f"dwell_error_max_{displacement_unit(angular=angular)}"
 
@@ -73,9 +73,9 @@ RMS_ORDERS = {"acceleration": 2, "jerk": 3}
 """Derivatives that have a root mean square, with their orders."""
 
 
-def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
+def motion_rms_name(derivative: str, *, angular: bool, timed: bool) -> str:
     """Name of the root mean square of a derivative."""
-    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
+    return motion_peak_name(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
 
 
 def motion_error_quantities() -> list[Quantity]:
@@ -83,7 +83,7 @@ def motion_error_quantities() -> list[Quantity]:
     largest, either = "Largest error of the {} over the turn", (False, True)
     rows = [
         (
-            error_quantity(0, angular=angular, timed=True),
+            motion_error_name(0, angular=angular, timed=True),
             displacement_unit(angular=angular),
             largest.format("position"),
         )
@@ -91,7 +91,7 @@ def motion_error_quantities() -> list[Quantity]:
     ]
     rows += [
         (
-            error_quantity(order, angular=angular, timed=timed),
+            motion_error_name(order, angular=angular, timed=timed),
             motion_unit(name, angular=angular, timed=timed),
             largest.format(name),
         )
@@ -99,7 +99,7 @@ def motion_error_quantities() -> list[Quantity]:
     ]
     in_dwell = "Largest change of the position in a dwell"
     rows += [
-        (dwell_error_quantity(angular=angular), displacement_unit(angular=angular), in_dwell) for angular in either
+        (dwell_error_name(angular=angular), displacement_unit(angular=angular), in_dwell) for angular in either
     ]
     return [
         Quantity(name, "", unit, "motion_errors", f"{sentence} due to tolerances, to first order.")
@@ -109,7 +109,7 @@ def motion_error_quantities() -> list[Quantity]:
 
 MOTION_RMS_QUANTITIES = [
     Quantity(
-        motion_mean(derivative, angular=angular, timed=timed),
+        motion_rms_name(derivative, angular=angular, timed=timed),
         f"{DERIVATIVE_UNITS[derivative][0]}_rms",
         motion_unit(derivative, angular=angular, timed=timed),
         "rms",

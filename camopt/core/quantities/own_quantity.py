@@ -27,7 +27,7 @@ class OwnQuantity(Quantity):
         return self.tree if isinstance(self.tree, FunctionCall) else None
 
     @property
-    def relation(self) -> str:
+    def relation_to_limit(self) -> str:
         """Relation to its limit: always ≤."""
         return AT_MOST
 

@@ -32,13 +32,13 @@ class Quantity:
     """Whether it is a place or a description, which no limit bounds."""
 
     @property
-    def relation(self) -> str:
+    def relation_to_limit(self) -> str:
         """Relation to its limit, ≤ or ≥; empty if no limit can bound it."""
         if self.place or self.kind is not float or self.effect in UNBOUNDED_EFFECTS:
             return ""
         return AT_LEAST if self.least else AT_MOST
 
     @property
-    def side(self) -> float:
+    def limit_sign(self) -> float:
         """−1 for a lower limit, else 1."""
-        return -1.0 if self.relation == AT_LEAST else 1.0
+        return -1.0 if self.relation_to_limit == AT_LEAST else 1.0

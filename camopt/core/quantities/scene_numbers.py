@@ -357,18 +357,23 @@ def number_keys_of_table(table: str) -> tuple[NumberKey, ...]:
     return tuple(number for number in NUMBERS if number.table == table)
 
 
-def number_turns(key: str, *, angular: bool, tool_turns: bool, straight: bool = False) -> bool:
+def has_number_angular_unit(key: str, *, angular: bool, tool_turns: bool, straight_spring: bool = False) -> bool:
     """Whether a number takes the unit of a rotation: its follower, tool or spring turns.
 
     A straight spring on the arm of an oscillating follower does not turn.
     """
-    return {"follower": angular, "tool": tool_turns, "spring": angular and not straight}[NUMBER_KEYS[key].motion_of]
+    return {"follower": angular, "tool": tool_turns, "spring": angular and not straight_spring}[
+        NUMBER_KEYS[key].motion_of
+    ]
 
 
 @cache
-def number_quantities(*, angular: bool, tool_turns: bool, straight: bool = False) -> Mapping[str, str]:
+def quantity_name_by_number_key(
+    *, angular: bool, tool_turns: bool, straight_spring: bool = False
+) -> Mapping[str, str]:
     """Name of the quantity in tables for each number of the scene, by key."""
     turns = {
-        key: number_turns(key, angular=angular, tool_turns=tool_turns, straight=straight) for key in NUMBER_KEYS
+        key: has_number_angular_unit(key, angular=angular, tool_turns=tool_turns, straight_spring=straight_spring)
+        for key in NUMBER_KEYS
     }
     return {key: number.quantities[-1 if turns[key] else 0].name for key, number in NUMBER_KEYS.items()}

@@ -92,7 +92,7 @@ STAGE_NUMBER_KEYS = {number.name: number for number in STAGE_NUMBERS}
 STAGE_NUMBER = re.compile(r"train_([1-9]\d*)_([a-z_]+?)((?:_(?:mm|deg|kg|kg_m2|N|N_m|N_per_mm|N_m_per_rad|m_s2))?)")
 
 
-def stage_quantity(number: int, key: str, *, turns: bool) -> str:
+def stage_quantity_name(number: int, key: str, *, turns: bool) -> str:
     """Name of the quantity in tables for a stage's number; ``turns`` if the stage's motion is an angle."""
     return f"train_{number}_{key}{column_suffix(STAGE_NUMBER_KEYS[key].column_unit(turns=turns))}"
 

@@ -98,15 +98,15 @@ def from_shown_unit(value: Any, unit: str) -> Any:
 def _customary_unit_and_size(unit: str) -> tuple[str, float]:
     """The customary unit in place of ``unit``, and its size in ``unit``."""
     above, slash, below = unit.partition("/")
-    size = _counterpart_size(above) / _counterpart_size(below)
-    return _customary_name(above) + slash + _customary_name(below), size
+    size = _size_of_customary_product(above) / _size_of_customary_product(below)
+    return _customary_unit_of_product(above) + slash + _customary_unit_of_product(below), size
 
 
-def _customary_name(product: str) -> str:
+def _customary_unit_of_product(product: str) -> str:
     return UNIT_FACTOR.sub(lambda factor: CUSTOMARY.get(factor[1], (factor[1], 1.0))[0] + factor[2], product)
 
 
-def _counterpart_size(product: str) -> float:
+def _size_of_customary_product(product: str) -> float:
     """Size of a product's customary counterpart in the product's unit."""
     factors = UNIT_FACTOR.findall(product)
     return prod(CUSTOMARY[name][1] ** POWERS[power] for name, power in factors if name in CUSTOMARY)

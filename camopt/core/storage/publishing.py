@@ -106,7 +106,8 @@ def publication(
     revises : bool, default False
         Whether the earlier result stays, with its answer, but for the files that the block writes.
     question : Any, optional
-        Question to the command, as JSON. ``published_answer`` returns the ``answer`` for the same question.
+        Question to the command, as JSON. ``published_answer_to_same_question`` returns the ``answer`` for the same
+        question.
     keeps : tuple of str, default ()
         Names or patterns of files in the staging folder that stay if the block fails, such as finished work.
 
@@ -346,7 +347,7 @@ def finish_publishing(folder: Path) -> None:
             _finish_publications(folder, work)
 
 
-def published_answer(folder: str | os.PathLike[str], command: str, question: Any) -> Any:
+def published_answer_to_same_question(folder: str | os.PathLike[str], command: str, question: Any) -> Any:
     """Answer of a command in a folder to the same question; None for another question, or if a file is damaged.
 
     The publication of a run that died is finished first.

@@ -7,11 +7,13 @@ from typing import Any
 from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import QUANTITIES, Quantity, in_column_order
 from camopt.model.effects import (
+    bore_wall_thickness,
     clearance,
+    contact_distance,
     curvature,
-    face,
+    flat_face_diameter,
+    flat_face_reach,
     force,
-    frame,
     hertz,
     joints,
     lash,
@@ -22,7 +24,6 @@ from camopt.model.effects import (
     pitch_circle,
     preload,
     pressure,
-    reach,
     rib,
     rms,
     section,
@@ -34,9 +35,8 @@ from camopt.model.effects import (
     torque,
     transmission,
     vibration,
-    wall,
 )
-from camopt.model.effects.contacts import per_contact_effect, single_disc_effect, worst_contact_effect
+from camopt.model.effects.contacts import effect_of_single_discs_only, per_contact_effect, worst_contact_effect
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, SolidSizes
 from camopt.model.effects.effect_numbers import ContactBodies, FollowerDynamics, SceneNumbers, ToleranceBands
 from camopt.model.effects.quantity_expression import expression_effect
@@ -55,18 +55,18 @@ __all__ = [
     "find_effect",
     "find_quantity",
     "missing_keys_by_quantity",
-    "plan_effects",
+    "quantities_to_compute_by_effect",
+    "quantities_with_those_they_read",
     "require_effect",
     "setup_effects",
-    "with_read_quantities",
 ]
 
 _ONE_CONTACT_EFFECTS = {
     effect.name: effect
     for effect in (
         sizes.EFFECT,
-        frame.EFFECT,
-        wall.EFFECT,
+        contact_distance.EFFECT,
+        bore_wall_thickness.EFFECT,
         motion.EFFECT,
         lift_change.EFFECT,
         transmission.EFFECT,
@@ -81,9 +81,9 @@ _ONE_CONTACT_EFFECTS = {
         pressure.EFFECT,
         pitch_circle.EFFECT,
         curvature.EFFECT,
-        reach.EFFECT,
+        flat_face_reach.EFFECT,
         rib.EFFECT,
-        face.EFFECT,
+        flat_face_diameter.EFFECT,
         outline.EFFECT,
         motion_errors.EFFECT,
         thrust.EFFECT,
@@ -99,7 +99,7 @@ _ONE_CONTACT_EFFECTS = {
 
 def _add_columns(case: EvaluationBlock, wanted: frozenset[str], known_columns: dict[str, Any]) -> None:
     """Add the wanted columns of one contact, and all that they need, to ``known_columns``."""
-    for name, needed in plan_effects(wanted, case.setup).items():
+    for name, needed in quantities_to_compute_by_effect(wanted, case.setup).items():
         effect = _ONE_CONTACT_EFFECTS[name]
         for run in (
             (effect.evaluate_pitch_curve_columns, effect.evaluate_columns) if needed - known_columns.keys() else ()
@@ -115,7 +115,7 @@ def _effect_for_all_contacts(effect: Effect) -> Effect:
     """An effect for followers with any number of contacts."""
     if effect.is_per_contact:
         return worst_contact_effect(effect, _add_columns)
-    return single_disc_effect(effect) if effect.is_single_disc else effect
+    return effect_of_single_discs_only(effect) if effect.is_single_disc else effect
 
 
 _PAIR_EFFECT = per_contact_effect(_ONE_CONTACT_EFFECTS, _add_columns)
@@ -158,11 +158,11 @@ def _scene_defined_effects(setup: Setup) -> Mapping[str, Effect]:
     effects: dict[str, Effect] = {}
     for name, quantity in setup.own_quantities.items():
         sources = [effects.get(read) or EFFECTS[QUANTITIES[read].effect] for read in quantity.quantities_read]
-        effects[name] = expression_effect(quantity, last=any(effect.last for effect in sources))
+        effects[name] = expression_effect(quantity, runs_last=any(effect.last for effect in sources))
     return effects
 
 
-def with_read_quantities(names: Iterable[str], setup: Setup) -> frozenset[str]:
+def quantities_with_those_they_read(names: Iterable[str], setup: Setup) -> frozenset[str]:
     """Some quantities, with all that the scene's definitions of them read."""
     quantities = set(names)
     for own in reversed([*setup.own_quantities.values()]):
@@ -193,13 +193,13 @@ def missing_keys_by_quantity(setup: Setup) -> Mapping[str, tuple[str, ...]]:
     return missing
 
 
-def plan_effects(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
+def quantities_to_compute_by_effect(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
     """The quantities that each effect has to compute, by its name, in the order in which effects run."""
-    return _plan_effects(setup, frozenset(wanted))
+    return _cached_quantities_by_effect(setup, frozenset(wanted))
 
 
 @cached_by_identity(maxsize=16)
-def _plan_effects(setup: Setup, wanted: frozenset[str]) -> Mapping[str, frozenset[str]]:
+def _cached_quantities_by_effect(setup: Setup, wanted: frozenset[str]) -> Mapping[str, frozenset[str]]:
     plan, pending = dict[str, set[str]](), set(wanted)
     while pending:
         name = pending.pop()

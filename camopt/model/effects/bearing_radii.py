@@ -31,9 +31,9 @@ from camopt.core.numerics.curves import curve_type_from_formula, curve_value
 from camopt.core.numerics.piecewise import state_at_node, table_as_columns
 from camopt.core.numerics.state import State
 from camopt.model.effects.effect import EvaluationBlock
-from camopt.model.effects.force import contact_force_bounds
-from camopt.model.effects.loads import flank_path_curvature, normal_force_curve
-from camopt.model.effects.peak import CLEAR_SHARE, Peak, RadiusRange, jumps_at_corners
+from camopt.model.effects.force import least_and_largest_contact_force
+from camopt.model.effects.loads import flank_path_curvature_curve, normal_force_curve
+from camopt.model.effects.peak import CLEAR_SHARE, Peak, RadiusRange, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_column, peak_extremes
 from camopt.model.effects.pressure import peaks
 from camopt.model.mechanisms.design import Designs
@@ -69,7 +69,7 @@ def sure_and_possible_radii_for_load(
     shares = inverse_allowed_load(case.designs) + np.zeros(len(case.designs))
     if case.setup.mechanism.flat_faced:
         return _face_radii_for_load(case, shares, max(map(abs, body_radii)))
-    if jumps_at_corners(case.programme) or not shares.size:
+    if is_infinite_by_velocity_jumps(case.programme) or not shares.size:
         return RadiusRange(np.inf, -np.inf), RadiusRange(np.inf, -np.inf)
     ranges = [_flank_radii(case, each, each.pressing * shares, body_radii) for each in case.setup.mechanism.flanks]
     sure, possible = (reduce(RadiusRange.intersection, each) for each in zip(*ranges, strict=True))
@@ -83,7 +83,9 @@ def _face_radii_for_load(
     assert case.setup.mechanism.profile_radius is not None
     radius = case.setup.mechanism.profile_radius(case.designs, case.programme)
     curve = required_face_radius(normal_force_curve(case.setup, case.designs, case.programme), radius, shares)
-    largest = peak_extremes(case, Peak(((lambda *_: curve, ALL_STROKES),), LARGEST, jumps=jumps_at_corners))
+    largest = peak_extremes(
+        case, Peak(((lambda *_: curve, ALL_STROKES),), LARGEST, jumps=is_infinite_by_velocity_jumps)
+    )
     finite = np.where(np.isfinite(largest.value), np.abs(largest.value), 0.0)
     margin = largest.width + CLEAR_SHARE * (finite + scale)
     return RadiusRange(least=largest.value + margin), RadiusRange(least=largest.value - margin)
@@ -124,7 +126,7 @@ def _flank_radii(
 def _flank_curves(case: EvaluationBlock, flank: Flank) -> tuple[Any, Any]:
     """The curves of N and κ."""
     parts = case.setup, case.designs, case.programme
-    return normal_force_curve(*parts), flank_path_curvature(*parts, flank)
+    return normal_force_curve(*parts), flank_path_curvature_curve(*parts, flank)
 
 
 def _line(case: EvaluationBlock, flank: Flank, shares: FloatArray, index: Any, state: State) -> tuple[Any, Any]:
@@ -139,10 +141,14 @@ def _line_above_turn(case: EvaluationBlock, flank: Flank, shares: FloatArray) ->
     path, name = _flank_curves(case, flank)[1], "pressure_angle_max_deg"
     sharpest = case.extremes(lambda *_: path, [(ALL_STROKES, LARGEST if flank.bulge > 0.0 else LEAST)])
     bend = flank.bulge * sharpest.value[0] + sharpest.width[0]
-    force = np.maximum(*(np.abs(end.value) + np.abs(end.outward) for end in contact_force_bounds(case)))
+    force = np.maximum(*(np.abs(end.value) + np.abs(end.outward) for end in least_and_largest_contact_force(case)))
     preload = case.setup_per_design.dynamics.pair_preload
     along = force if preload is None else force + preload
-    angle = case.outer_bound(name) if name in case.columns else sum(peak_column(case, peaks(case.setup)[name])[:2])
+    angle = (
+        case.outer_end_of_column_enclosure(name)
+        if name in case.columns
+        else sum(peak_column(case, peaks(case.setup)[name])[:2])
+    )
     lever = case.designs.arm_length if case.setup.angular else 1.0
     normal = along / lever / np.cos(np.radians(np.minimum(angle, 90.0)))
     return np.abs(shares) * normal, np.where(np.isfinite(bend), bend, np.inf)

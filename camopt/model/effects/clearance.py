@@ -48,7 +48,7 @@ from camopt.model.effects.flight import (
     simulate_flights,
 )
 from camopt.model.effects.panel_series import integrate_series
-from camopt.model.effects.peak import Peak, PerRollerRadius, jumps_at_corners
+from camopt.model.effects.peak import Peak, PerRollerRadiusScale, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.effects.preload import INTERFERENCE
 from camopt.model.effects.surface import spin_acceleration_curve
@@ -73,7 +73,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism, preloaded = setup.mechanism, bool(setup.given[INTERFERENCE])
     if "clearance" not in mechanism.drive.keys or setup.train is not None or preloaded:
         return ()
-    rolls = setup.rolls and mechanism.two_sided
+    rolls = setup.rolls and mechanism.has_flanks_on_both_sides
     return (CROSSING_COUNT, *FLIGHT_QUANTITIES, *((*ROLLER_QUANTITIES, ROLLER_ACCELERATION) if rolls else ()))
 
 
@@ -103,9 +103,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         (partial(spin_acceleration_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
     )
     scale = scale_per_design_if_varied(
-        setup, PerRollerRadius(setup.omega**2), PerRollerRadius(1.0), lambda each: each.omega**2
+        setup, PerRollerRadiusScale(setup.omega**2), PerRollerRadiusScale(1.0), lambda each: each.omega**2
     )
-    return {ROLLER_ACCELERATION: Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)}
+    return {ROLLER_ACCELERATION: Peak(curves, LARGEST_MAGNITUDE, scale, is_infinite_by_velocity_jumps)}
 
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -127,7 +127,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
 
 def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     """The quantities of crossings: for each design the largest over its turn, 0 without crossings."""
-    flights, followers = design_flights(case)
+    flights, followers = flights_and_followers_by_setting(case)
     setup, design, count = case.setup_per_design, flights.design, len(case.designs)
     omega = np.broadcast_to(setup.omega, count)[design]
 
@@ -152,7 +152,7 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     columns[CROSSING_COUNT] = np.bincount(design, weights=crosses, minlength=count)
     if CROSSING_ANGLE in wanted:
         columns[CROSSING_ANGLE] = _fastest_crossing_angle(speed, flights, count)
-    if case.setup.rolls and case.setup.mechanism.two_sided:
+    if case.setup.rolls and case.setup.mechanism.has_flanks_on_both_sides:
         slip = crosses * (2.0 * omega * _trace_point_speeds(case, flights, ends))
         radius = case.designs.roller_radius[design]
         columns |= {
@@ -160,7 +160,9 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
             SPIN_CHANGE: largest_per_design(slip / radius * 30.0 / pi),
         }
         if SKIDDING_TIME in wanted:
-            columns[SKIDDING_TIME] = largest_per_design(skidding_times(case, followers, flights, ends, slip) * 1e3)
+            columns[SKIDDING_TIME] = largest_per_design(
+                skidding_times_after_landing(case, followers, flights, ends, slip) * 1e3
+            )
     return columns
 
 
@@ -179,7 +181,7 @@ def find_landings_and_speeds(
     return ends, begun * ends.speed * omega * _arm_length_or_one(case)[flights.design] / 1e3
 
 
-def design_flights(case: EvaluationBlock) -> tuple[Flights, Followers]:
+def flights_and_followers_by_setting(case: EvaluationBlock) -> tuple[Flights, Followers]:
     """All flights of a block's designs over a turn, and the followers of each setting."""
     setup, count = case.setup_per_design, len(case.designs)
     factors = np.array(
@@ -198,7 +200,7 @@ def design_flights(case: EvaluationBlock) -> tuple[Flights, Followers]:
     starts = joined.angle, joined.panel, joined.side, joined.slope, joined.jump
     flights = Flights(design, which.reshape(-1)[design], *starts)
     speed = np.sqrt(rows[4])
-    series = force.force_series(case.programme, [*rows])
+    series = force.force_polynomials_by_panel(case.programme, [*rows])
     return flights, Followers(settings[-1], rows[1] / speed, rows[0], speed, series)
 
 
@@ -253,7 +255,7 @@ def _trace_point_speeds(case: EvaluationBlock, flights: Flights, ends: Landings 
     )
 
 
-def skidding_times(
+def skidding_times_after_landing(
     case: EvaluationBlock, followers: Followers, flights: Flights, ends: Landings | None, slip: FloatArray
 ) -> FloatArray:
     """Time in which friction turns the roller after a landing [s]; infinite if not before the next crossing."""

@@ -41,7 +41,7 @@ def block_at_contact(case: EvaluationBlock, contact: FurtherContact) -> Evaluati
     return EvaluationBlock(setup, case.programme, contact.local_designs(case.designs))
 
 
-def contact_columns(
+def columns_at_each_contact(
     case: EvaluationBlock, find_columns: ColumnFinder, wanted: frozenset[str]
 ) -> list[dict[str, Any]]:
     """Wanted columns of a block at each contact; the block remembers them for later effects."""
@@ -75,7 +75,9 @@ def select_designs(case: EvaluationBlock, index: IntArray) -> EvaluationBlock:
     return part
 
 
-def with_designs(case: EvaluationBlock, designs: Designs, changed_quantities: Container[str]) -> EvaluationBlock:
+def with_designs_and_kept_columns(
+    case: EvaluationBlock, designs: Designs, changed_quantities: Container[str]
+) -> EvaluationBlock:
     """The block with other designs, with the remembered columns of quantities that do not change."""
     other = replace(case, designs=designs, memory={})
     if known := _remembered_contact_columns(case):
@@ -86,10 +88,10 @@ def with_designs(case: EvaluationBlock, designs: Designs, changed_quantities: Co
     return other
 
 
-def differing_quantities(case: EvaluationBlock) -> frozenset[str]:
+def quantities_that_differ_by_design(case: EvaluationBlock) -> frozenset[str]:
     """The remembered quantities in which the designs of a block differ."""
 
-    def differs(value: Any) -> bool:
+    def differs_between_designs(value: Any) -> bool:
         parts = value if isinstance(value, EnclosedValue) else (value,)
         return not all(np.array_equal(part, np.roll(part, 1), equal_nan=True) for part in parts)
 
@@ -97,7 +99,7 @@ def differing_quantities(case: EvaluationBlock) -> frozenset[str]:
         name
         for columns in _remembered_contact_columns(case) or ()
         for name, value in columns.items()
-        if differs(value)
+        if differs_between_designs(value)
     )
 
 
@@ -113,14 +115,14 @@ def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
     @wraps(effect.offered_quantities)
     def offered_quantities(setup: Setup) -> tuple[str, ...]:
         names = effect.offered_quantities(setup)
-        return tuple(filter(_has_worst, names)) if setup.mechanism.further_contacts else names
+        return tuple(filter(_can_be_worse_at_a_contact, names)) if setup.mechanism.further_contacts else names
 
     def input_quantities(setup: Setup) -> tuple[str, ...]:
         names = effect.input_quantities(setup)
-        return tuple(filter(_has_worst, names)) if setup.mechanism.further_contacts else names
+        return tuple(filter(_can_be_worse_at_a_contact, names)) if setup.mechanism.further_contacts else names
 
     def worst_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-        contacts = contact_columns(case, find_columns, wanted)
+        contacts = columns_at_each_contact(case, find_columns, wanted)
         return {name: _worst_column(name, [columns[name] for columns in contacts]) for name in contacts[0]}
 
     def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -144,24 +146,24 @@ def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
     )
 
 
-def single_disc_effect(effect: Effect) -> Effect:
+def effect_of_single_discs_only(effect: Effect) -> Effect:
     """An effect of a single disc: a pair of discs has none of its quantities."""
 
     @wraps(effect.offered_quantities)
     def offered_quantities(setup: Setup) -> tuple[str, ...]:
-        return () if setup.mechanism.second_keys else effect.offered_quantities(setup)
+        return () if setup.mechanism.second_contact_size_keys else effect.offered_quantities(setup)
 
     return effect._replace(offered_quantities=offered_quantities)
 
 
-def _has_worst(name: str) -> bool:
+def _can_be_worse_at_a_contact(name: str) -> bool:
     """Whether one value of a quantity can be worse than another; not so for places."""
-    return bool(QUANTITIES[name].relation) or QUANTITIES[name].kind is bool
+    return bool(QUANTITIES[name].relation_to_limit) or QUANTITIES[name].kind is bool
 
 
 def _worst_column(name: str, values: list[Any]) -> Any:
     """The worst of the values of a quantity at the contacts."""
-    worse = np.minimum if QUANTITIES[name].side < 0.0 else np.maximum
+    worse = np.minimum if QUANTITIES[name].limit_sign < 0.0 else np.maximum
     if not any(isinstance(each, EnclosedValue) for each in values):
         return _worst_value(worse, values)
     bounded = [
@@ -174,10 +176,10 @@ def _worst_column(name: str, values: list[Any]) -> Any:
     return EnclosedValue(value, outward, _worst_value(np.maximum, [each.scale for each in bounded]))
 
 
-def _worst_value(worse: Any, values: list[Any]) -> Any:
+def _worst_value(worse_of_two: Any, values: list[Any]) -> Any:
     first, *rest = values
     for each in rest:
-        first = worse(first, each)
+        first = worse_of_two(first, each)
     return first
 
 
@@ -220,11 +222,11 @@ class ContactScale(Scale):
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         return self.scale.quantity_change(extreme, extreme_change, self.local_designs(designs))
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return self.scale.extreme_for_quantity(quantity, numbers)
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+        return self.scale.weighted_extreme_for_quantity(quantity, numbers)
 
-    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
-        weight = self.scale.curve_weight(quantity)
+    def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
+        weight = self.scale.curve_weight_by_design(quantity)
         return weight if weight is unit_weight else ContactWeight(weight, self.local_designs)
 
 
@@ -283,7 +285,7 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
         names = frozenset(
             name for name in CONTACT_QUANTITIES if any(f"{place}_{name}" in wanted for place in CONTACT_NAMES)
         )
-        for place, values in zip(CONTACT_NAMES, contact_columns(case, find_columns, names), strict=True):
+        for place, values in zip(CONTACT_NAMES, columns_at_each_contact(case, find_columns, names), strict=True):
             columns |= {f"{place}_{name}": value for name, value in values.items()}
         return columns
 

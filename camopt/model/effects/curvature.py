@@ -16,7 +16,13 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.peak import ConvexRadius, CutterRadius, Peak, cam_size_error_scale, jumps_at_corners
+from camopt.model.effects.peak import (
+    ConvexRadiusScale,
+    CutterRadiusScale,
+    Peak,
+    cam_size_error_scale,
+    is_infinite_by_velocity_jumps,
+)
 from camopt.model.effects.peak_columns import largest_and_least_columns, peak_column
 from camopt.model.mechanisms.design import unreduced_designs
 from camopt.model.motion.programme import Programme
@@ -29,7 +35,12 @@ PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return (CONVEX_RADIUS, "undercut")
-    return (*PITCH_PAIR, CONVEX_RADIUS, "undercut", *(() if setup.mechanism.cut_as_by_roller else (CUTTER_RADIUS,)))
+    return (
+        *PITCH_PAIR,
+        CONVEX_RADIUS,
+        "undercut",
+        *(() if setup.mechanism.is_cut_by_roller_sized_cutter else (CUTTER_RADIUS,)),
+    )
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -37,7 +48,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     flank = mechanism.flanks[0]
     below = mechanism.reverses == (flank.side > 0.0)  # the profile is below the trace point along the motion
     pointed, notched = (
-        (speed_falls_at_corner, speed_rises_at_corner) if below else (speed_rises_at_corner, speed_falls_at_corner)
+        (speed_falls_at_any_corner, speed_rises_at_any_corner)
+        if below
+        else (speed_rises_at_any_corner, speed_falls_at_any_corner)
     )
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
@@ -45,29 +58,35 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         radius = Peak(curves, LEAST, jumps=pointed, unit=cam_size_error_scale, open_at_zero=True)
         return {
             CONVEX_RADIUS: radius._replace(
-                per_body=0.0 if mechanism.standard_profile_designs is unreduced_designs else 1.0
+                per_body=0.0 if mechanism.standard_profile_reduction is unreduced_designs else 1.0
             )
         }
     curves = ((mechanism.curvature, ALL_STROKES),)
     most, least = (pointed, notched) if flank.bulge > 0.0 else (notched, pointed)
     # with two flanks either one may be the sharper
-    goal, sharp = (LARGEST_MAGNITUDE, jumps_at_corners) if mechanism.two_sided else (LARGEST, pointed)
+    goal, sharp = (
+        (LARGEST_MAGNITUDE, is_infinite_by_velocity_jumps)
+        if mechanism.has_flanks_on_both_sides
+        else (LARGEST, pointed)
+    )
     wider = None if setup.given.drive.clearance is None else setup.pitch_to_flank_distance
     radii = {
         "pitch_curvature_max_per_mm": Peak(curves, LARGEST, jumps=most),
         "pitch_curvature_min_per_mm": Peak(curves, LEAST, jumps=least),
-        CONVEX_RADIUS: Peak(curves, goal, ConvexRadius(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
-        CUTTER_RADIUS: Peak(curves, LEAST, CutterRadius(), notched, extremes=PITCH_PAIR),
+        CONVEX_RADIUS: Peak(curves, goal, ConvexRadiusScale(wider), sharp, extremes=PITCH_PAIR, open_at_zero=True),
+        CUTTER_RADIUS: Peak(curves, LEAST, CutterRadiusScale(), notched, extremes=PITCH_PAIR),
     }
-    return {name: radii[name] for name in radii if name != CUTTER_RADIUS or not mechanism.cut_as_by_roller}
+    return {
+        name: radii[name] for name in radii if name != CUTTER_RADIUS or not mechanism.is_cut_by_roller_sized_cutter
+    }
 
 
-def speed_falls_at_corner(programme: Programme) -> bool:
+def speed_falls_at_any_corner(programme: Programme) -> bool:
     """Whether the follower's speed falls at a corner, where a disc cam's profile is pointed."""
     return any(corner.size < 0.0 for corner in programme.corners)
 
 
-def speed_rises_at_corner(programme: Programme) -> bool:
+def speed_rises_at_any_corner(programme: Programme) -> bool:
     """Whether the follower's speed rises at a corner, where a disc cam's profile is hollow."""
     return any(corner.size > 0.0 for corner in programme.corners)
 
@@ -114,15 +133,18 @@ def _flat_face_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
 
 
 def _trace_point_curvature_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    roller, both = case.setup.pitch_to_flank_distance(case.designs), case.setup.mechanism.two_sided
-    (most, least), (highest, lowest) = map(case.columns.__getitem__, PITCH_PAIR), map(case.outer_bound, PITCH_PAIR)
+    roller, both = case.setup.pitch_to_flank_distance(case.designs), case.setup.mechanism.has_flanks_on_both_sides
+    (most, least), (highest, lowest) = (
+        map(case.columns.__getitem__, PITCH_PAIR),
+        map(case.outer_end_of_column_enclosure, PITCH_PAIR),
+    )
     if both:
         most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)
     radius, inwards = _radius_and_inward_change(most, highest)
     columns: dict[str, Any] = {CONVEX_RADIUS: EnclosedValue(radius - roller, inwards, radius)}
     if "undercut" in wanted:
         columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
-    if CUTTER_RADIUS in wanted and not case.setup.mechanism.cut_as_by_roller:
+    if CUTTER_RADIUS in wanted and not case.setup.mechanism.is_cut_by_roller_sized_cutter:
         radius, inwards = _radius_and_inward_change(-least, -lowest)
         columns[CUTTER_RADIUS] = EnclosedValue(roller + radius, inwards, roller + radius)
     return columns

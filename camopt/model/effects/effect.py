@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics.extremes import Extremes, Precision, extremes
+from camopt.core.numerics.extremes import Extremes, Precision, extremes_of_curve
 from camopt.core.quantities.own_quantity import OwnQuantity
 from camopt.model.effects.effect_numbers import ContactBodies, FollowerDynamics, SceneNumbers, ToleranceBands
 from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.necessary_conditions import NecessaryConditions
-from camopt.model.effects.peak import Peak, PerDesignFactor, Scale
+from camopt.model.effects.peak import Peak, PerDesignFactorScale, Scale
 from camopt.model.effects.train_peak import TrainPeak
 from camopt.model.mechanisms.design import Designs, Mechanism
 from camopt.model.mechanisms.elements import KNIFE, ROLLER, SPHERICAL, Tip
@@ -169,11 +169,11 @@ class EvaluationBlock:
         """The setup with the numbers of each design."""
         return self.setup.with_design_numbers(self.designs)
 
-    def outer_bound(self, name: str) -> Any:
+    def outer_end_of_column_enclosure(self, name: str) -> Any:
         """The far end of the enclosure of a column."""
-        return self.shift_within_enclosure(name, 1.0)
+        return self.column_shifted_in_enclosure(name, 1.0)
 
-    def shift_within_enclosure(self, name: str, share: float) -> Any:
+    def column_shifted_in_enclosure(self, name: str, share: float) -> Any:
         """A column moved by a share of its enclosure's width: 1 for the far end, −1 for as much inwards."""
         return self.columns[name] + share * self.outward.get(name, 0.0)
 
@@ -189,10 +189,14 @@ class EvaluationBlock:
 
         Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
         """
-        if not located and floor == -np.inf and (known := self.known_extremes.find_extremes(curve, questions)):
+        if (
+            not located
+            and floor == -np.inf
+            and (known := self.known_extremes.find_known_extremes(curve, questions))
+        ):
             return known
         precision = Precision(self.setup.relative_error, self.setup.relative_error if located else np.inf, floor)
-        return extremes(
+        return extremes_of_curve(
             curve(self.designs, self.programme), len(self.designs), self.programme.table, questions, precision
         )
 
@@ -202,7 +206,7 @@ def scale_per_design_if_varied(
 ) -> Scale:
     """A scale; with numbers of the designs, ``unit_scale`` of the extreme times a factor of each design."""
     return (
-        PerDesignFactor(unit_scale, lambda designs: factor(setup.with_design_numbers(designs)))
+        PerDesignFactorScale(unit_scale, lambda designs: factor(setup.with_design_numbers(designs)))
         if setup.free
         else scale
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from camopt.core.quantities import NUMBER_KEYS, number_turns
+from camopt.core.quantities import NUMBER_KEYS, has_number_angular_unit
 from camopt.model.trains.train import Train
 
 
@@ -27,7 +27,7 @@ class ErrorBand(NamedTuple):
     def middle(self) -> float:
         return (self.low + self.high) / 2.0
 
-    def reach_to_side(self, side: float) -> float:
+    def largest_error_to_side(self, side: float) -> float:
         """How far it reaches to a side, +1 or −1."""
         return self.high if side > 0.0 else -self.low
 
@@ -80,7 +80,7 @@ class ConvertedTable:
     def __getattr__(self, name: str) -> Number:
         if name.startswith("__"):
             raise AttributeError(name)
-        number = self.__dict__[name] = self.numbers.convert_number(f"{self.table}.{name}")
+        number = self.__dict__[name] = self.numbers.number_in_inside_units(f"{self.table}.{name}")
         return number
 
 
@@ -90,7 +90,7 @@ class FollowerDynamics(ConvertedTable):
     @cached_property
     def mass(self) -> Number:
         """Mass [t], or moment of inertia [t·mm²]."""
-        return self.inertia if self.numbers.angular else self.numbers.convert_number(f"{self.table}.mass")
+        return self.inertia if self.numbers.angular else self.numbers.number_in_inside_units(f"{self.table}.mass")
 
     @cached_property
     def stiffness(self) -> Number:
@@ -99,30 +99,30 @@ class FollowerDynamics(ConvertedTable):
         return (
             self.spring_rate
             if lever is None
-            else self.numbers.multiply_number(f"{self.table}.spring_rate", lever**2, 0.0)
+            else self.numbers.number_times_factor(f"{self.table}.spring_rate", lever**2, 0.0)
         )
 
     @cached_property
     def preload(self) -> Number:
         """Preload of the spring [N or N·mm]; a straight spring acts on an oscillating follower by a lever."""
-        lever, inside = self.spring_at, self.numbers.convert_number(f"{self.table}.preload")
-        return inside if lever is None else self.numbers.multiply_number(f"{self.table}.preload", lever, 0.0)
+        lever, inside = self.spring_at, self.numbers.number_in_inside_units(f"{self.table}.preload")
+        return inside if lever is None else self.numbers.number_times_factor(f"{self.table}.preload", lever, 0.0)
 
     @cached_property
     def load(self) -> Number:
         """Constant external force on the follower with its weight, positive towards the cam [N or N·mm]."""
         weight = (0.0 if self.mass is None else self.mass) * self.gravity * 1e3
-        return self.numbers.convert_number(f"{self.table}.load") + weight
+        return self.numbers.number_in_inside_units(f"{self.table}.load") + weight
 
     @cached_property
     def pair_stiffness(self) -> Number:
         """Preload of two contacts per interference [N/mm or N·mm/rad]."""
-        return self.numbers.convert_number("drive.stiffness")
+        return self.numbers.number_in_inside_units("drive.stiffness")
 
     @cached_property
     def pair_preload(self) -> Number:
         """Preload of two contacts at rest [N or N·mm]."""
-        interference = self.numbers.convert_number("drive.interference")
+        interference = self.numbers.number_in_inside_units("drive.interference")
         return None if self.pair_stiffness is None or interference is None else self.pair_stiffness * interference
 
 
@@ -158,10 +158,10 @@ class SceneNumbers:
     def __getitem__(self, key: str) -> Number:
         return self.values.get(key)
 
-    def multiply_number(self, key: str, factor: Number, absent: float | None = None) -> Number:
+    def number_times_factor(self, key: str, factor: Number, value_if_absent: float | None = None) -> Number:
         """A number times a factor; ``absent`` if the scene does not give it."""
         value = self[key]
-        return absent if value is None else value * factor
+        return value_if_absent if value is None else value * factor
 
     @property
     def rpm(self) -> Number:
@@ -169,12 +169,12 @@ class SceneNumbers:
 
     @property
     def shaft_radius(self) -> Number:
-        return self.multiply_number("cam.shaft_diameter", 0.5)
+        return self.number_times_factor("cam.shaft_diameter", 0.5)
 
-    def convert_number(self, key: str) -> Number:
+    def number_in_inside_units(self, key: str) -> Number:
         """A number in mm, s, N, t, rad; its default if the scene does not give it."""
         record, value = NUMBER_KEYS[key], self[key]
-        turns = number_turns(key, angular=self.angular, tool_turns=self.tool_turns)
+        turns = has_number_angular_unit(key, angular=self.angular, tool_turns=self.tool_turns)
         return record.default if value is None else record.to_inside_units(value, turns=turns)
 
     @property

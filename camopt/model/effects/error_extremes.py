@@ -1,12 +1,12 @@
 """Largest errors of the motion for which there is no curve: with two contacts, or through any train.
 
 The errors are of first order, as those of curves (``effects.motion_errors``). The tool responds to each error with
-a factor c (``effects.error_response``); behind a train it is f'·c, and for a number p of the train ∂f/∂p. At each
+a factor c (``effects.tool_response``); behind a train it is f'·c, and for a number p of the train ∂f/∂p. At each
 cam angle the error is at most Σ c·t. It is computed at many angles of the turn, and more and more closely about the
 highest. At a jump of the motion the errors on both sides are compared; if an error jumps, its slope is an impulse.
 
-A profile within its zone adds at most ``error_response.largest_profile_response``. A bore with the eccentricity ε
-adds ε·√(a² + b²) with its two responses a and b, or with their derivatives.
+A profile within its zone adds at most ``error_response.largest_error_by_profile_zone``. A bore with the
+eccentricity ε adds ε·√(a² + b²) with its two responses a and b, or with their derivatives.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,11 +25,11 @@ from camopt.model.effects.error_response import (
     ContactResponse,
     ErrorAtContacts,
     contact_responses,
-    errors_by_contact,
-    largest_profile_response,
-    second_motion_sign,
+    errors_at_contacts_by_key,
+    largest_error_by_profile_zone,
+    second_contact_motion_error_sign,
     series_derivatives,
-    train_number_response,
+    tool_response_to_train_number,
 )
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.model.motion.tool_drive import train_ratio_series
@@ -71,22 +71,27 @@ class ToolErrorModel:
         assert self.case.setup.errors is not None
         return self.case.setup.errors
 
-    def error_bounds(self) -> Iterator[ResponseBounds]:
+    def tool_error_bounds_by_error(self) -> Iterator[ResponseBounds]:
         """The bounds of the effect of each error."""
         for key, band in self.tolerance_bands.by_key.items():
-            yield from (_band_bounds(response, band) for response in self._error_responses(key))
+            yield from (
+                _response_bounds_within_band(response, band) for response in self._tool_responses_to_tolerance(key)
+            )
         for band, varied in self.tolerance_bands.links.values():
             train, programme = self.case.setup.train, self.case.programme
             assert train is not None
-            yield _band_bounds(
-                self._response_derivatives(train_number_response(varied, train, programme, self.angles)), band
+            yield _response_bounds_within_band(
+                self._response_derivatives(tool_response_to_train_number(varied, train, programme, self.angles)),
+                band,
             )
         if self.tolerance_bands.profile:
-            for response in self._error_responses("profile"):
-                most = largest_profile_response(response, self.tolerance_bands.profile, self.tolerance_bands.waves)
+            for response in self._tool_responses_to_tolerance("profile"):
+                most = largest_error_by_profile_zone(
+                    response, self.tolerance_bands.profile, self.tolerance_bands.waves
+                )
                 yield ResponseBounds(-most, most)
         if self.tolerance_bands.bore:
-            most = self.tolerance_bands.bore * np.hypot(*self.bore_responses)
+            most = self.tolerance_bands.bore * np.hypot(*self.bore_responses_in_two_directions)
             yield ResponseBounds(-most, most)
 
     def largest_dwell_position_change(self, dwell_length: float) -> FloatArray:
@@ -94,38 +99,38 @@ class ToolErrorModel:
         bands, change = self.tolerance_bands, 0.0
         if bands.profile:
             waves = sin(min(0.5 * dwell_length * (bands.waves or inf), 0.5 * pi))
-            responses = sum(np.abs(response[0]) for response in self._error_responses("profile"))
+            responses = sum(np.abs(response[0]) for response in self._tool_responses_to_tolerance("profile"))
             change = change + 2.0 * bands.profile * waves * responses
         if bands.bore:
             turn = sin(min(0.5 * dwell_length, 0.5 * pi))
-            change = change + 2.0 * bands.bore * turn * np.hypot(*self.bore_responses)[0]
+            change = change + 2.0 * bands.bore * turn * np.hypot(*self.bore_responses_in_two_directions)[0]
         return np.asarray(change + np.zeros((len(self.case.designs), 1)))[:, 0]
 
     @property
-    def bore_responses(self) -> tuple[FloatArray, FloatArray]:
+    def bore_responses_in_two_directions(self) -> tuple[FloatArray, FloatArray]:
         """Responses to a bore with an eccentricity, in two directions that turn with the cam."""
         first, *others = self.contact_responses
         if not others:
-            x, y = first.bore_responses
-            return self._tool_derivatives(x), self._tool_derivatives(y)
-        (x, across), (y, up) = first.bore_responses, others[0].bore_responses
-        way = 0.5 * second_motion_sign(self.case.setup.mechanism)
+            x, y = first.bore_responses_in_two_directions
+            return self._derivatives_after_train(x), self._derivatives_after_train(y)
+        (x, across), (y, up) = first.bore_responses_in_two_directions, others[0].bore_responses_in_two_directions
+        way = 0.5 * second_contact_motion_error_sign(self.case.setup.mechanism)
         mirrored = -1.0 if others[0].designs.sense != first.designs.sense else 1.0
-        return self._tool_derivatives(x * 0.5 - y * way), self._tool_derivatives(
+        return self._derivatives_after_train(x * 0.5 - y * way), self._derivatives_after_train(
             across * 0.5 - up * (mirrored * way)
         )
 
-    def _error_responses(self, key: str) -> Iterator[FloatArray]:
+    def _tool_responses_to_tolerance(self, tolerance_key: str) -> Iterator[FloatArray]:
         """Responses to the errors of one tolerance."""
         if len(self.contact_responses) == 1:
-            yield self._tool_derivatives(self.contact_responses[0].response_to_error(key))
+            yield self._derivatives_after_train(self.contact_responses[0].response_to_error(tolerance_key))
             return
-        for error in errors_by_contact(self.case.setup.mechanism, key).values():
-            yield self._tool_derivatives(self._half_contact_difference(error))
+        for error in errors_at_contacts_by_key(self.case.setup.mechanism, tolerance_key).values():
+            yield self._derivatives_after_train(self._half_contact_response_difference(error))
 
-    def _half_contact_difference(self, error: ErrorAtContacts) -> Series:
+    def _half_contact_response_difference(self, error: ErrorAtContacts) -> Series:
         """Half the difference of the responses at both contacts."""
-        sides = 1.0, -second_motion_sign(self.case.setup.mechanism)
+        sides = 1.0, -second_contact_motion_error_sign(self.case.setup.mechanism)
         parts = [
             responses.response_to_error(signed_key[0]) * (0.5 * side * signed_key[1])
             for responses, signed_key, side in zip(self.contact_responses, error, sides, strict=True)
@@ -138,14 +143,14 @@ class ToolErrorModel:
         train = self.case.setup.train
         return None if train is None else train_ratio_series(train, self.case.programme, self.angles)
 
-    def _tool_derivatives(self, response: Series) -> FloatArray:
+    def _derivatives_after_train(self, response: Series) -> FloatArray:
         return self._response_derivatives(response if self._train_ratio is None else response * self._train_ratio)
 
     def _response_derivatives(self, response: Series) -> FloatArray:
         return series_derivatives(response, (len(self.case.designs), self.angles.shape[-1]), self.orders)
 
 
-def _band_bounds(response: FloatArray, band: ErrorBand) -> ResponseBounds:
+def _response_bounds_within_band(response: FloatArray, band: ErrorBand) -> ResponseBounds:
     ends = response * band.low, response * band.high
     return ResponseBounds(np.minimum(*ends), np.maximum(*ends))
 
@@ -167,9 +172,9 @@ def largest_dwell_position_changes(case: EvaluationBlock) -> FloatArray:
     return np.asarray(np.max(changes, axis=0))
 
 
-def _worst_errors_at_angles(case: EvaluationBlock, angles: FloatArray, orders: int) -> FloatArray:
+def _worst_errors_at_angles(case: EvaluationBlock, angles: FloatArray, order_count: int) -> FloatArray:
     """Largest magnitudes of the errors at cam angles, (orders, designs, angles)."""
-    bounds = [*ToolErrorModel(case, angles, orders).error_bounds()]
+    bounds = [*ToolErrorModel(case, angles, order_count).tool_error_bounds_by_error()]
     return np.maximum(-sum(each.lower for each in bounds), sum(each.upper for each in bounds))
 
 
@@ -179,11 +184,13 @@ def _largest_errors_in_block(case: EvaluationBlock, orders: Sequence[int]) -> Fl
     largest = errors.max(axis=2)
     for order in orders:
         if np.isfinite(errors[order]).all():
-            np.maximum(largest[: order + 1], _refine_peaks(case, nodes, errors, order), out=largest[: order + 1])
-    return np.asarray(_mark_impulses_infinite(case, largest)[[*orders]])
+            np.maximum(
+                largest[: order + 1], _refine_largest_errors(case, nodes, errors, order), out=largest[: order + 1]
+            )
+    return np.asarray(_with_infinite_errors_above_jumps(case, largest)[[*orders]])
 
 
-def _refine_peaks(case: EvaluationBlock, nodes: FloatArray, errors: FloatArray, order: int) -> FloatArray:
+def _refine_largest_errors(case: EvaluationBlock, nodes: FloatArray, errors: FloatArray, order: int) -> FloatArray:
     """Largest errors of orders up to one, refined about the highest places of that order."""
     values, largest, rows = errors[order], errors[: order + 1].max(axis=2), np.arange(len(case.designs))[:, None]
     rising = values >= np.roll(values, 1, axis=1)
@@ -199,13 +206,13 @@ def _refine_peaks(case: EvaluationBlock, nodes: FloatArray, errors: FloatArray, 
     return np.asarray(largest)
 
 
-def _mark_impulses_infinite(case: EvaluationBlock, largest: FloatArray) -> FloatArray:
+def _with_infinite_errors_above_jumps(case: EvaluationBlock, largest: FloatArray) -> FloatArray:
     """Largest errors (orders, designs), infinite in the orders above one that jumps."""
     places, turn = np.array([jump.at for jump in case.programme.jumps]), case.programme.strokes[-1].end
     if not places.size:
         return largest
     before, after = (
-        [*ToolErrorModel(case, np.mod(places + side, turn), len(largest)).error_bounds()]
+        [*ToolErrorModel(case, np.mod(places + side, turn), len(largest)).tool_error_bounds_by_error()]
         for side in (-JUMP_SIDE, JUMP_SIDE)
     )
     for left, right in zip(before, after, strict=True):

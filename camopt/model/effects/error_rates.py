@@ -8,7 +8,7 @@ In the cam's frame the normal turns at the rate χ'. With derivatives by the cam
     profile within ±t, n waves    t·√(G'² + n²G²),      t·(|G''| + n·√(4G'² + n²G²))
     bore eccentric by ε           ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
 
-The row of the profile uses Bernstein's and Szegő's inequality (``effects.error_response``). On a cylinder the error
+The row of the profile uses Bernstein's and Szegő's inequality (``effects.tool_response``). On a cylinder the error
 of the bore has the factor y', in two directions. The factors of the other errors are derivatives of T, of
 sin ψ − T·cos ψ and of y'.
 
@@ -53,9 +53,9 @@ def hypotenuse_and_slope(a, a1, b, b1):
 
 
 @inline_in_kernels
-def normal_error_rate_and_slope(f, i, g, chi):
+def normal_error_rate_and_slope(f, i, normal_response_derivatives, normal_angle_derivatives):
     """Errors along the normal with their slope, from G and χ' with their derivatives."""
-    (g0, g1, g2, g3), (x1, x2, x3) = g, chi
+    (g0, g1, g2, g3), (x1, x2, x3) = normal_response_derivatives, normal_angle_derivatives
     n = f.waves[i]
     if f.order == 1:
         waved, waved1 = hypotenuse_and_slope(g1, g2, n * g0, n * g1)
@@ -74,7 +74,7 @@ def normal_error_rate_and_slope(f, i, g, chi):
 
 
 @inline_in_kernels
-def motion_error_rate_and_slope(f, i, at):
+def phase_and_bore_error_rate_and_slope(f, i, at):
     """Errors with the factor y', with their slope."""
     if f.order == 1:
         ahead, ahead1 = band_effect_and_slope(f.turning[i], f.ahead[i], at.y2, at.y3)
@@ -170,7 +170,7 @@ def trace_point_error_rate_and_slope(f, i, at):
     swing, way = f.swing[i], f.way[i]
     chi = (1.0 + swing * at.y1 - way * b1, swing * at.y2 - way * b2, swing * at.y3 - way * b3)
     normal, normal1 = normal_error_rate_and_slope(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = motion_error_rate_and_slope(f.motion, i, at)
+    motion, motion1 = phase_and_bore_error_rate_and_slope(f.motion, i, at)
     c, c1 = derivative_of_order_and_next(f.normal.order, t1, t2, t3)
     along, along1 = band_effect_and_slope(f.half[i], f.middle[i], c, c1)
     return normal + motion + along, normal1 + motion1 + along1
@@ -190,7 +190,7 @@ def arm_error_rate_and_slope(f, i, at):
 
 @value_and_slope_formula(FaceErrorRates)
 def face_error_rate_and_slope(f, i, at):
-    value, slope = motion_error_rate_and_slope(f.motion, i, at)
+    value, slope = phase_and_bore_error_rate_and_slope(f.motion, i, at)
     return f.steady[i] + value, slope
 
 
@@ -204,7 +204,7 @@ def swinging_face_error_rate_and_slope(f, i, at):
     sense = f.sense[i]
     chi = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3)
     normal, normal1 = normal_error_rate_and_slope(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = motion_error_rate_and_slope(f.motion, i, at)
+    motion, motion1 = phase_and_bore_error_rate_and_slope(f.motion, i, at)
     _, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
     h1, h2 = s1 * g0 + s * g1, s2 * g0 + 2.0 * s1 * g1 + s * g2
     h3 = s3 * g0 + 3.0 * s2 * g1 + 3.0 * s1 * g2 + s * g3
@@ -214,7 +214,12 @@ def swinging_face_error_rate_and_slope(f, i, at):
 
 
 def worst_error_rate_curve(
-    setup: Setup, bands: ToleranceBands, order: int, error_sign: float, designs: Designs, programme: Programme
+    setup: Setup,
+    bands: ToleranceBands,
+    derivative_order: int,
+    error_sign: float,
+    designs: Designs,
+    programme: Programme,
 ) -> Any:
     """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1 [mm or rad per radⁿ]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
@@ -225,15 +230,15 @@ def worst_error_rate_curve(
         turning, ahead = turning + bands.tilt.half, ahead - error_sign * designs.sense * bands.tilt.middle
     developed, waves = mechanism.body.developed, float(bands.waves or 0)
     around = bands.bore / designs.size if developed else zeros
-    motion = MotionRates(order, zeros + turning, zeros + ahead, zeros + around)
+    motion = MotionRates(derivative_order, zeros + turning, zeros + ahead, zeros + around)
     if face:
-        return FaceErrorRates(zeros + bands.profile * waves**order + bands.bore, motion)
+        return FaceErrorRates(zeros + bands.profile * waves**derivative_order + bands.bore, motion)
     pressure, length_of = mechanism.pressure(designs, programme), designs.arm_length if setup.angular else 1.0
     swinging, bore = mechanism.flat_faced, 0.0 if developed else bands.bore
     body = sizes["face_offset"] if swinging else sizes.get("roller_radius", NO_BAND)
     scale, sign = (1.0, -error_sign) if swinging else (length_of, error_sign)
     normal = NormalErrors(
-        order,
+        derivative_order,
         zeros + bands.profile / scale,
         zeros + waves,
         zeros + bore / scale,

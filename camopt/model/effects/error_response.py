@@ -34,7 +34,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.taylor import Series, Taylor, direction
+from camopt.core.numerics.taylor import Series, Taylor, cosine_and_sine_series
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.effects.effect import Setup
 from camopt.model.mechanisms.contact_errors import ContactErrors
@@ -62,43 +62,49 @@ class ErrorAtContacts(NamedTuple):
     second: SignedKey | None
 
 
-def errors_by_contact(mechanism: Mechanism, key: str) -> dict[str, ErrorAtContacts]:
+def errors_at_contacts_by_key(mechanism: Mechanism, tolerance_key: str) -> dict[str, ErrorAtContacts]:
     """The errors of one tolerance at both contacts of a follower, by key of the error."""
-    table, _, name = key.partition(".")
-    if key in SHARED_ERRORS:
-        return {key: ErrorAtContacts((key, 1.0), (key, -1.0 if key == "face_tilt" else 1.0))}
-    if key == "disc_phase":
-        return {key: ErrorAtContacts(None, ("phase", 1.0))}
+    table, _, name = tolerance_key.partition(".")
+    if tolerance_key in SHARED_ERRORS:
+        return {
+            tolerance_key: ErrorAtContacts(
+                (tolerance_key, 1.0), (tolerance_key, -1.0 if tolerance_key == "face_tilt" else 1.0)
+            )
+        }
+    if tolerance_key == "disc_phase":
+        return {tolerance_key: ErrorAtContacts(None, ("phase", 1.0))}
     if table == "drive":
-        return {key: ErrorAtContacts(None, (f"follower.{name}", 1.0))}
-    alike = not mechanism.second_keys
+        return {tolerance_key: ErrorAtContacts(None, (f"follower.{name}", 1.0))}
+    alike = not mechanism.second_contact_size_keys
     if alike and name in SHARED_SIZES:
-        return {key: ErrorAtContacts((key, 1.0), (key, 1.0))}
-    first = {key: ErrorAtContacts((key, 1.0), None)}
-    if key == "profile" or alike:
+        return {tolerance_key: ErrorAtContacts((tolerance_key, 1.0), (tolerance_key, 1.0))}
+    first = {tolerance_key: ErrorAtContacts((tolerance_key, 1.0), None)}
+    if tolerance_key == "profile" or alike:
         return {
             **first,
-            f"{key}{SECOND_CONTACT_SUFFIX}": ErrorAtContacts(None, (key, second_profile_sign(mechanism))),
+            f"{tolerance_key}{SECOND_CONTACT_SUFFIX}": ErrorAtContacts(
+                None, (tolerance_key, second_contact_profile_shift_sign(mechanism))
+            ),
         }
     return first
 
 
-def second_motion_sign(mechanism: Mechanism) -> float:
+def second_contact_motion_error_sign(mechanism: Mechanism) -> float:
     """Sign of the second contact's error e₂: 1 if that contact has the follower's motion reversed, else −1."""
     (further,) = mechanism.further_contacts
     return 1.0 if further.mechanism.reverses else -1.0
 
 
-def second_profile_sign(mechanism: Mechanism) -> float:
+def second_contact_profile_shift_sign(mechanism: Mechanism) -> float:
     """Sign of the shift along the normal by an outward profile error, or a larger roller, at the second contact."""
     (further,) = mechanism.further_contacts
     return -further.mechanism.flanks[0].side
 
 
-def largest_profile_response(response: FloatArray, zone: float, waves: int | None) -> FloatArray:
+def largest_error_by_profile_zone(response: FloatArray, zone: float, most_waves: int | None) -> FloatArray:
     """Largest magnitude of the error by a profile within a zone, with at most ``waves`` in a turn, (orders, …)."""
-    g, most, n = np.abs(response), [np.abs(response[0])], inf if waves is None else float(waves)
-    if waves is None:
+    g, most, n = np.abs(response), [np.abs(response[0])], inf if most_waves is None else float(most_waves)
+    if most_waves is None:
         most += [np.full_like(g[0], inf)] * (len(g) - 1)
     elif len(g) > 1:
         most += [np.hypot(g[1], n * g[0]), *(g2 + n * np.hypot(2.0 * g[1], n * g[0]) for g2 in g[2:])]
@@ -110,7 +116,9 @@ def series_derivatives(series: Series, shape: tuple[int, ...], orders: int = RES
     return np.array([np.broadcast_to(series.derivative(order), shape) for order in range(orders)])
 
 
-def train_number_response(train_series: Train, train: Train, programme: Programme, angles: FloatArray) -> Series:
+def tool_response_to_train_number(
+    train_series: Train, train: Train, programme: Programme, angles: FloatArray
+) -> Series:
     """Motion of the tool for an error of a number p of its train, ∂f/∂p, as a series by the cam angle.
 
     ``train_series`` is the train as a series in p.
@@ -138,7 +146,7 @@ class ContactResponse:
     def response_to_error(self, key: str) -> Series:
         """Response to an error by key: of a size, of an angle, or of the profile along its normal."""
         if key == "phase":
-            return self.motion[1]
+            return self.displacement_and_velocity_series[1]
         return (
             self._unit_responses[key]
             if key in ("profile", "face_tilt")
@@ -157,25 +165,25 @@ class ContactResponse:
         """
         return self._unit_responses["profile"]
 
-    def wave_responses(self, count: int) -> tuple[Series, Series]:
+    def cosine_and_sine_wave_responses(self, waves_per_turn: int) -> tuple[Series, Series]:
         """Responses to a profile error that is a cosine and one that is a sine, with ``count`` waves in a turn."""
-        cosine, sine = direction(self._multiple_angle_series(float(count)))
+        cosine, sine = cosine_and_sine_series(self._multiple_angle_series(float(waves_per_turn)))
         return self.profile_response * cosine, self.profile_response * sine
 
     @cached_property
-    def bore_responses(self) -> tuple[Series, Series]:
+    def bore_responses_in_two_directions(self) -> tuple[Series, Series]:
         """Responses to an eccentricity of the bore, in two directions that turn with the cam.
 
         On a cylinder only the part along the surface counts; across it the groove is only deeper.
         """
         x, y = self._unit_responses["x"], self._unit_responses["y"]
-        cosine, sine = direction(self._multiple_angle_series(self.designs.sense))
+        cosine, sine = cosine_and_sine_series(self._multiple_angle_series(self.designs.sense))
         if self.mechanism.body.developed:
-            x, y = -(self.motion[1] / self.designs.size), y * 0.0
+            x, y = -(self.displacement_and_velocity_series[1] / self.designs.size), y * 0.0
         return x * cosine + y * sine, y * cosine - x * sine
 
     @cached_property
-    def motion(self) -> tuple[Series, Series]:
+    def displacement_and_velocity_series(self) -> tuple[Series, Series]:
         """Displacement and velocity of the follower."""
         y, y1, y2, y3 = self.programme.motion_at(self.angles)
         return Taylor([y, y1, y2 / 2][: self.orders]), Taylor([y1, y2, y3 / 2][: self.orders])
@@ -187,7 +195,10 @@ class ContactResponse:
         A profile error shifts the point of contact along the normal, as an error of the bore does.
         """
         sizes = [field for field in self.mechanism.sizes if field != "roller_radius"]
-        names, zero = [*sizes, "x", "y", *["face_tilt"] * self.mechanism.flat_faced], self.motion[0] * 0.0
+        names, zero = (
+            [*sizes, "x", "y", *["face_tilt"] * self.mechanism.flat_faced],
+            self.displacement_and_velocity_series[0] * 0.0,
+        )
         shape = np.broadcast_shapes(self.angles.shape, np.shape(self.designs.size))
         units = np.eye(len(names)).reshape(len(names), len(names), *[1] * len(shape))
         unit_errors = {name: Taylor([zero, zero + unit]) for name, unit in zip(names, units, strict=True)}
@@ -196,13 +207,16 @@ class ContactResponse:
             bore=(unit_errors["x"], unit_errors["y"]),
             tilt=unit_errors.get("face_tilt", 0.0),
         )
-        y, y1 = (Taylor([series, zero]) for series in self.motion)
+        y, y1 = (Taylor([series, zero]) for series in self.displacement_and_velocity_series)
         moved, turned = self.mechanism.shifted_contact(self.designs, self.programme.lift, y, y1, errors)
-        response = moved.terms[1] - self.motion[1] * turned.terms[1]
+        response = moved.terms[1] - self.displacement_and_velocity_series[1] * turned.terms[1]
         terms = [np.broadcast_to(term, (len(names), *shape)) for term in response.terms]
         responses = {name: Taylor([term[k] for term in terms]) for k, name in enumerate(names)}
         point = self.mechanism.contact(
-            self.designs, self.programme.lift, self._multiple_angle_series(1.0), *self.motion
+            self.designs,
+            self.programme.lift,
+            self._multiple_angle_series(1.0),
+            *self.displacement_and_velocity_series,
         )
         length = (point.across * point.across + point.up * point.up).root()
         along_normal = (responses["x"] * point.across + responses["y"] * point.up) / length

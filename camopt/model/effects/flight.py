@@ -29,7 +29,7 @@ from camopt.core.numerics import BISECTIONS, BoolArray, FloatArray, IntArray
 from camopt.core.numerics.curves import curve_value, value_and_slope
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.state import State
-from camopt.model.effects.force import force_series
+from camopt.model.effects.force import force_polynomials_by_panel
 from camopt.model.motion.programme import Programme
 
 NEGLIGIBLE_FORCE = 1e-9  # of the largest force: less counts as 0
@@ -60,7 +60,7 @@ class FlankCrossings(NamedTuple):
 @lru_cache(maxsize=64)
 def find_flank_crossings(programme: Programme, factors: tuple[float, ...]) -> FlankCrossings:
     """Changes of sign of F over a turn without corners, from ``force.force_factors_with_train``."""
-    table, series = programme.table, force_series(programme, factors)[:, 0]
+    table, series = programme.table, force_polynomials_by_panel(programme, factors)[:, 0]
     bound = float(np.abs(polynomial.polyval(np.linspace(-1.0, 1.0, 9), series)).max())
     roots: dict[int, list[float]] = {}
     for panel, u in sign_changes(series):
@@ -206,14 +206,16 @@ def _departure_states(programme: Programme, followers: Followers, flights: Fligh
     """
     table, panel, design = programme.table, flights.panel, flights.design
     start = (flights.angle - table.centre[panel]) / table.half_width[panel]
-    early, late = (_departure_lag(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0))
+    early, late = (
+        _angle_from_crossing_to_departure(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0)
+    )
     by = np.where(late > 0.0, late, np.minimum(early, 0.0))
     panel, place = _shift_places(programme, panel, start, by)
     half, half1 = gap.value_and_slope(design, panel, place, flights.side)
     return _FlightState(panel, place, np.zeros(design.size), -half, -half1)
 
 
-def _departure_lag(
+def _angle_from_crossing_to_departure(
     programme: Programme, followers: Followers, flights: Flights, gap: HalfGap, start: FloatArray, side: float
 ) -> FloatArray:
     """Cam angle from F = 0 to the departure [rad], by slopes just before (side −1) or after (1) the crossing."""

@@ -22,14 +22,14 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear, curve_type_from_formula
-from camopt.core.numerics.extremes import Precision, extremes
-from camopt.core.numerics.piecewise import load_series, train_inertia_series
+from camopt.core.numerics.extremes import Precision, extremes_of_curve
+from camopt.core.numerics.piecewise import load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.core.numerics.state import TrainForces
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.necessary_conditions import LeastForce, NecessaryConditions
-from camopt.model.effects.panel_series import displacement_derivative, sum_series
-from camopt.model.effects.peak import Peak, jumps_at_corners
+from camopt.model.effects.panel_series import derivative_polynomials_by_panel, sum_series
+from camopt.model.effects.peak import Peak, is_infinite_by_velocity_jumps
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.load import TrainLoad
@@ -95,12 +95,18 @@ def force_factors_with_train(dynamics: FollowerDynamics, omega: Any) -> tuple[An
     return *force_weights_and_constant(dynamics, omega), omega**2
 
 
-def force_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
+def force_polynomials_by_panel(programme: Programme, factors: Sequence[Any]) -> FloatArray:
     """F on the panels (powers, settings, panels) [N or N·mm], from ``force_factors_with_train``, (settings,)."""
     table = programme.table
     *weights, constant, carried = (np.reshape(factor, (-1, 1)) for factor in factors)
-    terms = [factor * displacement_derivative(table, order)[:, None] for order, factor in enumerate(weights)]
-    series = sum_series(*terms, load_series(table)[:, None], carried * train_inertia_series(table)[:, None])
+    terms = [
+        factor * derivative_polynomials_by_panel(table, order)[:, None] for order, factor in enumerate(weights)
+    ]
+    series = sum_series(
+        *terms,
+        load_polynomials_by_panel(table)[:, None],
+        carried * train_inertia_polynomials_by_panel(table)[:, None],
+    )
     series[0] += constant
     return series
 
@@ -138,7 +144,7 @@ def force_extremes(programme: Programme, *factors: FloatArray) -> ForceExtremes:
     count, (*steady, carried) = len(factors[0]), factors
     curve = add_changing_load(Linear(*steady), np.ones(count), carried, programme)
     questions = [(ALL_STROKES, goal) for goal in (LEAST, LARGEST)]
-    ends = extremes(curve, count, programme.table, questions, Precision(FORCE_ERROR, inf))
+    ends = extremes_of_curve(curve, count, programme.table, questions, Precision(FORCE_ERROR, inf))
     at = programme.state(programme.one_sided_angles(ends.where[0], ALL_STROKES))
     load = (at.load.value if at.load else 0.0, at.load.carried if isinstance(at.load, TrainForces) else 0.0)
     sides = np.array([*at[:3], *(each + np.zeros_like(at.y) for each in load)])
@@ -154,8 +160,8 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
 
     At any one cam angle F reaches 0 at some speed, and the jump speed is at most that. The angle where F is least
     at this speed gives the next, lower speed, until contact is kept. With damping, contact may be lost, regained
-    and lost again as ω grows. So ω rises in steps over which contact is proved (``_keeps_contact_between_speeds``):
-    a step without a proof is halved, one with a proof doubles the next.
+    and lost again as ω grows. So ω rises in steps over which contact is proved
+    (``_is_contact_proved_between_speeds``): a step without a proof is halved, one with a proof doubles the next.
     """
     stiffness, _, mass, constant, carried = factors
     none = np.zeros_like(mass)
@@ -172,7 +178,7 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
         part = [factor[pending] for factor in factors]
         low, high = kept[pending], np.minimum(kept + step, top)[pending]
         here = force_extremes(programme, part[0], part[1] * high, part[2] * high**2, part[3], part[4] * high**2)
-        proved = here.is_in_contact & _keeps_contact_between_speeds(programme, part, low, high)
+        proved = here.is_in_contact & _is_contact_proved_between_speeds(programme, part, low, high)
         lower = _lift_off_speed(here, part)
         with np.errstate(all="ignore"):
             nearer = high - here.least / (
@@ -188,7 +194,7 @@ def jump_speed(programme: Programme, *factors: FloatArray) -> FloatArray:
     return kept
 
 
-def _keeps_contact_between_speeds(
+def _is_contact_proved_between_speeds(
     programme: Programme, factors: Sequence[FloatArray], low: FloatArray, high: FloatArray
 ) -> Any:
     """Whether contact is proved at all speeds between two at which it is kept.
@@ -258,7 +264,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         return {}
     curves = ((partial(contact_force_curve, setup), ALL_STROKES),)
     return {
-        name: Peak(curves, goal, jumps=jumps_at_corners)
+        name: Peak(curves, goal, jumps=is_infinite_by_velocity_jumps)
         for name, goal in zip(CONTACT_FORCES, (LEAST, LARGEST), strict=True)
     }
 
@@ -270,7 +276,7 @@ def contact_force_curve(setup: Setup, designs: Designs, programme: Programme) ->
     """
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
     numbers = setup.with_design_numbers(designs)
-    return build_force_curve(numbers, numbers.omega, setup.mechanism.way * lever, programme)
+    return force_over_lever_curve(numbers, numbers.omega, setup.mechanism.way * lever, programme)
 
 
 def force_curve_at_speed(
@@ -278,7 +284,7 @@ def force_curve_at_speed(
 ) -> Any:
     """Curve of F [N or N·mm] at a speed [rad/s], which may depend on the numbers of the designs."""
     numbers = setup.with_design_numbers(designs)
-    return build_force_curve(numbers, speed(numbers), np.ones(len(designs)), programme)
+    return force_over_lever_curve(numbers, speed(numbers), np.ones(len(designs)), programme)
 
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -290,7 +296,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
         columns |= {} if setup.omega is None else {"jump_speed_ratio": jump / numbers.omega}
     if setup.omega is None:
         return columns
-    force = contact_force_bounds(case)
+    force = least_and_largest_contact_force(case)
     if CONTACT_FORCES[0] in offered_quantities(setup):
         lever = case.designs.arm_length if setup.angular else 1.0
         columns |= {name: divide_by_lever(end, lever) for name, end in zip(CONTACT_FORCES, force, strict=True)}
@@ -315,7 +321,7 @@ def _shared_force_extremes(programme: Programme, dynamics: FollowerDynamics, ome
     return EnclosedValue(least, -rounding, scale), EnclosedValue(largest, rounding, scale)
 
 
-def contact_force_bounds(case: EvaluationBlock) -> tuple[Any, Any]:
+def least_and_largest_contact_force(case: EvaluationBlock) -> tuple[Any, Any]:
     """Extremes of F over the turn [N or N·mm]; one value for all designs if they have no numbers of their own."""
     if not case.designs.numbers:
         return _shared_force_extremes(case.programme, case.setup.dynamics, case.setup.omega)
@@ -336,7 +342,7 @@ def keeps_contact(case: EvaluationBlock) -> Any:
     """
     mechanism, preload = case.setup.mechanism, case.setup_per_design.dynamics.pair_preload
     loss = -2.0 * (0.0 if preload is None else preload)
-    least, largest = map(_outer_end_of_enclosure, contact_force_bounds(case))
+    least, largest = map(_outer_end_of_enclosure, least_and_largest_contact_force(case))
     if mechanism.way < 0.0:
         least, largest = -largest, -least
     kept = np.asarray(least > loss)
@@ -353,7 +359,7 @@ def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -
     return force_curve_at_speed(setup, designs, programme, lambda numbers: numbers.omega)
 
 
-def build_force_curve(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
+def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
     """Curve of F at a speed [rad/s], divided by a lever [N or N·mm]."""
     assert omega is not None
     steady = Linear(*(weight / lever for weight in force_weights_and_constant(setup.dynamics, omega)))
@@ -381,13 +387,13 @@ def _required_preload(preload: Any, least: Any, unit: float) -> Any:
     return EnclosedValue(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
 
 
-def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:
     """The least contact force that a bound requires; up to its jump speed a cam keeps contact."""
-    if name == "jump_speed_rpm":
+    if quantity_name == "jump_speed_rpm":
         return NecessaryConditions(force=LeastForce(bound * pi / 30, 0.0))
-    if name == "jump_speed_ratio" and setup.omega is not None:
+    if quantity_name == "jump_speed_ratio" and setup.omega is not None:
         return NecessaryConditions(force=LeastForce(bound * setup.omega, 0.0))
-    if name == "contact_force_min_N" and setup.omega is not None:
+    if quantity_name == "contact_force_min_N" and setup.omega is not None:
         return NecessaryConditions(force=LeastForce(setup.omega, bound))
     return NecessaryConditions()
 

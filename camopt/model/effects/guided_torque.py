@@ -15,14 +15,14 @@ import numpy as np
 from camopt.core.numerics import BISECTIONS, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.piecewise import sign_changes
-from camopt.core.numerics.quadrature import chebyshev_nodes_to_powers
+from camopt.core.numerics.quadrature import chebyshev_nodes_and_powers_matrix
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
-from camopt.model.effects.force import force_factors_with_train, force_series
+from camopt.model.effects.force import force_factors_with_train, force_polynomials_by_panel
 from camopt.model.effects.loads import friction_signs_by_stroke_kind, torque_curve
 from camopt.model.effects.panel_parts import PanelParts, cut_panels, part_states
-from camopt.model.effects.panel_series import displacement_derivative
+from camopt.model.effects.panel_series import derivative_polynomials_by_panel
 from camopt.model.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
 from camopt.model.motion.programme import Programme
 
@@ -31,11 +31,11 @@ PanelCuts = tuple[tuple[int, float], ...]
 """Cuts of panels: (panel, u)."""
 
 
-def smooth_torque_parts(setup: Setup, design: Designs, programme: Programme) -> PanelParts:
+def panel_parts_with_smooth_torque(setup: Setup, design: Designs, programme: Programme) -> PanelParts:
     """Parts of panels on which T is smooth."""
     setup, design = setup.absorb_design_numbers(design)
     sizes = tuple(float(size[0]) for size in design.sizes.values())
-    cuts = _sign_change_cuts(programme, setup.dynamics, setup.omega)
+    cuts = _force_and_acceleration_sign_cuts(programme, setup.dynamics, setup.omega)
     return _cut_panels_at_cuts_and_pressure_sign_changes(programme, cuts, setup.mechanism, sizes, design.sense)
 
 
@@ -61,21 +61,21 @@ def _cut_panels_at_cuts_and_pressure_sign_changes(
 
 
 @lru_cache(maxsize=64)
-def _sign_change_cuts(programme: Programme, dynamics: FollowerDynamics, omega: float) -> PanelCuts:
+def _force_and_acceleration_sign_cuts(programme: Programme, dynamics: FollowerDynamics, omega: float) -> PanelCuts:
     """The changes of sign of F and y'', which do not depend on the design."""
-    force = force_series(programme, force_factors_with_train(dynamics, omega))[:, 0]
-    return *sign_changes(force), *sign_changes(displacement_derivative(programme.table, 2))
+    force = force_polynomials_by_panel(programme, force_factors_with_train(dynamics, omega))[:, 0]
+    return *sign_changes(force), *sign_changes(derivative_polynomials_by_panel(programme.table, 2))
 
 
 def guided_torque_polynomials(setup: Setup, design: Designs, programme: Programme) -> tuple[FloatArray, FloatArray]:
     """T of one design: half-widths of parts [rad] (n,), and polynomials on them (powers, n) [N·mm]."""
-    table, (nodes, to_powers) = programme.table, chebyshev_nodes_to_powers(GUIDED_DEGREE)
-    parts = smooth_torque_parts(setup, design, programme)
+    table, (nodes, to_powers) = programme.table, chebyshev_nodes_and_powers_matrix(GUIDED_DEGREE)
+    parts = panel_parts_with_smooth_torque(setup, design, programme)
     kinds = np.repeat(table.kind, np.diff(table.first_panel))[parts.panel]
     values = np.zeros((nodes.size, parts.panel.size))
     for way, way_kinds in friction_signs_by_stroke_kind(setup):
         here = (kinds & way_kinds) != 0
         way_parts = parts.take(here)
-        states = part_states(programme, way_parts, way_parts.places_in_parts(nodes[:, None]))
+        states = part_states(programme, way_parts, way_parts.panel_places_of_part_places(nodes[:, None]))
         values[:, here] = curve_value(torque_curve(setup, design, programme, way), 0, states)
     return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), matrix_product(to_powers, values)

@@ -26,7 +26,7 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.core.numerics.curves import curve_value
-from camopt.core.numerics.point_contact import carlson_integrals, ellipticity_of
+from camopt.core.numerics.point_contact import carlson_integrals, contact_half_axis_ratio
 from camopt.model.effects import force
 from camopt.model.effects.bearing_radii import sure_and_possible_radii_for_load
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
@@ -37,8 +37,8 @@ from camopt.model.effects.loads import (
     has_guide_friction,
     normal_force_curve,
 )
-from camopt.model.effects.peak import LoadRoot, Peak, Scale, Variant, jumps_at_corners
-from camopt.model.effects.peak_columns import DesignExtremes, as_column, peak_column, peak_extremes
+from camopt.model.effects.peak import LoadRootScale, Peak, Scale, Variant, is_infinite_by_velocity_jumps
+from camopt.model.effects.peak_columns import DesignExtremes, column_from_extremes, peak_column, peak_extremes
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import Flank
 
@@ -55,7 +55,7 @@ EITHER_FLANK_STRESS = "contact_stress_either_MPa"
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.is_knife:
         return (STRESS,)
-    flanks = (*FLANK_SIGNS, EITHER_FLANK_STRESS) if setup.mechanism.pulls else ()
+    flanks = (*FLANK_SIGNS, EITHER_FLANK_STRESS) if setup.mechanism.can_pull_follower else ()
     return (*(POINT_CONTACT if setup.spherical else LINE_CONTACT), *flanks)
 
 
@@ -86,7 +86,7 @@ def loads_by_flank_and_friction(setup: Setup) -> list[tuple[Flank, float, Varian
 def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
     """The scale from the load, N/R [N/mm] or N·h/R_s² [N/mm²], to a multiple of the stress [MPa]."""
     degree = 3 if setup.spherical else 2
-    root, unit = LoadRoot(degree, load_of_unit_stress(setup), factor), LoadRoot(degree, 1.0, factor)
+    root, unit = LoadRootScale(degree, load_of_unit_stress(setup), factor), LoadRootScale(degree, 1.0, factor)
     return scale_per_design_if_varied(setup, root, unit, lambda numbers: 1.0 / load_of_unit_stress(numbers))
 
 
@@ -110,13 +110,13 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         return {}
     curves, stress = tuple(variant for *_, variant in loads_by_flank_and_friction(setup)), stress_scale(setup)
     bodies = None if setup.spherical or has_guide_friction(setup) else sure_and_possible_radii_for_load
-    stresses = {STRESS: Peak(curves, LARGEST, stress, jumps_at_corners, bodies=bodies)}
+    stresses = {STRESS: Peak(curves, LARGEST, stress, is_infinite_by_velocity_jumps, bodies=bodies)}
     if not setup.spherical:
         stresses[SHEAR_STRESS] = stresses[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
-    if setup.mechanism.pulls:
-        stresses[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, jumps_at_corners)
+    if setup.mechanism.can_pull_follower:
+        stresses[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, is_infinite_by_velocity_jumps)
         stresses |= {
-            name: Peak(tuple(_push_or_pull_loads(setup, name)), LARGEST, stress, jumps_at_corners)
+            name: Peak(tuple(_push_or_pull_loads(setup, name)), LARGEST, stress, is_infinite_by_velocity_jumps)
             for name in FLANK_SIGNS
         }
     return stresses
@@ -139,21 +139,28 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     }
     patch_wanted = bool(wanted - known.keys())
     top = peak_extremes(case, known[STRESS], sound, located=patch_wanted)
-    columns |= {name: as_column(case, known[name], top) for name in (STRESS, SHEAR_STRESS) if name in known}
+    columns |= {
+        name: column_from_extremes(case, known[name], top) for name in (STRESS, SHEAR_STRESS) if name in known
+    }
     if patch_wanted:
         load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
         for number, (flank, way, (make, _)) in enumerate(loads_by_flank_and_friction(setup)):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
             if here.size:
-                width[here], length[here] = _contact_half_axes(case, make, flank, way, here, top)
+                width[here], length[here] = _half_axes_at_largest_stress(case, make, flank, way, here, top)
         columns[HALF_WIDTH] = width
         columns |= {HALF_LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": SHEAR_DEPTH * width}
     return columns
 
 
-def _contact_half_axes(
-    case: EvaluationBlock, load_curve: Any, flank: Flank, velocity_sign: float, index: Any, top: DesignExtremes
+def _half_axes_at_largest_stress(
+    case: EvaluationBlock,
+    load_curve: Any,
+    flank: Flank,
+    velocity_sign: float,
+    index: Any,
+    stress_extremes: DesignExtremes,
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact at the largest stress, in the plane of the cam and across it [mm].
 
@@ -164,15 +171,20 @@ def _contact_half_axes(
     curved = setup.mechanism.curvature(designs, programme) if setup.mechanism.curvature else None
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
-        motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
+        motion = programme.state(np.mod(stress_extremes.where[index] + turn, 2 * np.pi))
         bend = curve_value(curved, ..., motion) if curved else 0.0
         values.append(np.broadcast_arrays(curve_value(load, ..., motion), curve_value(normal, ..., motion), bend))
-    nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
+    nearer = np.abs(values[0][0] - stress_extremes.value[index]) < np.abs(
+        values[1][0] - stress_extremes.value[index]
+    )
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
-    stress, bodies = contact_stress(setup, top.value[index], designs), setup.with_design_numbers(designs).bodies
+    stress, bodies = (
+        contact_stress(setup, stress_extremes.value[index], designs),
+        setup.with_design_numbers(designs).bodies,
+    )
     if setup.spherical:
         assert bodies.modulus is not None
-        mu = ellipticity_of(1.0 - flank.bulge * designs.roller_radius * bend)
+        mu = contact_half_axis_ratio(1.0 - flank.bulge * designs.roller_radius * bend)
         b, _ = carlson_integrals(mu)
         across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
         return across / mu, across

@@ -20,7 +20,7 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear
-from camopt.core.numerics.extremes import Precision, extremes
+from camopt.core.numerics.extremes import Precision, extremes_of_curve
 from camopt.core.numerics.state import TrainForces
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
@@ -73,7 +73,7 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     )
 
 
-def programme_with_joint_force(programme: Programme, parts: tuple[WeightedForce, ...]) -> Programme:
+def programme_loaded_by_joint_force(programme: Programme, parts: tuple[WeightedForce, ...]) -> Programme:
     """The turn with a force in joints of the train in place of the load on the follower."""
     assert isinstance(programme.load, TrainLoad)
     return replace(programme, load=replace(programme.load, parts=parts))
@@ -81,12 +81,12 @@ def programme_with_joint_force(programme: Programme, parts: tuple[WeightedForce,
 
 def joint_force_range(programme: Programme, parts: tuple[WeightedForce, ...], speed: Any) -> ForceRange:
     """Range of a force in joints over the turn, at a speed or an array of speeds [rad/s]."""
-    ranges: ForceRange = _ranges_by_speed(programme_with_joint_force(programme, parts), speed)
+    ranges: ForceRange = _joint_force_range_by_speed(programme_loaded_by_joint_force(programme, parts), speed)
     return ranges
 
 
 @once_per_setting
-def _ranges_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
+def _joint_force_range_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
     none, load = np.zeros_like(speed), programme.load
     assert isinstance(load, TrainLoad)
     first = min(part.link for part in load.parts)
@@ -94,11 +94,13 @@ def _ranges_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
         return ForceRange(none - inf, none + inf, none, none, none, none)
     force = force_with_train_load(Linear(none, none, none, none), none + 1.0, speed**2)
     questions = [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)]
-    return ForceRange(*np.concatenate(extremes(force, speed.size, programme.table, questions, JOINT_PRECISION)))
+    return ForceRange(
+        *np.concatenate(extremes_of_curve(force, speed.size, programme.table, questions, JOINT_PRECISION))
+    )
 
 
 def joint_force_at(programme: Programme, angles: FloatArray, speed: float) -> FloatArray:
-    """Force in a joint [N] at cam angles [rad], from its turn (``programme_with_joint_force``)."""
+    """Force in a joint [N] at cam angles [rad], from its turn (``programme_loaded_by_joint_force``)."""
     load = programme.state(angles).load
     assert isinstance(load, TrainForces)
     return np.asarray(load.value + speed**2 * load.carried)
@@ -132,11 +134,11 @@ def _joint_force_row(programme: Programme, force: JointForce, speed: float) -> J
     if len(force.parts) > 1:
         return JointRow(force.stage, force.name, None, value, degrees(at), None)
     limits = joint_force_range(programme, force.parts, speed)
-    way = float(joint_direction(programme, force, np.array([at]))[0])
+    way = float(joint_force_direction_deg(programme, force, np.array([at]))[0])
     return JointRow(force.stage, force.name, float(limits.least), float(limits.largest), degrees(at), way)
 
 
-def joint_direction(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
+def joint_force_direction_deg(programme: Programme, force: JointForce, angles: FloatArray) -> FloatArray:
     """Direction of a positive force of one link [deg] at cam angles [rad]."""
     load, ((link, number, _),) = programme.load, force.parts
     assert isinstance(load, TrainLoad)
@@ -155,14 +157,16 @@ class LargestForce(NamedTuple):
 def largest_joint_force(programme: Programme, force: JointForce, speed: Any) -> LargestForce:
     """Largest magnitude of a force over the turn."""
     return _largest_of_forces(
-        worst for parts in force.signed_sums for worst in _range_ends(joint_force_range(programme, parts, speed))
+        worst
+        for parts in force.signed_sums
+        for worst in _force_magnitude_at_both_ends(joint_force_range(programme, parts, speed))
     )
 
 
-def _range_ends(limits: ForceRange) -> tuple[LargestForce, LargestForce]:
+def _force_magnitude_at_both_ends(force_range: ForceRange) -> tuple[LargestForce, LargestForce]:
     return (
-        LargestForce(-limits.least, limits.least_at, limits.least_width),
-        LargestForce(limits.largest, limits.largest_at, limits.largest_width),
+        LargestForce(-force_range.least, force_range.least_at, force_range.least_width),
+        LargestForce(force_range.largest, force_range.largest_at, force_range.largest_width),
     )
 
 
@@ -208,7 +212,7 @@ def _largest_force_direction(programme: Programme, forces: list[JointForce], spe
     """Direction of the largest of some forces [deg], at the cam angle of its largest magnitude."""
     largest = [largest_joint_force(programme, force, speed) for force in forces]
     ways = [
-        joint_direction(programme, force, np.atleast_1d(worst.at))
+        joint_force_direction_deg(programme, force, np.atleast_1d(worst.at))
         for force, worst in zip(forces, largest, strict=True)
     ]
     number = np.argmax([np.atleast_1d(worst.value) for worst in largest], axis=0)

@@ -21,9 +21,9 @@ class OverallExtreme(NamedTuple):
     number: IntArray
 
 
-def overall_extreme(extremes: Sequence[Extremes], goal: int) -> OverallExtreme:
+def overall_extreme(extremes: Sequence[Extremes], extreme_kind: int) -> OverallExtreme:
     """Overall extreme of several extremes, (designs,) each: the largest, or the least if that is the goal."""
-    outwards = -1.0 if goal == LEAST else 1.0
+    outwards = -1.0 if extreme_kind == LEAST else 1.0
     far = outwards * extremes[0].value
     top, where, number = far + extremes[0].width, extremes[0].where, np.zeros(far.size, np.int64)
     for k, one in enumerate(extremes[1:], start=1):
@@ -69,16 +69,16 @@ class KnownExtremes(NamedTuple):
         parts = {part: one for (part, aim), one in known.items() if aim == goal and not part & ~kinds}
         return [*parts.values()] if reduce(or_, parts, 0) == kinds else []
 
-    def find_extreme(self, curve: Callable[..., Any], question: Question) -> Extremes | None:
+    def find_known_extreme(self, curve: Callable[..., Any], question: Question) -> Extremes | None:
         """The answer to a question, or None if it is not known."""
         parts = self.extremes_covering_question(curve, question)
         return overall_extreme(parts, question[1]).extreme if len(parts) > 1 else next(iter(parts), None)
 
-    def find_extremes(self, curve: Callable[..., Any], questions: Sequence[Question]) -> Extremes | None:
+    def find_known_extremes(self, curve: Callable[..., Any], questions: Sequence[Question]) -> Extremes | None:
         """The answers to some questions, (questions, designs), or None if one is unknown."""
         if curve not in self.by_curve:
             return None
-        answers = [self.find_extreme(curve, question) for question in questions]
+        answers = [self.find_known_extreme(curve, question) for question in questions]
         known = [answer for answer in answers if answer is not None]
         return Extremes(*map(np.array, zip(*known, strict=True))) if len(known) == len(answers) else None
 

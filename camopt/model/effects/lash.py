@@ -67,7 +67,7 @@ def lash_speeds(programme: Programme, least_lash: FloatArray, largest_lash: Floa
 
 def _largest_lash_speed(programme: Programme, low: FloatArray, high: FloatArray, direction_bit: int) -> FloatArray:
     """Largest |y'| in one direction at displacements between two levels (settings, 1)."""
-    y, half_width = _moving_panels(programme, direction_bit)
+    y, half_width = _polynomials_of_moving_panels(programme, direction_bit)
     slope = polynomial.polyder(y) / half_width
     ends = polynomial.polyval(np.array([-1.0, 1.0]), y).T
     overlaps = (ends.max(axis=0) >= low) & (ends.min(axis=0) <= high)
@@ -83,15 +83,15 @@ def _largest_lash_speed(programme: Programme, low: FloatArray, high: FloatArray,
 @once_per_setting
 def angle_span_above_level(programme: Programme, level: FloatArray) -> FloatArray:
     """Range of cam angle over which the displacement is above a level [rad]."""
-    y, half_width = _moving_panels(programme, WAYS)
+    y, half_width = _polynomials_of_moving_panels(programme, WAYS)
     (start, end), place = polynomial.polyval(np.array([-1.0, 1.0]), y).T, _places_reaching_level(y, level[:, None])
     moving = np.where(end > start, 1.0 - place, place + 1.0)
     return matrix_product(np.where(start == end, 2.0 * (start > level[:, None]), moving), half_width)
 
 
-def _moving_panels(programme: Programme, ways: int) -> tuple[FloatArray, FloatArray]:
+def _polynomials_of_moving_panels(programme: Programme, direction_bits: int) -> tuple[FloatArray, FloatArray]:
     """Coefficients (powers, panels) and half-widths of the panels with some directions of motion."""
-    table, panels = programme.table, programme.panels_with_kinds(ways)
+    table, panels = programme.table, programme.panels_with_kinds(direction_bits)
     return table.coefficients[panels].T, table.half_width[panels]
 
 

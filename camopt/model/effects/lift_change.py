@@ -9,7 +9,7 @@ from typing import Any
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
-from camopt.model.effects.peak import DegreeScale, Derivative, Peak
+from camopt.model.effects.peak import DegreeScale, MotionDerivative, Peak
 from camopt.model.motion.programme import derivative_peak
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
 
@@ -26,7 +26,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     scale = DegreeScale(0 if setup.tool_turns else -1)
-    return {lift_change_name(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
+    return {lift_change_name(setup): Peak(((MotionDerivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
 
 
 EFFECT = Effect(

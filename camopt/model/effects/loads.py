@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics.curves import curve_type_from_formula
-from camopt.core.numerics.point_contact import pressure_factor, pressure_factor_coefficients
+from camopt.core.numerics.point_contact import pressure_factor_and_derivative, pressure_factor_coefficients
 from camopt.model.effects.effect import EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.force import contact_force_curve, follower_force_curve
@@ -47,7 +47,7 @@ def preloaded_contact_force(state, force, preload):
 
 
 @curve_type_from_formula(reads_load=True)
-def guided_force(state, force, pressure, drag, slide):
+def force_with_guide_friction(state, force, pressure, drag, slide):
     """Force along the motion with friction in the guide, G [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
     return force / (1.0 - np.sign(force) * (drag + slide * state.y) * np.abs(pressure))
 
@@ -65,7 +65,7 @@ def side_thrust(state, along, pressure, arm, reach):
 
 
 @curve_type_from_formula
-def guide_drag(state, pressure, drag, slide):
+def jamming_ratio(state, pressure, drag, slide):
     """μ·q·t; at 1 the follower jams in its guide."""
     return (drag + slide * state.y) * pressure
 
@@ -77,7 +77,7 @@ def swinging_face_normal_force(state, moment, distance):
 
 
 @curve_type_from_formula(reads_load=True)
-def roller_load(state, normal, curvature, roller_radius, pressing, bulge):
+def roller_load_per_relative_radius(state, normal, curvature, roller_radius, pressing, bulge):
     """Load of a roller, N/R [N/mm]; positive where N presses the roller on the flank.
 
     ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
@@ -93,13 +93,16 @@ def parallel_curve_curvature(state, curvature, away):
 
 @curve_type_from_formula(reads_load=True)
 def spherical_face_load(state, normal, curvature, face_radius, pressing, bulge, table=None):
-    """Load of a spherical face, N·h/R_s² [N/mm²], with a table of h; other arguments as of ``roller_load``."""
-    h, _ = pressure_factor(1.0 - bulge * face_radius * curvature, table)
+    """Load of a spherical face, N·h/R_s² [N/mm²], with a table of h.
+
+    Other arguments as of ``roller_load_per_relative_radius``.
+    """
+    h, _ = pressure_factor_and_derivative(1.0 - bulge * face_radius * curvature, table)
     return pressing / (face_radius * face_radius) * (normal * h)
 
 
 @curve_type_from_formula(reads_load=True)
-def flat_face_load(state, normal, radius):
+def flat_face_load_per_radius(state, normal, radius):
     """Load of a flat face, N/ρ [N/mm]."""
     return normal / radius
 
@@ -118,7 +121,9 @@ def has_guide_friction(setup: Setup) -> bool:
     return bool(guided and dynamics.friction and sizes)
 
 
-def guide_friction_coefficients(dynamics: FollowerDynamics, count: int, velocity_sign: float) -> tuple[Any, Any]:
+def guide_friction_line_coefficients(
+    dynamics: FollowerDynamics, count: int, velocity_sign: float
+) -> tuple[Any, Any]:
     """The numbers ``drag`` and ``slide`` of the line drag + slide·y = way·μ·q."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
@@ -128,7 +133,7 @@ def guide_friction_coefficients(dynamics: FollowerDynamics, count: int, velocity
     return velocity_sign * dynamics.friction * q * ones, velocity_sign * slide * ones
 
 
-def motion_force_curve(
+def force_along_motion_curve(
     setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0, *, can_pull: bool = False
 ) -> Any:
     """Curve of the force along the motion, G [N]; on an oscillating flat face the moment [N·mm].
@@ -137,19 +142,19 @@ def motion_force_curve(
     < 0 too.
     """
     force = contact_force_curve(setup, designs, programme)
-    if not (can_pull or setup.mechanism.pulls):
-        force = _open_contact_force(setup, designs, force)
+    if not (can_pull or setup.mechanism.can_pull_follower):
+        force = _pressing_force_on_open_contact(setup, designs, force)
     if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
-    return guided_force(
+    return force_with_guide_friction(
         force,
         pressure,
-        *guide_friction_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), velocity_sign),
+        *guide_friction_line_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), velocity_sign),
     )
 
 
-def _open_contact_force(setup: Setup, designs: Designs, force: Any) -> Any:
+def _pressing_force_on_open_contact(setup: Setup, designs: Designs, force: Any) -> Any:
     """Part of a force along the motion that presses on an open contact."""
     preload = setup.with_design_numbers(designs).dynamics.pair_preload
     if preload is None:
@@ -160,7 +165,7 @@ def _open_contact_force(setup: Setup, designs: Designs, force: Any) -> Any:
 
 def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
     """Curve of the normal force [N] while the follower moves in one direction."""
-    along = motion_force_curve(setup, designs, programme, velocity_sign)
+    along = force_along_motion_curve(setup, designs, programme, velocity_sign)
     if setup.mechanism.curvature:
         return normal_force(along, setup.mechanism.pressure(designs, programme))
     if not setup.angular:
@@ -175,7 +180,7 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, velocity_
     Without friction it is the same for all designs.
     """
     if has_guide_friction(setup):
-        return shaft_torque(motion_force_curve(setup, designs, programme, velocity_sign, can_pull=True))
+        return shaft_torque(force_along_motion_curve(setup, designs, programme, velocity_sign, can_pull=True))
     return shaft_torque(follower_force_curve(setup, designs, programme))
 
 
@@ -189,18 +194,18 @@ def contact_load_curve(
     flank = flank or setup.mechanism.flanks[0]
     normal = normal_force_curve(setup, designs, programme, velocity_sign)
     if setup.mechanism.curvature:
-        curvature = flank_path_curvature(setup, designs, programme, flank)
+        curvature = flank_path_curvature_curve(setup, designs, programme, flank)
         pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
         if setup.spherical:
             return spherical_face_load(
                 normal, curvature, designs.roller_radius, pressing, bent, pressure_factor_coefficients()
             )
-        return roller_load(normal, curvature, designs.roller_radius, pressing, bent)
+        return roller_load_per_relative_radius(normal, curvature, designs.roller_radius, pressing, bent)
     assert setup.mechanism.profile_radius is not None
-    return flat_face_load(normal, setup.mechanism.profile_radius(designs, programme))
+    return flat_face_load_per_radius(normal, setup.mechanism.profile_radius(designs, programme))
 
 
-def flank_path_curvature(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
+def flank_path_curvature_curve(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
     """Curve of the curvature of the trace point's path on a flank; a clearance puts it beside the pitch curve."""
     assert setup.mechanism.curvature is not None
     curvature = setup.mechanism.curvature(designs, programme)
@@ -218,12 +223,12 @@ def friction_signs_by_stroke_kind(setup: Setup) -> tuple[tuple[float, int], ...]
 
 def jamming_stroke_kinds(setup: Setup) -> int:
     """The kinds of pieces on which the cam works against the guide's friction, where the follower may jam."""
-    return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
+    return OUTWARD | INWARD if setup.mechanism.can_pull_follower else OUTWARD
 
 
-def guide_drag_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    drag = guide_friction_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
-    return guide_drag(setup.mechanism.pressure(designs, programme), *drag)
+def jamming_ratio_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    drag = guide_friction_line_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
+    return jamming_ratio(setup.mechanism.pressure(designs, programme), *drag)
 
 
 def can_bear_load(case: EvaluationBlock) -> Any:

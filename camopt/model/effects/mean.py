@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.model.effects.panel_parts import PanelParts
-from camopt.model.effects.peak import IDENTITY_SCALE, NumberKind, Scale, Variant, never_jumps
+from camopt.model.effects.peak import IDENTITY_SCALE, NumberKind, Scale, Variant, never_infinite_by_jumps
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
 
@@ -23,7 +23,7 @@ class Mean(NamedTuple):
     """The curve, or its parts by kinds of pieces, which together make up the turn."""
     power: int = 1
     scale: Scale = IDENTITY_SCALE
-    jumps: Callable[[Programme], bool] = never_jumps
+    jumps: Callable[[Programme], bool] = never_infinite_by_jumps
     """Whether jumps of a motion make it infinite for every design."""
     smooth: Callable[[Designs, Programme], PanelParts] | None = None
     """The parts on which its curves are smooth; None if these are whole panels."""
@@ -39,5 +39,5 @@ class Mean(NamedTuple):
 
     def power_mean_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         """Mean of the curve to the power p at a value of the quantity; negative if there is none."""
-        mean = self.scale.extreme_for_quantity(quantity, numbers)
+        mean = self.scale.weighted_extreme_for_quantity(quantity, numbers)
         return mean if self.power == 1 or mean < 0 else mean * mean

@@ -13,7 +13,7 @@ from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import EnclosedValue, EvaluationBlock
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.panel_parts import PanelParts, cut_panels, part_states
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme, derivative_power_mean
 
@@ -27,24 +27,24 @@ def power_means(case: EvaluationBlock, mean: Mean) -> Integrals:
     count, programme = len(case.designs), case.programme
     if mean.jumps(programme):
         return Integrals(np.full(count, inf), np.zeros(count))
-    if isinstance(curve := mean.curves[0][0], Derivative):
-        value = derivative_power_mean(curve.source_motion(programme), curve.order, mean.power)
+    if isinstance(curve := mean.curves[0][0], MotionDerivative):
+        value = derivative_power_mean(curve.motion_of_tool_or_follower(programme), curve.order, mean.power)
         return Integrals(np.full(count, value), np.zeros(count))
     if mean.smooth is None:
-        return _integrate_parts(case, mean, cut_panels(programme.table, ()))
+        return _power_means_over_parts(case, mean, cut_panels(programme.table, ()))
     means = Integrals(*np.zeros((2, count)))
     for number in range(count):
         one = replace(case, designs=case.designs.take([number]))
-        part = _integrate_parts(one, mean, mean.smooth(one.designs, programme))
+        part = _power_means_over_parts(one, mean, mean.smooth(one.designs, programme))
         means.value[number], means.error[number] = part.value[0], part.error[0]
     return means
 
 
-def _integrate_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts) -> Integrals:
+def _power_means_over_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts) -> Integrals:
     """Power means by design with their errors, for designs whose curves are smooth on the same parts."""
     count = len(case.designs)
 
-    def integrals(rule: GaussRule, index: Any) -> FloatArray:
+    def power_means_of_designs(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
         points = len(designs) * parts.panel.size * rule.nodes.size
         blocks = np.array_split(np.arange(len(designs)), 1 + points // POINTS_AT_ONCE)
@@ -53,7 +53,7 @@ def _integrate_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts) -> In
         ]
         return np.concatenate(rows)[None]
 
-    value, error = integrate_by_orders(integrals, np.abs, count, case.setup.relative_error)
+    value, error = integrate_by_orders(power_means_of_designs, np.abs, count, case.setup.relative_error)
     return Integrals(value[0], error[0])
 
 
@@ -65,7 +65,7 @@ def _power_means_by_gauss_rule(
     kinds = np.repeat(programme.table.kind, np.diff(programme.table.first_panel))[parts.panel]
     for make, curve_kinds in mean.curves:
         curve_parts = parts.take((kinds & curve_kinds) != 0)
-        state = part_states(programme, curve_parts, curve_parts.places_in_parts(rule.nodes[:, None]))
+        state = part_states(programme, curve_parts, curve_parts.panel_places_of_part_places(rule.nodes[:, None]))
         value = curve_value(make(designs, programme), ALL_DESIGNS, state)
         half = 0.5 * programme.table.half_width[curve_parts.panel] * (curve_parts.high - curve_parts.low)
         powers = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))

@@ -15,20 +15,20 @@ from camopt.core.quantities import (
     AT_FOLLOWER,
     DERIVATIVE_UNITS,
     displacement_unit,
-    dwell_error_quantity,
-    error_quantity,
-    motion_quantity,
+    dwell_error_name,
+    motion_error_name,
+    motion_peak_name,
     motion_unit,
 )
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
-from camopt.model.effects.peak import DegreeScale, Derivative, Multiple, Peak, Scale, TimeDerivative
+from camopt.model.effects.peak import DegreeScale, MotionDerivative, MultipleScale, Peak, Scale, TimeDerivativeScale
 from camopt.model.motion.programme import derivative_peak
 from camopt.model.motion.stroke import RETURN, RISE
 
 MOVE_KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 
-def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
+def _motion_curves(setup: Setup) -> dict[str, tuple[MotionDerivative, int]]:
     """The derivative and the kinds of strokes of each quantity, by name."""
     return _derivative_and_stroke_kinds_by_quantity(
         setup.tool_turns, None if setup.train is None else setup.angular, setup.omega is not None
@@ -38,18 +38,21 @@ def _motion_curves(setup: Setup) -> dict[str, tuple[Derivative, int]]:
 @cache
 def _derivative_and_stroke_kinds_by_quantity(
     tool_turns: bool, follower_turns: bool | None, timed: bool
-) -> dict[str, tuple[Derivative, int]]:
+) -> dict[str, tuple[MotionDerivative, int]]:
     """Derivative and kinds of strokes of each motion quantity, by name.
 
     ``follower_turns`` is None without a train.
     """
-    quantities = dict[str, tuple[Derivative, int]]()
+    quantities = dict[str, tuple[MotionDerivative, int]]()
     for order, name in enumerate(DERIVATIVE_UNITS, start=1):
         for stroke, kinds in MOVE_KINDS.items():
-            quantities[motion_quantity(name, stroke, angular=tool_turns, timed=timed)] = Derivative(order), kinds
+            quantities[motion_peak_name(name, stroke, angular=tool_turns, timed=timed)] = (
+                MotionDerivative(order),
+                kinds,
+            )
         if follower_turns is not None:
-            quantity = motion_quantity(name, AT_FOLLOWER, angular=follower_turns, timed=timed)
-            quantities[quantity] = Derivative(order, at_follower=True), RISE | RETURN
+            quantity = motion_peak_name(name, AT_FOLLOWER, angular=follower_turns, timed=timed)
+            quantities[quantity] = MotionDerivative(order, at_follower=True), RISE | RETURN
     return quantities
 
 
@@ -64,11 +67,11 @@ def motion_table_unit(setup: Setup, order: int) -> str:
     return motion_unit([*DERIVATIVE_UNITS][order - 1], angular=setup.tool_turns, timed=setup.omega is not None)
 
 
-def motion_error_names(setup: Setup) -> tuple[str, str, str, str]:
+def motion_error_quantity_names(setup: Setup) -> tuple[str, str, str, str]:
     """Names of the largest errors of position, velocity and acceleration, and of the change in a dwell."""
     angular, timed = setup.tool_turns, setup.omega is not None
-    first, second, third = (error_quantity(order, angular=angular, timed=timed) for order in range(3))
-    return first, second, third, dwell_error_quantity(angular=angular)
+    first, second, third = (motion_error_name(order, angular=angular, timed=timed) for order in range(3))
+    return first, second, third, dwell_error_name(angular=angular)
 
 
 def motion_unit_factor(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
@@ -88,13 +91,13 @@ def motion_unit_scale(setup: Setup, order: int, *, at_follower: bool = False) ->
     if setup.rpm is None:
         return DegreeScale(int(turns))
     unit = 1.0 if turns else 1e3
-    by_time, by_unit = TimeDerivative(unit, order, setup.rpm), Multiple(1.0 / unit)
+    by_time, by_unit = TimeDerivativeScale(unit, order, setup.rpm), MultipleScale(1.0 / unit)
     return scale_per_design_if_varied(setup, by_time, by_unit, lambda each: each.omega**order)
 
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     return {
-        name: derivative_peak(curve.source_motion(case.programme), curve.order, kinds)
+        name: derivative_peak(curve.motion_of_tool_or_follower(case.programme), curve.order, kinds)
         * motion_unit_factor(case.setup_per_design, curve.order, at_follower=curve.at_follower)
         for name, (curve, kinds) in _motion_curves(case.setup).items()
         if name in wanted
@@ -105,7 +108,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name: _motion_peak(setup, *which) for name, which in _motion_curves(setup).items()}
 
 
-def _motion_peak(setup: Setup, curve: Derivative, kinds: int) -> Peak:
+def _motion_peak(setup: Setup, curve: MotionDerivative, kinds: int) -> Peak:
     unit = motion_unit_scale(setup, curve.order, at_follower=curve.at_follower)
     return Peak(((curve, kinds),), LARGEST_MAGNITUDE, unit, curve.is_infinite_somewhere)
 

@@ -25,13 +25,13 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, FloatArray
 from camopt.core.numerics.curves import curve_value, value_and_slope, value_and_slope_formula
-from camopt.core.numerics.trigonometry import rotate
+from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import NO_BAND, ToleranceBands
 from camopt.model.effects.error_extremes import largest_dwell_position_changes, largest_tool_errors
 from camopt.model.effects.error_rates import worst_error_rate_curve
-from camopt.model.effects.motion import motion_error_names, motion_unit_factor, motion_unit_scale
-from camopt.model.effects.peak import DegreeScale, Multiple, Peak, PerDesignFactor, Scale
+from camopt.model.effects.motion import motion_error_quantity_names, motion_unit_factor, motion_unit_scale
+from camopt.model.effects.peak import DegreeScale, MultipleScale, Peak, PerDesignFactorScale, Scale
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import LEAST_JUMP, Programme
@@ -101,7 +101,7 @@ def trace_point_error_and_slope(f, i, at):
 def arm_error_and_slope(f, i, at):
     value, slope = value_and_slope(f.trace, i, at)
     t, t1 = value_and_slope(f.trace.pressure, i, at)
-    cosine, sine = rotate(f.cosine[i], f.sine[i], at.y)
+    cosine, sine = cosine_and_sine_of_sum(f.cosine[i], f.sine[i], at.y)
     g, g1 = sine - t * cosine, (cosine + t * sine) * at.y1 - t1 * cosine
     value = value + f.across[i] * np.abs(g) + f.nearer[i] * g
     return value, slope + (f.across[i] * np.sign(g) + f.nearer[i]) * g1
@@ -119,7 +119,7 @@ def face_error_and_slope(f, i, at):
 @value_and_slope_formula(SwingingFaceError)
 def swinging_face_error_and_slope(f, i, at):
     t, t1 = value_and_slope(f.reach, i, at)
-    cosine, sine = rotate(f.cosine[i], f.sine[i], at.y)
+    cosine, sine = cosine_and_sine_of_sum(f.cosine[i], f.sine[i], at.y)
     along = f.out[i] + f.across[i] * np.abs(sine) + f.nearer[i] * sine
     along1 = (f.across[i] * np.sign(sine) + f.nearer[i]) * cosine * at.y1
     value = along / t + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
@@ -132,7 +132,7 @@ def worst_error_curve(
     """Curve of the follower's worst error to one side, +1 or −1 [mm or rad]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
-    out = zeros + (bands.profile + sizes.get("roller_radius", NO_BAND).reach_to_side(error_sign))
+    out = zeros + (bands.profile + sizes.get("roller_radius", NO_BAND).largest_error_to_side(error_sign))
     turning, ahead = zeros + bands.phase.half, zeros + error_sign * bands.phase.middle
     if mechanism.body.developed:
         turning = turning + bands.bore / designs.size
@@ -145,7 +145,7 @@ def worst_error_curve(
     pressure = mechanism.pressure(designs, programme)
     if mechanism.flat_faced:
         assert mechanism.reach is not None
-        out, centre = out + sizes["face_offset"].reach_to_side(-error_sign), sizes["centre_distance"]
+        out, centre = out + sizes["face_offset"].largest_error_to_side(-error_sign), sizes["centre_distance"]
         across, nearer = zeros + centre.half, zeros - error_sign * centre.middle
         reach = mechanism.reach(designs, programme)
         return SwingingFaceError(reach, pressure.cosine, pressure.sine, out, across, nearer, turning, ahead)
@@ -162,7 +162,7 @@ def worst_error_curve(
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return motion_error_names(setup)
+    return motion_error_quantity_names(setup)
 
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -190,15 +190,15 @@ def peaks(setup: Setup) -> Mapping[str, Peak]:
     if bands is None or ratio is None:
         return {}
     factor = abs(ratio)
-    scale: Scale = DegreeScale(1, factor) if setup.tool_turns else Multiple(factor)
+    scale: Scale = DegreeScale(1, factor) if setup.tool_turns else MultipleScale(factor)
     sides = (1.0, -1.0) if bands.is_lopsided else (1.0,)
     curves = tuple((partial(worst_error_curve, setup, bands, side), ALL_STROKES) for side in sides)
-    names = motion_error_names(setup)
+    names = motion_error_quantity_names(setup)
     errors = {names[0]: Peak(curves, LARGEST, scale)}
     for order in (1, 2) if bands.waves or not bands.profile else ():
         rates = tuple((partial(worst_error_rate_curve, setup, bands, order, side), ALL_STROKES) for side in sides)
         unit = motion_unit_scale(setup, order)
-        unit = unit if factor == 1.0 else PerDesignFactor(unit, lambda designs: factor)
+        unit = unit if factor == 1.0 else PerDesignFactorScale(unit, lambda designs: factor)
         errors[names[order]] = Peak(rates, LARGEST, unit, partial(_jumps_make_error_infinite, setup, bands, order))
     return errors
 
@@ -221,19 +221,19 @@ def _jumps_make_error_infinite(setup: Setup, bands: ToleranceBands, order: int, 
 
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    *rates, dwell = motion_error_names(case.setup)
+    *rates, dwell = motion_error_quantity_names(case.setup)
     if _sole_contact_train_ratio(case.setup) is None:
-        return _sample_errors(case, wanted)
+        return _sampled_error_columns(case, wanted)
     curves = peaks(case.setup)
     columns: dict[str, Any] = {name: peak_column(case, curves[name]) for name in rates if name in wanted}
     if dwell in wanted:
-        columns[dwell] = _largest_dwell_changes(case)
+        columns[dwell] = _largest_dwell_position_changes(case)
     return columns
 
 
-def _sample_errors(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def _sampled_error_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     """Columns of the largest errors, sampled at cam angles, for contacts and trains that have no error curve."""
-    *rates, dwell = motion_error_names(case.setup)
+    *rates, dwell = motion_error_quantity_names(case.setup)
     orders = {name: order for order, name in enumerate(rates) if name in wanted}
     largest = largest_tool_errors(case, [*orders.values()]) if orders else ()
     columns: dict[str, Any] = {
@@ -245,7 +245,7 @@ def _sample_errors(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, A
     return columns
 
 
-def _largest_dwell_changes(case: EvaluationBlock) -> FloatArray:
+def _largest_dwell_position_changes(case: EvaluationBlock) -> FloatArray:
     """Largest change of the position in a dwell [mm or deg]."""
     setup, bands, ratio = case.setup, case.setup.errors, _sole_contact_train_ratio(case.setup)
     assert bands is not None

@@ -61,18 +61,20 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
 
 
-def _outermost_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def _outermost_outline_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of the outline's distance from the axis, for the flank that is farthest from it [mm]."""
     assert setup.mechanism.outline is not None
     side = max(flank.side for flank in setup.mechanism.flanks)
     return setup.mechanism.outline(designs, programme, side * setup.pitch_to_flank_distance(designs))
 
 
-def _pivot_clearance(outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme) -> Any:
+def _pivot_clearance_curve(
+    outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme
+) -> Any:
     return clearance_beyond_outline(outline(designs, programme), designs.centre_distance)
 
 
-def _edge_clearance(
+def _edge_clearance_curve(
     outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
 ) -> Any:
     return clearance_beyond_outline(outline(designs, programme), np.full(len(designs), edge))
@@ -86,10 +88,10 @@ def _centre_distance(designs: Designs) -> Any:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.outline is None:
         return {}
-    outline, edge = partial(_outermost_curve, setup), (setup.solid.outer_diameter or 0.0) / 2.0
+    outline, edge = partial(_outermost_outline_curve, setup), (setup.solid.outer_diameter or 0.0) / 2.0
     per_body = (
         0.0
-        if setup.mechanism.standard_profile_designs is unreduced_designs
+        if setup.mechanism.standard_profile_reduction is unreduced_designs
         else -1.0
         if setup.mechanism.flat_faced
         else 1.0
@@ -97,10 +99,13 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     clearances = {
         OUTER_RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
         PIVOT_CLEARANCE: Peak(
-            ((partial(_pivot_clearance, outline), ALL_STROKES),), LEAST, unit=_centre_distance, per_body=per_body
+            ((partial(_pivot_clearance_curve, outline), ALL_STROKES),),
+            LEAST,
+            unit=_centre_distance,
+            per_body=per_body,
         ),
         EDGE_WALL: Peak(
-            ((partial(_edge_clearance, outline, edge), ALL_STROKES),), LEAST, unit=cam_size_error_scale
+            ((partial(_edge_clearance_curve, outline, edge), ALL_STROKES),), LEAST, unit=cam_size_error_scale
         ),
     }
     return {

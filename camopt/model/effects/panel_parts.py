@@ -8,9 +8,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray, IntArray
-from camopt.core.numerics.piecewise import MotionTable, load_series, train_inertia_series
+from camopt.core.numerics.piecewise import (
+    MotionTable,
+    load_polynomials_by_panel,
+    train_inertia_polynomials_by_panel,
+)
 from camopt.core.numerics.state import Load, State, TrainForces
-from camopt.model.effects.panel_series import displacement_derivative
+from camopt.model.effects.panel_series import derivative_polynomials_by_panel
 from camopt.model.motion.load import TrainLoad
 from camopt.model.motion.programme import Programme
 
@@ -22,9 +26,9 @@ class PanelParts(NamedTuple):
     low: FloatArray
     high: FloatArray
 
-    def places_in_parts(self, share: FloatArray) -> FloatArray:
+    def panel_places_of_part_places(self, part_places: FloatArray) -> FloatArray:
         """The panels' u at places from −1 to 1 of each part."""
-        return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
+        return 0.5 * ((1.0 - part_places) * self.low + (1.0 + part_places) * self.high)
 
     def take(self, index: Any) -> "PanelParts":
         return PanelParts(self.panel[index], self.low[index], self.high[index])
@@ -48,7 +52,7 @@ def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State
         return State(y, y1, y2, 0.0)
     load, carried = (
         polynomial.polyval(u, series[:, parts.panel], tensor=False)
-        for series in (load_series(table), train_inertia_series(table))
+        for series in (load_polynomials_by_panel(table), train_inertia_polynomials_by_panel(table))
     )
     if isinstance(programme.load, TrainLoad):
         return State(y, y1, y2, 0.0, TrainForces(load, 0.0, carried, 0.0))
@@ -58,4 +62,4 @@ def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State
 @lru_cache(maxsize=64)
 def _motion_polynomials(programme: Programme) -> tuple[FloatArray, ...]:
     """The polynomials of y, y' and y'', cached for bisections."""
-    return tuple(displacement_derivative(programme.table, order) for order in range(3))
+    return tuple(derivative_polynomials_by_panel(programme.table, order) for order in range(3))

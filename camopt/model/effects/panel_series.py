@@ -17,7 +17,7 @@ from camopt.core.numerics.stable_functions import matrix_product
 WORK_ERROR = 2.0**-46  # of the largest magnitude: more than the rounding of a halving at degree 30, so halving ends
 
 
-def displacement_derivative(table: MotionTable, order: int) -> FloatArray:
+def derivative_polynomials_by_panel(table: MotionTable, order: int) -> FloatArray:
     """A derivative of y by the cam angle, as a series."""
     return np.asarray(polynomial.polyder(table.coefficients.T, order) / table.half_width**order)
 
@@ -51,7 +51,7 @@ def turn_integral(half_width: FloatArray, series: FloatArray) -> Any:
     return matrix_product(matrix_product(2.0 / np.arange(1, 2 * len(even), 2), even), half_width)[()]
 
 
-def largest_of_series(series: FloatArray) -> Any:
+def largest_value_of_series(series: FloatArray) -> Any:
     """Largest value of a series, (settings,) if it has settings, to WORK_ERROR of its largest magnitude.
 
     Bernstein coefficients enclose a polynomial; the first and the last are its values at the ends. Parts of panels

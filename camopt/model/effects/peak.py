@@ -84,7 +84,7 @@ class RadiusWeight(ABC):
     def __call__(self, designs: Designs) -> Any: ...
 
     @abstractmethod
-    def allowed_radii(self, extreme: FloatArray, relative_margin: float) -> RadiusRange:
+    def radii_with_weighted_extreme_below_1(self, curve_extreme: FloatArray, relative_margin: float) -> RadiusRange:
         """The radii with which the weight times an extreme is at most 1.
 
         ``relative_margin`` is a relative margin at the ends of the range, inwards, or outwards if negative.
@@ -104,9 +104,10 @@ class BodyRadiusPlus(RadiusWeight):
     def __call__(self, designs: Designs) -> Any:
         return designs.roller_radius + self.radius
 
-    def allowed_radii(self, extreme: FloatArray, relative_margin: float) -> RadiusRange:
+    def radii_with_weighted_extreme_below_1(self, curve_extreme: FloatArray, relative_margin: float) -> RadiusRange:
         return RadiusRange(
-            most=_weight_for_unit_product(extreme) * (1.0 - relative_margin) - self.radius * (1.0 + relative_margin)
+            most=_largest_weight_for_unit_product(curve_extreme) * (1.0 - relative_margin)
+            - self.radius * (1.0 + relative_margin)
         )
 
     def largest_weight(self, body_radii: RadiusRange) -> float:
@@ -125,17 +126,17 @@ class CutterExcessOverRoller(RadiusWeight):
     def __call__(self, designs: Designs) -> Any:
         return np.maximum(self.radius - designs.roller_radius, 0.0)
 
-    def allowed_radii(self, extreme: FloatArray, relative_margin: float) -> RadiusRange:
+    def radii_with_weighted_extreme_below_1(self, curve_extreme: FloatArray, relative_margin: float) -> RadiusRange:
         return RadiusRange(
             least=self.radius * (1.0 + relative_margin)
-            - _weight_for_unit_product(extreme) * (1.0 - relative_margin)
+            - _largest_weight_for_unit_product(curve_extreme) * (1.0 - relative_margin)
         )
 
     def largest_weight(self, body_radii: RadiusRange) -> float:
         return float(max(self.radius - body_radii.least, 0.0))
 
 
-def _weight_for_unit_product(extreme: FloatArray) -> FloatArray:
+def _largest_weight_for_unit_product(extreme: FloatArray) -> FloatArray:
     """Largest weight whose product with an extreme is at most 1; −∞ if the extreme is infinite."""
     with np.errstate(divide="ignore"):
         return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
@@ -148,8 +149,8 @@ def inverse_roller_radius(designs: Designs) -> Any:
 class Scale(ABC):
     """A monotone map from the extreme of a curve to a quantity.
 
-    The quantity is q where weight(q)·extreme equals ``extreme_for_quantity`` q. Weights are not negative, because
-    searches look where the curve itself is largest or least.
+    The quantity is q where weight(q)·extreme equals ``weighted_extreme_for_quantity`` q. Weights are not negative,
+    because searches look where the curve itself is largest or least.
     """
 
     is_decreasing: ClassVar[bool] = False
@@ -170,16 +171,16 @@ class Scale(ABC):
         return np.where(finite, far - np.where(finite, near, 0.0), 0.0)
 
     @abstractmethod
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         """The weighted extreme at a value of the quantity, in a kind of number."""
 
-    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         """The weight of the curve at a value of the quantity, by design."""
         return unit_weight
 
 
 @dataclass(frozen=True)
-class Multiple(Scale):
+class MultipleScale(Scale):
     """A multiple of the extreme."""
 
     factor: float = 1.0
@@ -190,26 +191,26 @@ class Multiple(Scale):
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         return self.factor * extreme_change
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor)
 
 
-IDENTITY_SCALE = Multiple()
+IDENTITY_SCALE = MultipleScale()
 
 
 @dataclass(frozen=True)
-class AngleOfTangent(Scale):
+class AngleOfTangentScale(Scale):
     """The angle of a tangent ≥ 0 [deg]."""
 
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return np.degrees(arctangent(extreme))
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.tan(numbers.of(quantity) * numbers.pi() / 180)
 
 
 @dataclass(frozen=True)
-class TimeDerivative(Scale):
+class TimeDerivativeScale(Scale):
     """A derivative by time, from the derivative by the cam angle: extreme·ωⁿ/unit."""
 
     unit: float
@@ -220,19 +221,19 @@ class TimeDerivative(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * ((self.rpm * 2 * math.pi / 60) ** self.order * (1.0 / self.unit))
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         speed = numbers.of(self.rpm) * numbers.pi() / 30
         return numbers.of(quantity) * numbers.of(self.unit) / speed**self.order
 
 
 @dataclass(frozen=True)
-class TurnIntegral(Scale):
+class TurnIntegralScale(Scale):
     """The integral over the turn, from the mean: 2π·extreme."""
 
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * (2.0 * math.pi)
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / (2 * numbers.pi())
 
 
@@ -246,12 +247,12 @@ class DegreeScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor * extreme * (180.0 / math.pi) ** self.power
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor) / (180 / numbers.pi()) ** self.power
 
 
 @dataclass(frozen=True)
-class LoadRoot(Scale):
+class LoadRootScale(Scale):
     """A stress that grows with a root of the load: factor·(load/unit)^(1/degree), 0 for a load below 0."""
 
     degree: int
@@ -263,7 +264,7 @@ class LoadRoot(Scale):
         ratio = np.maximum(extreme, 0.0) / self.unit
         return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return (numbers.of(quantity) / numbers.of(self.factor)) ** self.degree * numbers.of(self.unit)
 
 
@@ -277,12 +278,12 @@ class InverseScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor / np.maximum(extreme, 0.0)
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(self.factor) / numbers.of(quantity)
 
 
 @dataclass(frozen=True)
-class OneMinus(Scale):
+class OneMinusScale(Scale):
     """The difference from 1: 1 − extreme."""
 
     is_decreasing: ClassVar[bool] = True
@@ -290,12 +291,12 @@ class OneMinus(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return 1.0 - extreme
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return 1 - numbers.of(quantity)
 
 
 @dataclass(frozen=True)
-class PerRollerRadius(Scale):
+class PerRollerRadiusScale(Scale):
     """A multiple of the extreme divided by the radius of the roller."""
 
     factor: float
@@ -303,10 +304,10 @@ class PerRollerRadius(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * self.factor / designs.roller_radius
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor)
 
-    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return inverse_roller_radius
 
 
@@ -322,7 +323,7 @@ class HalfWidthPlus:
 
 
 @dataclass(frozen=True)
-class ConvexRadius(Scale):
+class ConvexRadiusScale(Scale):
     """The least convex radius of the profile, from the sharpest curvature of the pitch curve: 1/κ − R_r.
 
     A ``half_width``, the distance of walls from the pitch curve, takes the place of R_r.
@@ -333,31 +334,31 @@ class ConvexRadius(Scale):
     is_decreasing: ClassVar[bool] = True
 
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
-        return 1.0 / np.maximum(extreme, 0.0) - self.curve_weight(0.0)(designs)
+        return 1.0 / np.maximum(extreme, 0.0) - self.curve_weight_by_design(0.0)(designs)
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(1.0)
 
-    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return BodyRadiusPlus(quantity) if self.half_width is None else HalfWidthPlus(self.half_width, quantity)
 
 
 @dataclass(frozen=True)
-class CutterRadius(Scale):
+class CutterRadiusScale(Scale):
     """The largest cutter that reaches every hollow flank: R_r − 1/κ, with the pitch curve's κ < 0 where hollow."""
 
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(-1.0)
 
-    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
+    def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return CutterExcessOverRoller(quantity)
 
 
 @dataclass(frozen=True)
-class PerDesignFactor(Scale):
+class PerDesignFactorScale(Scale):
     """A scale of the extreme times a factor ≥ 0 that depends on the design."""
 
     scale: Scale
@@ -374,26 +375,26 @@ class PerDesignFactor(Scale):
         factor = self.factor(designs)
         return self.scale.quantity_change(extreme * factor, extreme_change * factor, designs)
 
-    def extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return self.scale.extreme_for_quantity(quantity, numbers)
+    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+        return self.scale.weighted_extreme_for_quantity(quantity, numbers)
 
-    def curve_weight(self, quantity: float) -> Callable[[Designs], Any]:
-        weight = self.scale.curve_weight(quantity)
+    def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
+        weight = self.scale.curve_weight_by_design(quantity)
         return self.factor if weight is unit_weight else lambda designs: self.factor(designs) * weight(designs)
 
 
-def never_jumps(programme: Programme) -> bool:
+def never_infinite_by_jumps(programme: Programme) -> bool:
     """False, for quantities that stay finite at every jump of the motion."""
     return False
 
 
-def jumps_at_corners(programme: Programme) -> bool:
+def is_infinite_by_velocity_jumps(programme: Programme) -> bool:
     """Whether the velocity jumps, so that inertia makes loads infinite."""
     return bool(programme.corners)
 
 
 @dataclass(frozen=True)
-class Derivative:
+class MotionDerivative:
     """A derivative of the displacement by the cam angle, as a curve that is the same for all designs.
 
     It is that of the tool, or ``at_follower`` that of the follower. Without a train both are the same.
@@ -402,14 +403,14 @@ class Derivative:
     order: int
     at_follower: bool = False
 
-    def __call__(self, designs: Designs, programme: Programme) -> "Derivative":
+    def __call__(self, designs: Designs, programme: Programme) -> "MotionDerivative":
         return self
 
     def is_infinite_somewhere(self, programme: Programme) -> bool:
         """Whether the derivative is infinite somewhere."""
-        return any(jump.order < self.order for jump in self.source_motion(programme).jumps)
+        return any(jump.order < self.order for jump in self.motion_of_tool_or_follower(programme).jumps)
 
-    def source_motion(self, programme: Turn) -> Turn:
+    def motion_of_tool_or_follower(self, programme: Turn) -> Turn:
         """The motion of the tool or the follower, from a programme or a similar motion of the follower."""
         return programme if self.at_follower else programme.tool
 
@@ -421,7 +422,7 @@ class Peak(NamedTuple):
     goal: int
     """LARGEST, LEAST or LARGEST_MAGNITUDE, over all curves together."""
     scale: Scale = IDENTITY_SCALE
-    jumps: Callable[[Programme], bool] = never_jumps
+    jumps: Callable[[Programme], bool] = never_infinite_by_jumps
     """Whether jumps of a motion make it infinite for every design."""
     unit: Callable[[Designs], Any] | None = None
     """The scale of its error where that is larger than the quantity itself."""
@@ -441,8 +442,8 @@ class Peak(NamedTuple):
         """Whether the quantity is a least value over the turn, so that its limit is a lower bound."""
         return (self.goal == LEAST) != self.scale.is_decreasing
 
-    def over_kinds(self, kinds: int) -> "Peak":
-        return self._replace(curves=tuple((make, kinds) for make, _ in self.curves))
+    def over_stroke_kinds(self, stroke_kinds: int) -> "Peak":
+        return self._replace(curves=tuple((make, stroke_kinds) for make, _ in self.curves))
 
     def as_magnitude(self) -> "Peak":
         return self._replace(goal=LARGEST_MAGNITUDE)

@@ -41,22 +41,27 @@ def peak_extremes(
     """
     count = len(case.designs)
     if sound_designs is True and count and not peak.jumps(case.programme):
-        return _sound_extremes(case, peak, located=located, floor=floor)
+        return _extremes_of_sound_designs(case, peak, located=located, floor=floor)
     columns = infinite_extremes(case, peak)
     index = np.flatnonzero(np.broadcast_to(sound_designs, count) & (not peak.jumps(case.programme)))
     if index.size:
         part = replace(case, designs=case.designs.take(index), known_extremes=case.known_extremes.take(index))
-        for column, values in zip(columns, _sound_extremes(part, peak, located=located, floor=floor), strict=True):
+        for column, values in zip(
+            columns, _extremes_of_sound_designs(part, peak, located=located, floor=floor), strict=True
+        ):
             column[index] = values
     return columns
 
 
-def _sound_extremes(case: EvaluationBlock, peak: Peak, *, located: bool, floor: float) -> DesignExtremes:
+def _extremes_of_sound_designs(case: EvaluationBlock, peak: Peak, *, located: bool, floor: float) -> DesignExtremes:
     """Extremes of a peak's curves, for designs that all can bear their load."""
     if peak.at_ends and not located:
         ((make, _),) = peak.curves
         curve = make(case.designs, case.programme)
-        ends = [curve_value(curve, ..., State(level, 0.0, 0.0, 0.0)) for level in case.programme.levels]
+        ends = [
+            curve_value(curve, ..., State(level, 0.0, 0.0, 0.0))
+            for level in case.programme.lowest_and_highest_displacement
+        ]
         value = (np.minimum if peak.goal == LEAST else np.maximum)(*ends)
         return DesignExtremes(value, *np.zeros((3, len(case.designs))))
     numbers = [k for k, (_, kinds) in enumerate(peak.curves) if case.programme.has_kinds(kinds)]
@@ -69,7 +74,7 @@ def _sound_extremes(case: EvaluationBlock, peak: Peak, *, located: bool, floor: 
     return DesignExtremes(value, width, where, np.array(numbers, float)[number])
 
 
-def as_column(case: EvaluationBlock, peak: Peak, extreme: DesignExtremes) -> EnclosedValue:
+def column_from_extremes(case: EvaluationBlock, peak: Peak, extreme: DesignExtremes) -> EnclosedValue:
     """The column of a peak, from its extremes."""
     by = -extreme.width if peak.goal == LEAST else extreme.width
     with np.errstate(divide="ignore"):
@@ -80,7 +85,7 @@ def as_column(case: EvaluationBlock, peak: Peak, extreme: DesignExtremes) -> Enc
 
 def peak_column(case: EvaluationBlock, peak: Peak, sound_designs: Any = True) -> EnclosedValue:
     """The column of a peak; infinite for designs that are not ``sound_designs``."""
-    return as_column(case, peak, peak_extremes(case, peak, sound_designs))
+    return column_from_extremes(case, peak, peak_extremes(case, peak, sound_designs))
 
 
 def largest_and_least_columns(
@@ -93,7 +98,9 @@ def largest_and_least_columns(
     for k, peak in enumerate((largest, least)):
         extreme = DesignExtremes(ends.value[k], ends.width[k], ends.where[k], np.zeros(len(case.designs)))
         columns.append(
-            as_column(case, peak, infinite_extremes(case, peak) if peak.jumps(case.programme) else extreme)
+            column_from_extremes(
+                case, peak, infinite_extremes(case, peak) if peak.jumps(case.programme) else extreme
+            )
         )
     scale = np.maximum(*(np.abs(column.value) for column in columns))
     above, below = (column._replace(scale=scale) for column in columns)

@@ -23,7 +23,13 @@ from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.force import follower_force_curve
-from camopt.model.effects.peak import IDENTITY_SCALE, InverseScale, Multiple, Peak, jumps_at_corners
+from camopt.model.effects.peak import (
+    IDENTITY_SCALE,
+    InverseScale,
+    MultipleScale,
+    Peak,
+    is_infinite_by_velocity_jumps,
+)
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.motion.stroke import ALL_STROKES
 
@@ -31,7 +37,7 @@ INTERFERENCE, STIFFNESS = "drive.interference", "drive.stiffness"
 PRELOAD_RATIO = "pair_preload_ratio"
 
 
-def preload_names(setup: Setup) -> tuple[str, str, str, str]:
+def preload_quantity_names(setup: Setup) -> tuple[str, str, str, str]:
     """Names of the preload, the required preload, the required interference and the preload ratio."""
     unit = "N_m" if setup.angular else "N"
     angle = "deg" if setup.angular else "mm"
@@ -44,7 +50,7 @@ def first_contact_force(force: float, preload: float) -> float:
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return preload_names(setup) if setup.mechanism.further_contacts else ()
+    return preload_quantity_names(setup) if setup.mechanism.further_contacts else ()
 
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -54,23 +60,23 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     interference, stiffness = ((key,) if numbers[key] is None else () for key in (INTERFERENCE, STIFFNESS))
     positive = () if numbers[INTERFERENCE] else (INTERFERENCE,)  # 0 is no preload
     needs = (interference + stiffness, missing, missing + stiffness, missing + positive + stiffness)
-    return {name: keys for name, keys in zip(preload_names(setup), needs, strict=True) if keys}
+    return {name: keys for name, keys in zip(preload_quantity_names(setup), needs, strict=True) if keys}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     if not setup.mechanism.further_contacts or setup.omega is None:
         return {}
-    _, least, interference, _ = preload_names(setup)
+    _, least, interference, _ = preload_quantity_names(setup)
     unit, angle = (1e-3, 180.0 / pi) if setup.angular else (1.0, 1.0)
     curves = ((partial(follower_force_curve, setup), ALL_STROKES),)
-    loads = {least: Peak(curves, LARGEST_MAGNITUDE, Multiple(0.5 * unit), jumps_at_corners)}
+    loads = {least: Peak(curves, LARGEST_MAGNITUDE, MultipleScale(0.5 * unit), is_infinite_by_velocity_jumps)}
     if setup.given[STIFFNESS]:
 
         def per_load(each: Setup) -> Any:
             return 0.5 * angle / each.dynamics.pair_stiffness
 
-        scale = scale_per_design_if_varied(setup, Multiple(per_load(setup)), IDENTITY_SCALE, per_load)
-        loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, jumps_at_corners)
+        scale = scale_per_design_if_varied(setup, MultipleScale(per_load(setup)), IDENTITY_SCALE, per_load)
+        loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, is_infinite_by_velocity_jumps)
     if preload := setup.dynamics.pair_preload:
         ratio = scale_per_design_if_varied(
             setup, InverseScale(2.0 * preload), InverseScale(1.0), lambda each: 0.5 / each.dynamics.pair_preload
@@ -84,7 +90,9 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
     preload = case.setup_per_design.dynamics.pair_preload
     if preload is not None:
-        columns[preload_names(setup)[0]] = preload * (1e-3 if setup.angular else 1.0) + np.zeros(len(case.designs))
+        columns[preload_quantity_names(setup)[0]] = preload * (1e-3 if setup.angular else 1.0) + np.zeros(
+            len(case.designs)
+        )
     return columns
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.peak import AngleOfTangent, Peak
+from camopt.model.effects.peak import AngleOfTangentScale, Peak
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
@@ -21,7 +21,7 @@ from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
 ANGLE_ERROR = 4e-16  # relative error of an angle that is computed from its tangent
 PITCH_POINT_ANGLE = "pressure_angle_max_at_deg"
 BOTTOM_ANGLE = "pressure_angle_max_bottom_deg"
-ANGLE_SCALE = AngleOfTangent()
+ANGLE_SCALE = AngleOfTangentScale()
 STROKE_KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
@@ -45,11 +45,11 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     }
     curves = {name: (setup.mechanism.pressure, kinds) for name, kinds in names.items()}
     if BOTTOM_ANGLE in offered_quantities(setup) and BOTTOM_ANGLE not in missing_keys_by_quantity(setup):
-        curves[BOTTOM_ANGLE] = (_pressure_angle_tangent_at_groove_bottom(setup), ALL_STROKES)
+        curves[BOTTOM_ANGLE] = (_groove_bottom_pressure_curve_maker(setup), ALL_STROKES)
     return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
 
 
-def _pressure_angle_tangent_at_groove_bottom(setup: Setup) -> Callable[[Designs, Programme], Any]:
+def _groove_bottom_pressure_curve_maker(setup: Setup) -> Callable[[Designs, Programme], Any]:
     """Curve tan β at the bottom of the groove, or the foot of the rib."""
     inwards = (setup.solid.groove_depth_or_rib_height or 0.0) / 2.0
 

@@ -77,9 +77,10 @@ def enclose_profile(
     setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
 ) -> ProfileEnclosure:
     """Enclose a wall of one design, or of several designs (n, 1), over parts of the turn."""
-    y, y1 = position_and_speed(programme.table, parts.middle)
+    y, y1 = displacement_and_velocity_at(programme.table, parts.middle)
     trace, velocity = (
-        x + 1j * z for x, z in trace_point_and_velocity(setup, design, start_height(setup, design) + y, y1)
+        x + 1j * z
+        for x, z in trace_point_and_velocity(setup, design, start_height_or_arm_angle(setup, design) + y, y1)
     )
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # motion of the trace point per y
     distance, speed, radius = np.abs(trace), np.abs(velocity), setup.pitch_to_flank_distance(design)
@@ -103,7 +104,7 @@ PartEnds = Sequence[ComplexArray]
 """The points at which parts of a profile start, and those at which they end."""
 
 
-def part_ends(
+def wall_points_at_part_ends(
     setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
 ) -> PartEnds:
     """The ends of parts of a wall of one design, or of several designs (n, 1)."""
@@ -115,12 +116,14 @@ def wall_points(
     setup: Setup, design: Designs, programme: Programme, angles: FloatArray, side: float = INNER_SIDE
 ) -> ComplexArray:
     """Points of a wall of one design, or of several designs (n, 1), at cam angles in rad."""
-    y, y1 = position_and_speed(programme.table, angles)
-    x, z = profile_point(setup, wall_designs(setup, design, side), start_height(setup, design) + y, y1)
+    y, y1 = displacement_and_velocity_at(programme.table, angles)
+    x, z = profile_point(
+        setup, designs_with_wall_as_profile(setup, design, side), start_height_or_arm_angle(setup, design) + y, y1
+    )
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
-def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+def displacement_and_velocity_at(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """y and y' at cam angles in rad, from the panels' polynomials; neither jumps on a cam without undercut."""
     angles = np.mod(angles, 2 * np.pi)
     panel = np.searchsorted((table.centre - table.half_width)[1:], angles, side="right")
@@ -130,7 +133,7 @@ def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArr
     return np.asarray(y), np.asarray(y1 / h)
 
 
-def wall_designs(setup: Setup, designs: Designs, side: Any) -> Designs:
+def designs_with_wall_as_profile(setup: Setup, designs: Designs, side: Any) -> Designs:
     """Designs whose profile is the wall on one side of the trace point; a wall beyond it has a negative roller.
 
     The wall is R_r and half the clearance away. For the height or angle at displacement 0 the designs themselves
@@ -139,7 +142,7 @@ def wall_designs(setup: Setup, designs: Designs, side: Any) -> Designs:
     return replace(designs, roller_radius=-side * setup.pitch_to_flank_distance(designs))
 
 
-def start_height(setup: Setup, designs: Designs) -> Any:
+def start_height_or_arm_angle(setup: Setup, designs: Designs) -> Any:
     """Height of the trace point [mm], or angle of the arm [rad], at displacement 0; numbers or ranges."""
     assert setup.mechanism.start is not None
     return setup.mechanism.start(designs)

@@ -25,14 +25,14 @@ LARGEST_EXPONENT = 1024.0
 """Largest whole exponent of a negative base."""
 
 
-def expression_effect(quantity: OwnQuantity, last: bool) -> Effect:
+def expression_effect(quantity: OwnQuantity, runs_last: bool) -> Effect:
     """The effect that computes a quantity that the scene defines."""
     return Effect(
         f"{OWN_EFFECT}.{quantity.name}",
         lambda setup: (quantity.name,),
         partial(_expression_column, quantity),
         input_quantities=lambda setup: quantity.quantities_read,
-        last=last,
+        last=runs_last,
     )
 
 
@@ -46,7 +46,7 @@ def _expression_column(quantity: OwnQuantity, case: EvaluationBlock, wanted: fro
     )
     with np.errstate(**UNBOUNDED_ERRSTATE):
         width = np.maximum(enclosure.high - value, value - enclosure.low)
-        scale = np.fmax(np.abs(value), largest_term(quantity.tree, columns))
+        scale = np.fmax(np.abs(value), largest_term_magnitude(quantity.tree, columns))
     return {quantity.name: EnclosedValue(value, np.where(np.isfinite(value), width, 0.0), scale)}
 
 
@@ -61,19 +61,19 @@ def expression_values(quantity: OwnQuantity, columns: Mapping[str, Any], count: 
     return np.where(np.isfinite(value), value, np.inf)
 
 
-def largest_term(tree: Any, columns: Mapping[str, Any]) -> Any:
+def largest_term_magnitude(tree: Any, columns: Mapping[str, Any]) -> Any:
     """Largest magnitude of the terms of an expression, the scale of its error if they cancel."""
     match tree.rule:
         case "+" | "-" | "min" | "max":
-            return reduce(np.maximum, (largest_term(part, columns) for part in tree.parts))
+            return reduce(np.maximum, (largest_term_magnitude(part, columns) for part in tree.parts))
         case "neg" | "abs":
-            return largest_term(tree.parts[0], columns)
+            return largest_term_magnitude(tree.parts[0], columns)
         case "*":
-            return largest_term(tree.parts[0], columns) * largest_term(tree.parts[1], columns)
+            return largest_term_magnitude(tree.parts[0], columns) * largest_term_magnitude(tree.parts[1], columns)
         case "/":
-            return largest_term(tree.parts[0], columns) / np.abs(tree.parts[1].evaluate(columns))
+            return largest_term_magnitude(tree.parts[0], columns) / np.abs(tree.parts[1].evaluate(columns))
         case "**":
-            power = largest_term(tree.parts[0], columns) ** tree.parts[1].evaluate(columns)
+            power = largest_term_magnitude(tree.parts[0], columns) ** tree.parts[1].evaluate(columns)
             return np.fmax(np.abs(tree.evaluate(columns)), power)
     return np.abs(tree.evaluate(columns))
 
@@ -122,7 +122,7 @@ def _clip_to_one(a: Interval) -> Interval:
     return Interval(np.clip(a.low, -1.0, 1.0), np.clip(a.high, -1.0, 1.0))
 
 
-def _falling_range(function: Callable[[Any], Any], a: Interval) -> Interval:
+def _range_of_falling_function(function: Callable[[Any], Any], a: Interval) -> Interval:
     return Interval(function(a.high), function(a.low))
 
 
@@ -134,13 +134,13 @@ RANGE_OVERRIDES: ExpressionRules = {
     "**": _range_power,
     "tan": _range_tangent,
     "asin": lambda a: np.arcsin(_clip_to_one(a)),
-    "acos": lambda a: _falling_range(np.arccos, _clip_to_one(a)),
+    "acos": lambda a: _range_of_falling_function(np.arccos, _clip_to_one(a)),
     "radians": lambda a: Interval(np.radians(a.low), np.radians(a.high)),
 }
 """Rules of operations that numpy does not give for intervals, or only with wider results."""
 
 
-def _with_rounding(rule: Callable[..., Any]) -> Callable[..., Interval]:
+def _rule_with_rounding_margin(rule: Callable[..., Any]) -> Callable[..., Interval]:
     """A rule with a margin for rounding; nan bounds become infinite."""
 
     def rounded_rule(*parts: Any) -> Interval:
@@ -153,6 +153,6 @@ def _with_rounding(rule: Callable[..., Any]) -> Callable[..., Interval]:
 
 
 RANGE_RULES: ExpressionRules = {
-    name: _with_rounding(RANGE_OVERRIDES.get(name, rule)) for name, rule in DOUBLE_RULES.items()
+    name: _rule_with_rounding_margin(RANGE_OVERRIDES.get(name, rule)) for name, rule in DOUBLE_RULES.items()
 }
 """Operators and functions on ranges."""

@@ -9,24 +9,26 @@ derivative jumps. All depend on the motion and the speed only.
 
 from typing import Any
 
-from camopt.core.quantities import RMS_ORDERS, motion_mean
+from camopt.core.quantities import RMS_ORDERS, motion_rms_name
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import mean_column
 from camopt.model.effects.motion import motion_unit_scale
-from camopt.model.effects.peak import DegreeScale, Derivative
+from camopt.model.effects.peak import DegreeScale, MotionDerivative
 from camopt.model.motion.stroke import ALL_STROKES
 
 
 def _rms_mean(setup: Setup, order: int) -> Mean:
-    by_angle = Derivative(order)
+    by_angle = MotionDerivative(order)
     return Mean(((by_angle, ALL_STROKES),), 2, motion_unit_scale(setup, order), by_angle.is_infinite_somewhere)
 
 
 def means(setup: Setup) -> dict[str, Mean]:
     turns, timed = setup.tool_turns, setup.omega is not None
-    roots = {motion_mean(n, angular=turns, timed=timed): _rms_mean(setup, order) for n, order in RMS_ORDERS.items()}
-    lift_area = Mean(((Derivative(0), ALL_STROKES),), 1, DegreeScale(int(turns), 360.0))
+    roots = {
+        motion_rms_name(n, angular=turns, timed=timed): _rms_mean(setup, order) for n, order in RMS_ORDERS.items()
+    }
+    lift_area = Mean(((MotionDerivative(0), ALL_STROKES),), 1, DegreeScale(int(turns), 360.0))
     return {**roots, f"lift_area_{'deg' if turns else 'mm'}_deg": lift_area}
 
 

@@ -30,7 +30,7 @@ from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.necessary_conditions import NecessaryConditions
-from camopt.model.effects.peak import TurnIntegral
+from camopt.model.effects.peak import TurnIntegralScale
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import JUMP_SIDE
@@ -47,7 +47,7 @@ RADIAL_NODES = 6  # points along the depth of a groove, where integrands hardly 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.body.bounded:
         return AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT
-    return (GROOVE_LENGTH,) if setup.mechanism.two_sided else ()
+    return (GROOVE_LENGTH,) if setup.mechanism.has_flanks_on_both_sides else ()
 
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -79,7 +79,7 @@ def integrate_section(case: EvaluationBlock) -> SectionIntegrals:
     """Integrals over the sections of disc cams, or over the region within a flank of a rib, in mm."""
     side = case.setup.mechanism.flanks[0].side
     integrals = integrate_by_orders(
-        *_integration_arguments(case, partial(section_integrals, side=side), _section_error_scales)
+        *_arguments_of_integrate_by_orders(case, partial(section_integrals, side=side), _section_error_scales)
     )
     return SectionIntegrals(*integrals, np.sqrt(np.abs(integrals.value[1]) / pi))
 
@@ -91,7 +91,9 @@ def _section_error_scales(integrals: FloatArray) -> FloatArray:
     return np.stack([length, area, moment, moment, polar])
 
 
-def _integration_arguments(case: EvaluationBlock, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
+def _arguments_of_integrate_by_orders(
+    case: EvaluationBlock, integrals: Any, scale: Any
+) -> tuple[Any, Any, int, float]:
     """The arguments of ``integrate_by_orders``; designs are computed in blocks, so that memory is bounded."""
 
     def integrate_designs(rule: GaussRule, index: Any) -> FloatArray:
@@ -163,9 +165,9 @@ def integrate_groove(case: EvaluationBlock) -> Integrals:
     developed = case.setup.mechanism.body.developed
     return integrate_by_orders(
         *(
-            _integration_arguments(case, cylinder_groove_integrals, np.abs)
+            _arguments_of_integrate_by_orders(case, cylinder_groove_integrals, np.abs)
             if developed
-            else _integration_arguments(case, face_groove_integrals, _section_error_scales)
+            else _arguments_of_integrate_by_orders(case, face_groove_integrals, _section_error_scales)
         )
     )
 
@@ -201,12 +203,16 @@ def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: Gau
 
 def means(setup: Setup) -> dict[str, Mean]:
     path = setup.mechanism.path if GROOVE_LENGTH in offered_quantities(setup) else None
-    return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, TurnIntegral())}
+    return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, TurnIntegralScale())}
 
 
-def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:
     """The largest base radius for a bound on the area: every profile goes round the base circle."""
-    return NecessaryConditions(most_size=sqrt(bound / pi) * JUST_ABOVE) if name == AREA else NecessaryConditions()
+    return (
+        NecessaryConditions(most_size=sqrt(bound / pi) * JUST_ABOVE)
+        if quantity_name == AREA
+        else NecessaryConditions()
+    )
 
 
 EFFECT = Effect(

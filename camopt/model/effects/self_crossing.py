@@ -37,7 +37,7 @@ from camopt.model.effects.profile_parts import (
     TurnParts,
     enclose_profile,
     initial_parts,
-    part_ends,
+    wall_points_at_part_ends,
 )
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
@@ -79,7 +79,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     trace_point = not case.setup.mechanism.flat_faced
     sharp = trace_point & (case.designs.roller_radius == 0.0)
     crossing = np.array(case.columns["undercut"])
-    undecided = ~crossing & ~sharp & (case.outer_bound("profile_radius_min_mm") <= 0.0)
+    undecided = ~crossing & ~sharp & (case.outer_end_of_column_enclosure("profile_radius_min_mm") <= 0.0)
     if trace_point:
         unproved = _designs_without_outward_proof(
             case, np.flatnonzero(~(crossing | undecided | pressure_angle_proves_no_crossing(case)))
@@ -110,8 +110,13 @@ def proved_uncrossed_roller_radius(case: EvaluationBlock) -> Any:
     designs = case.designs
     curve = case.setup.mechanism.pressure(designs, case.programme)
     with np.errstate(divide="ignore", invalid="ignore"):  # with arm and centres in line, no angle proves anything
-        standing = [np.abs(curve_value(curve, ..., State(y, 0.0, 0.0, 0.0))) for y in case.programme.levels]
-    slant = np.radians(case.outer_bound("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
+        standing = [
+            np.abs(curve_value(curve, ..., State(y, 0.0, 0.0, 0.0)))
+            for y in case.programme.lowest_and_highest_displacement
+        ]
+    slant = np.radians(case.outer_end_of_column_enclosure("pressure_angle_max_deg")) + np.arctan(
+        np.maximum(*standing)
+    )
     share = np.cos(np.minimum(slant, np.pi / 2)) - PART_ERROR
     return designs.prime_radius * share
 
@@ -154,7 +159,7 @@ def wall_crossing_verdicts(
     for block in np.array_split(rounded, 1 + rounded.size // PAIR_BLOCK) if rounded.size else ():
         pairs = PartPairs.all_pairs(block, initial_parts(programme))
         for _ in range(CUT_ROUNDS):
-            pairs = pairs.undecided_pairs(setup, designs, programme, verdicts, wall_side).split()
+            pairs = pairs.decide_designs_and_keep_open_pairs(setup, designs, programme, verdicts, wall_side).split()
             if not pairs.first.size:
                 break
     return verdicts
@@ -180,7 +185,7 @@ class PartPairs(NamedTuple):
         tiled = TurnParts(*(np.tile(x, designs.size) for x in parts))
         return cls(tiled, np.repeat(designs, count), first, second)
 
-    def undecided_pairs(
+    def decide_designs_and_keep_open_pairs(
         self, setup: Setup, designs: Designs, programme: Programme, verdicts: list[ProfileCrossing], side: float
     ) -> "PartPairs":
         """The pairs of undecided designs that may meet; sets the ``verdicts`` on decided designs."""
@@ -190,7 +195,7 @@ class PartPairs(NamedTuple):
         gap = np.abs(enclosures.point[pairs.second] - enclosures.point[pairs.first])
         pairs = pairs.select_pairs(~(gap > enclosures.radius[pairs.first] + enclosures.radius[pairs.second]))
         pairs = pairs.select_pairs(~_strips_disjoint(enclosures.take(pairs.first), enclosures.take(pairs.second)))
-        ends = part_ends(setup, owners, programme, self.parts, side)
+        ends = wall_points_at_part_ends(setup, owners, programme, self.parts, side)
         for pair in np.flatnonzero(_parts_surely_meet(enclosures, ends, pairs.first, pairs.second))[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())
@@ -198,7 +203,7 @@ class PartPairs(NamedTuple):
                 True, tuple(self.parts.middle[both].tolist()), within, side
             )
         count = np.bincount(self.owner[pairs.first], minlength=len(designs))
-        done = (count == 0) | _encircles_axis(enclosures, self.owner, len(designs))
+        done = (count == 0) | _surely_encircles_axis(enclosures, self.owner, len(designs))
         for i in np.unique(self.owner[done[self.owner]]):
             verdicts[i] = ProfileCrossing(False)
         undecided = ~done & (count <= MOST_PART_PAIRS) & [verdict.crosses is None for verdict in verdicts]
@@ -227,7 +232,7 @@ def _normals_point_outward(parts: ProfileEnclosure) -> BoolArray:
     return np.asarray(outwards > needed)
 
 
-def _encircles_axis(parts: ProfileEnclosure, owner: IntArray, count: int) -> BoolArray:
+def _surely_encircles_axis(parts: ProfileEnclosure, owner: IntArray, count: int) -> BoolArray:
     """The designs with P·n > 0 over all parts."""
     return np.asarray(np.bincount(owner[~_normals_point_outward(parts)], minlength=count) == 0)
 

@@ -39,10 +39,10 @@ from camopt.core.numerics.interval import Interval, as_interval, widen
 from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rule, box_variables
 from camopt.model.effects.effect import Setup
 from camopt.model.effects.profile_parts import (
-    position_and_speed,
-    start_height,
+    designs_with_wall_as_profile,
+    displacement_and_velocity_at,
+    start_height_or_arm_angle,
     trace_point_and_velocity,
-    wall_designs,
 )
 from camopt.model.effects.self_crossing import self_crossing_verdict
 from camopt.model.mechanisms.design import Designs
@@ -72,12 +72,12 @@ class KnownCrossings:
         ``inside_designs`` is one design of each box that can be assembled. If no known crossing shows that it
         crosses itself, a new crossing is searched, in the box of the smallest cams.
         """
-        excess = self._box_excess(box, inside_designs, free_sizes)
+        excess = self._crossing_excess_at_known_angles(box, inside_designs, free_sizes)
         unseen = np.flatnonzero(excess.at.low <= 0.0)
         if unseen.size and self.learn_crossing(
             inside_designs.take(unseen[[np.argmin(as_interval(box.size).low[unseen])]])
         ):
-            excess = self._box_excess(box, inside_designs, free_sizes)
+            excess = self._crossing_excess_at_known_angles(box, inside_designs, free_sizes)
         return excess
 
     def cross_at_known_angles(self, designs: Designs) -> BoolArray:
@@ -95,7 +95,9 @@ class KnownCrossings:
             self._known = [(pair, crossing.side), *self._known][:MOST_KNOWN_CROSSINGS]
         return crossing.crosses is True
 
-    def _box_excess(self, box: Designs, inside_designs: Designs, free_sizes: Sequence[str]) -> SlopedInterval:
+    def _crossing_excess_at_known_angles(
+        self, box: Designs, inside_designs: Designs, free_sizes: Sequence[str]
+    ) -> SlopedInterval:
         return box_overlap(
             self._setup,
             box,
@@ -117,9 +119,14 @@ def profile_overlaps(
 ) -> FloatArray:
     """Overlap of n designs (n, m) [mm³/rad] at pairs of cam angles (n or 1, m, 2) [rad], on one side."""
     column, table = designs.take((slice(None), None)), programme.table
-    motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
-    start = start_height(setup, column)
-    return np.asarray(profile_overlap(setup, wall_designs(setup, column, side), start, angles, motion, other))
+    motion, (other, _) = (
+        displacement_and_velocity_at(table, angles[..., 0]),
+        displacement_and_velocity_at(table, angles[..., 1]),
+    )
+    start = start_height_or_arm_angle(setup, column)
+    return np.asarray(
+        profile_overlap(setup, designs_with_wall_as_profile(setup, column, side), start, angles, motion, other)
+    )
 
 
 def largest_overlap_angles(
@@ -167,8 +174,8 @@ def profile_overlap(
 ) -> Any:
     """Overlap (2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| [mm³/rad]; numbers, ranges or ranges with slopes.
 
-    The designs are the ``wall_designs`` of a wall. ``start_position`` is the height or angle at displacement 0,
-    ``angles`` are pairs (a, b) [rad], (..., 2), ``displacement_and_speed`` is (y, y') at a, and
+    The designs are the ``designs_with_wall_as_profile`` of a wall. ``start_position`` is the height or angle at
+    displacement 0, ``angles`` are pairs (a, b) [rad], (..., 2), ``displacement_and_speed`` is (y, y') at a, and
     ``other_displacement`` is y at b. Vectors are in the ground frame at a.
     """
     assert setup.mechanism.trace_point is not None
@@ -199,22 +206,22 @@ def box_overlap(
     cam's size: where a follower can only just be assembled, the height changes with the size without bounds.
     """
     error = programme.table.error.max(axis=0)
-    (y, y1), (y_b, _) = (position_and_speed(programme.table, angles) for angles in pairs.T)
+    (y, y1), (y_b, _) = (displacement_and_velocity_at(programme.table, angles) for angles in pairs.T)
     motion, other = (_error_interval(y, error[0]), _error_interval(y1, error[1])), _error_interval(y_b, error[0])
     sizes: dict[str, Any] = box.sizes
     sides = {name: (as_interval(sizes[name]), inside_designs.sizes[name]) for name in free_sizes}
     with np.errstate(all="ignore"):
         by_size = _sloped_size_variables(sides)
-        start = start_height(setup, inside_designs.with_values(by_size))
+        start = start_height_or_arm_angle(setup, inside_designs.with_values(by_size))
         sides[SIZE_AXIS] = (
-            widen(as_interval(start_height(setup, box)), HEIGHT_ERROR),
-            start_height(setup, inside_designs),
+            widen(as_interval(start_height_or_arm_angle(setup, box)), HEIGHT_ERROR),
+            start_height_or_arm_angle(setup, inside_designs),
         )
         by_start = _sloped_size_variables(sides)
         by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
         designs = inside_designs.with_values({**by_start, SIZE_AXIS: inside_designs.size})
         over = profile_overlap(
-            setup, wall_designs(setup, designs, walls), by_start[SIZE_AXIS], pairs, motion, other
+            setup, designs_with_wall_as_profile(setup, designs, walls), by_start[SIZE_AXIS], pairs, motion, other
         )
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
         operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]

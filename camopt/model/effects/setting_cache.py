@@ -20,20 +20,20 @@ def once_per_setting(function: Callable[..., Any]) -> Callable[..., Any]:
     """
 
     @lru_cache(maxsize=REMEMBERED_BLOCKS)
-    def find_settings(programme: Programme, numbers: bytes, settings: int) -> tuple[type | None, Any]:
+    def cached_values_of_settings(programme: Programme, numbers: bytes, settings: int) -> tuple[type | None, Any]:
         table = np.frombuffer(numbers).reshape(-1, settings)
         parts = [function(programme, *table[:, k : k + SETTING_BLOCK]) for k in range(0, settings, SETTING_BLOCK)]
         columns = np.concatenate([np.atleast_2d(np.array(part)) for part in parts], axis=1)
         return (type(parts[0]) if isinstance(parts[0], tuple) else None), columns
 
     @wraps(function)
-    def by_design(programme: Programme, *numbers: Any) -> Any:
+    def values_by_design(programme: Programme, *numbers: Any) -> Any:
         table = np.array(np.broadcast_arrays(*numbers), dtype=float)
         settings, which = np.unique(table.reshape(len(table), -1), axis=1, return_inverse=True)
         if not settings.size:
             settings = np.full((len(table), 1), 0.5)  # without designs any setting will do
-        kind, columns = find_settings(programme, settings.tobytes(), settings.shape[1])
+        kind, columns = cached_values_of_settings(programme, settings.tobytes(), settings.shape[1])
         values = columns[:, which.reshape(-1)] if table.ndim > 1 else columns[:, 0].tolist()
         return kind(*values) if kind else values[0]
 
-    return by_design
+    return values_by_design

@@ -13,7 +13,7 @@ from camopt.model.motion.stroke import RETURN, RISE
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
-    names = ["law_rise", "law_return", *mechanism.size_quantities.values()]
+    names = ["law_rise", "law_return", *mechanism.size_quantity_by_field.values()]
     if mechanism.body.closed and not mechanism.flat_faced:
         names += ["prime_radius_mm"]
     if setup.shaft_radius is not None:
@@ -28,7 +28,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     return {
         "law_rise": case.programme.law_names(RISE),
         "law_return": case.programme.law_names(RETURN),
-        **{name: sizes[field] for field, name in mechanism.size_quantities.items()},
+        **{name: sizes[field] for field, name in mechanism.size_quantity_by_field.items()},
         "prime_radius_mm": designs.prime_radius,
         "shaft_clearance_mm": smaller_disc_size(case.setup, designs) - (case.setup.shaft_radius or 0.0),
         **{name: case.setup_per_design.given[key] for key, name in case.setup.varied.items()},

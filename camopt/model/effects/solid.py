@@ -70,22 +70,22 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: keys for name, keys in missing.items() if keys}
 
 
-def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:
     """The largest base radius for a bound on mass or inertia: every profile goes round the base circle."""
-    if not setup.mechanism.body.bounded or name not in (MASS, INERTIA):
+    if not setup.mechanism.body.bounded or quantity_name not in (MASS, INERTIA):
         return NecessaryConditions()
-    return NecessaryConditions(most_size=_largest_base_radius(setup, name, bound))
+    return NecessaryConditions(most_size=_largest_base_radius_within_bound(setup, quantity_name, bound))
 
 
-def _largest_base_radius(setup: Setup, name: str, bound: float) -> float:
+def _largest_base_radius_within_bound(setup: Setup, quantity_name: str, bound: float) -> float:
     """Largest base radius of a disc, or of the first disc of a pair whose second one is no larger than the bore."""
     solid = setup.solid
     assert solid.thickness is not None
     assert solid.density is not None
     rest = _hub_moments(solid, _disc_count(setup)).subtract(_bore_moments(solid).times(solid.thickness))
-    allowed = bound / (KG if name == MASS else KG_M2) / solid.density
+    allowed = bound / (KG if quantity_name == MASS else KG_M2) / solid.density
     square = max(allowed - rest.area, 0.0) / (pi * solid.thickness)
-    if name == INERTIA:
+    if quantity_name == INERTIA:
         square = sqrt(2.0 * max(allowed - rest.polar, 0.0) / (pi * solid.thickness))
     return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # if the hub alone is too heavy, no size is left
 
@@ -129,7 +129,7 @@ def _plates_and_hub_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMom
 
 
 def _disc_count(setup: Setup) -> int:
-    return 1 + bool(setup.mechanism.second_keys)
+    return 1 + bool(setup.mechanism.second_contact_size_keys)
 
 
 def _section_moments(case: EvaluationBlock, mirror: float = 1.0) -> tuple[AreaMoments, AreaMoments]:

@@ -40,7 +40,7 @@ from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, 
 from camopt.model.effects.loads import (
     can_bear_load,
     contact_load_curve,
-    flank_path_curvature,
+    flank_path_curvature_curve,
     friction_signs_by_stroke_kind,
     has_guide_friction,
     normal_force_curve,
@@ -48,15 +48,20 @@ from camopt.model.effects.loads import (
 from camopt.model.effects.peak import (
     IDENTITY_SCALE,
     InverseScale,
-    Multiple,
+    MultipleScale,
     Peak,
-    PerRollerRadius,
+    PerRollerRadiusScale,
     Scale,
     Variant,
-    jumps_at_corners,
-    never_jumps,
+    is_infinite_by_velocity_jumps,
+    never_infinite_by_jumps,
 )
-from camopt.model.effects.peak_columns import as_column, largest_and_least_columns, peak_column, peak_extremes
+from camopt.model.effects.peak_columns import (
+    column_from_extremes,
+    largest_and_least_columns,
+    peak_column,
+    peak_extremes,
+)
 from camopt.model.mechanisms.design import Designs, Mechanism
 from camopt.model.mechanisms.elements import INNER_SIDE
 from camopt.model.motion.programme import Programme
@@ -115,9 +120,9 @@ def inverse_film_thickness(state, normal, entrainment, radius):
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    if speed_over_cam(setup.mechanism) is None:
+    if speed_over_cam_curve_maker(setup.mechanism) is None:
         return ()
-    if setup.mechanism.two_sided:
+    if setup.mechanism.has_flanks_on_both_sides:
         return (ROLLER_SPEED,) if setup.rolls else ()
     worn = () if setup.spherical or setup.rolls else (WEAR_DEPTH,)
     carried = () if setup.spherical or setup.is_knife else (FILM_THICKNESS, FILM_RATIO)
@@ -149,7 +154,7 @@ def input_quantities(setup: Setup) -> tuple[str, ...]:
     return (*(() if setup.is_knife else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
-def speed_over_cam(mechanism: Mechanism) -> Any:
+def speed_over_cam_curve_maker(mechanism: Mechanism) -> Any:
     """Curve of the speed of the trace point or the flat face over the cam [mm/rad]."""
     return mechanism.sliding or mechanism.path
 
@@ -162,7 +167,7 @@ def relative_turning_factor(setup: Setup, designs: Designs) -> FloatArray:
 
 def sliding_speed_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
     """Curve of the sliding speed v on the wall on one side [mm/rad]; for a roller, its speed if it did not turn."""
-    sliding = speed_over_cam(setup.mechanism)(designs, programme)
+    sliding = speed_over_cam_curve_maker(setup.mechanism)(designs, programme)
     if setup.mechanism.curvature is None:
         return sliding
     turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
@@ -181,7 +186,10 @@ def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme
 def entrainment_speed_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of the entrainment speed u [mm/rad]."""
     mechanism = setup.mechanism
-    sliding, turns = speed_over_cam(mechanism)(designs, programme), relative_turning_factor(setup, designs)
+    sliding, turns = (
+        speed_over_cam_curve_maker(mechanism)(designs, programme),
+        relative_turning_factor(setup, designs),
+    )
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         return flat_face_entrainment_speed(mechanism.profile_radius(designs, programme), sliding, turns)
@@ -205,13 +213,13 @@ def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, vel
     normal = normal_force_curve(setup, designs, programme, velocity_sign)
     entrainment = entrainment_speed_curve(setup, designs, programme)
     if mechanism.curvature:
-        curvature = flank_path_curvature(setup, designs, programme, mechanism.flanks[0])
+        curvature = flank_path_curvature_curve(setup, designs, programme, mechanism.flanks[0])
         return inverse_film_thickness(normal, entrainment, roller_relative_radius(curvature, designs.roller_radius))
     assert mechanism.profile_radius is not None
     return inverse_film_thickness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
-def wear_or_film_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
+def wear_or_film_curve_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     """The curves of wear or film, by direction of the guide's friction."""
     make = wear_load_curve if name == WEAR_DEPTH else inverse_film_curve
     return tuple(
@@ -252,15 +260,15 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
         (partial(sliding_speed_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
     )
     carrying = partial(entrainment_speed_curve, setup), ALL_STROKES
-    jumps = never_jumps if setup.is_knife else jumps_at_corners
+    jumps = never_infinite_by_jumps if setup.is_knife else is_infinite_by_velocity_jumps
     speed = scale_per_design_if_varied(
-        setup, Multiple(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3
+        setup, MultipleScale(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3
     )
     scale = speed
     if setup.rolls:
         turns = 30.0 / pi * setup.omega
         scale = scale_per_design_if_varied(
-            setup, PerRollerRadius(turns), PerRollerRadius(1.0), lambda each: 30.0 / pi * each.omega
+            setup, PerRollerRadiusScale(turns), PerRollerRadiusScale(1.0), lambda each: 30.0 / pi * each.omega
         )
     speeds = {
         ROLLER_SPEED if setup.rolls else SLIDING_SPEED: Peak(sliding, LARGEST_MAGNITUDE, scale),
@@ -274,7 +282,12 @@ def _load_peaks(setup: Setup) -> dict[str, Peak]:
     """Wear and film, if the scene gives the values that they need."""
     missing = missing_keys_by_quantity(setup)
     return {
-        name: Peak(wear_or_film_variants(name, setup), LARGEST, _wear_or_film_scale(name, setup), jumps_at_corners)
+        name: Peak(
+            wear_or_film_curve_variants(name, setup),
+            LARGEST,
+            _wear_or_film_scale(name, setup),
+            is_infinite_by_velocity_jumps,
+        )
         for name in offered_quantities(setup)
         if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing
     }
@@ -284,7 +297,7 @@ def _wear_or_film_scale(name: str, setup: Setup) -> Scale:
     """The scale from the extreme of a curve to wear or film."""
     if name == WEAR_DEPTH:
         return scale_per_design_if_varied(
-            setup, Multiple(wear_depth_factor(setup)), IDENTITY_SCALE, wear_depth_factor
+            setup, MultipleScale(wear_depth_factor(setup)), IDENTITY_SCALE, wear_depth_factor
         )
 
     def film_scale_factor(setup: Setup) -> Any:
@@ -320,7 +333,11 @@ def _film_columns(case: EvaluationBlock, known: Mapping[str, Peak], carries_film
     """Columns of the least film; 0 for designs whose bodies lose contact."""
     pressed = force.keeps_contact(case)
     thinnest = peak_extremes(case, known[FILM_THICKNESS], carries_film & pressed)
-    return {name: as_column(case, known[name], thinnest) for name in (FILM_THICKNESS, FILM_RATIO) if name in known}
+    return {
+        name: column_from_extremes(case, known[name], thinnest)
+        for name in (FILM_THICKNESS, FILM_RATIO)
+        if name in known
+    }
 
 
 EFFECT = Effect(

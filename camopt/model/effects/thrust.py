@@ -24,16 +24,24 @@ from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.loads import (
+    force_along_motion_curve,
     friction_signs_by_stroke_kind,
-    guide_drag_curve,
-    guide_friction_coefficients,
+    guide_friction_line_coefficients,
     has_guide_friction,
+    jamming_ratio_curve,
     jamming_stroke_kinds,
-    motion_force_curve,
     normal_force_curve,
     side_thrust,
 )
-from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, OneMinus, Peak, Scale, jumps_at_corners, unit_weight
+from camopt.model.effects.peak import (
+    IDENTITY_SCALE,
+    MultipleScale,
+    OneMinusScale,
+    Peak,
+    Scale,
+    is_infinite_by_velocity_jumps,
+    unit_weight,
+)
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
@@ -76,7 +84,7 @@ def side_thrust_curve(
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
     arm, reach, _ = LEVERS[quantity_name](setup.with_design_numbers(designs).dynamics)
     return side_thrust(
-        motion_force_curve(setup, designs, programme, velocity_sign), pressure, arm * ones, reach * ones
+        force_along_motion_curve(setup, designs, programme, velocity_sign), pressure, arm * ones, reach * ones
     )
 
 
@@ -85,27 +93,29 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         (partial(normal_force_curve, setup, velocity_sign=way), kinds)
         for way, kinds in friction_signs_by_stroke_kind(setup)
     )
-    goal = LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
-    loads = {"normal_force_max_N": Peak(normal, goal, jumps=jumps_at_corners)}
+    goal = LARGEST_MAGNITUDE if setup.mechanism.can_pull_follower else LARGEST
+    loads = {"normal_force_max_N": Peak(normal, goal, jumps=is_infinite_by_velocity_jumps)}
     if has_guide_friction(setup):
-        drag = ((partial(guide_drag_curve, setup), jamming_stroke_kinds(setup)),)
-        loads["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinus(), unit=unit_weight)
+        drag = ((partial(jamming_ratio_curve, setup), jamming_stroke_kinds(setup)),)
+        loads["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinusScale(), unit=unit_weight)
     for name in available_thrust_quantities(setup) if setup.mechanism.curvature else ():
         curves = tuple(
             (partial(side_thrust_curve, setup, velocity_sign=way, quantity_name=name), kinds)
             for way, kinds in friction_signs_by_stroke_kind(setup)
         )
-        loads[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), jumps_at_corners)
+        loads[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), is_infinite_by_velocity_jumps)
     return loads
 
 
 def _thrust_scale(setup: Setup, quantity_name: str) -> Scale:
     """The scale from S·(arm + reach·y) to a quantity of side thrust."""
 
-    def factor(setup: Setup) -> Any:
+    def thrust_unit_factor(setup: Setup) -> Any:
         return LEVERS[quantity_name](setup.dynamics)[2]
 
-    return scale_per_design_if_varied(setup, Multiple(factor(setup)), IDENTITY_SCALE, factor)
+    return scale_per_design_if_varied(
+        setup, MultipleScale(thrust_unit_factor(setup)), IDENTITY_SCALE, thrust_unit_factor
+    )
 
 
 def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -114,7 +124,7 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) 
     if has_guide_friction(setup):
         margin = columns["jamming_margin"] = peak_column(case, known["jamming_margin"])
         count = len(case.designs) if case.designs.numbers else 1
-        drag, _ = guide_friction_coefficients(case.setup_per_design.dynamics, count, 1.0)
+        drag, _ = guide_friction_line_coefficients(case.setup_per_design.dynamics, count, 1.0)
         angle = np.degrees(np.arctan2(1.0, drag))
         columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
@@ -122,18 +132,18 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) 
     return columns | {name: peak_column(case, known[name], sound) for name in loads}
 
 
-def _guide_reaction_lever(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
+def _guide_reaction_arm_reach_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
     return 1.0 + dynamics.overhang / dynamics.guide_length, -1.0 / dynamics.guide_length, 1.0
 
 
-def _stem_stress_lever(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
+def _stem_stress_arm_reach_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
     return dynamics.overhang, -1.0, 32.0 / (pi * dynamics.stem_diameter**3)
 
 
 LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
     "side_thrust_max_N": lambda dynamics: (1.0, 0.0, 1.0),
-    "guide_reaction_max_N": _guide_reaction_lever,
-    "stem_bending_stress_max_MPa": _stem_stress_lever,
+    "guide_reaction_max_N": _guide_reaction_arm_reach_and_unit,
+    "stem_bending_stress_max_MPa": _stem_stress_arm_reach_and_unit,
 }
 """The factors of side thrust in each quantity: arm and reach of the line arm + reach·y, and a number."""
 

@@ -32,16 +32,16 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear
-from camopt.core.numerics.piecewise import load_series, train_inertia_series
+from camopt.core.numerics.piecewise import load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.force import add_changing_load
-from camopt.model.effects.guided_torque import guided_torque_polynomials, smooth_torque_parts
+from camopt.model.effects.guided_torque import guided_torque_polynomials, panel_parts_with_smooth_torque
 from camopt.model.effects.loads import (
     friction_signs_by_stroke_kind,
-    guide_drag_curve,
     has_guide_friction,
+    jamming_ratio_curve,
     jamming_stroke_kinds,
     shaft_torque,
     torque_curve,
@@ -50,14 +50,14 @@ from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import mean_column
 from camopt.model.effects.panel_series import (
     WORK_ERROR,
-    displacement_derivative,
+    derivative_polynomials_by_panel,
     integrate_series,
-    largest_of_series,
+    largest_value_of_series,
     multiply_series,
     sum_series,
     turn_integral,
 )
-from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, Peak, Scale, jumps_at_corners
+from camopt.model.effects.peak import IDENTITY_SCALE, MultipleScale, Peak, Scale, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs
@@ -116,25 +116,29 @@ class TorqueOverTurn(NamedTuple):
         return TorqueExtremes(self.largest, self.least, self.fluctuation, self.room)
 
 
-def torque_series(programme: Programme, factors: Sequence[Any]) -> FloatArray:
+def torque_polynomials_by_panel(programme: Programme, factors: Sequence[Any]) -> FloatArray:
     """T on the panels [N·mm], from ``force.force_factors_with_train``, without impulses at corners."""
     return multiply_series(
-        force.force_series(programme, factors), displacement_derivative(programme.table, 1)[:, None]
+        force.force_polynomials_by_panel(programme, factors),
+        derivative_polynomials_by_panel(programme.table, 1)[:, None],
     )
 
 
 @once_per_setting
 def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTurn:
     """Extremes, mean, root mean square and fluctuation of energy of the torque, from the factors of F."""
-    series, half_width = torque_series(programme, factors), programme.table.half_width
+    series, half_width = torque_polynomials_by_panel(programme, factors), programme.table.half_width
     mean = turn_integral(
-        half_width, multiply_series(dissipative_force(programme, factors), _speed_series(programme))
+        half_width,
+        multiply_series(
+            dissipative_force_polynomials(programme, factors), _velocity_polynomials_by_panel(programme)
+        ),
     ) / (2.0 * pi)
     rms = np.sqrt(turn_integral(half_width, multiply_series(series, series)) / (2.0 * pi))
     shares = [corner.after / corner.size for corner in programme.corners]  # there the torque is infinite
     upwards, downwards = any(share > LEAST_JUMP for share in shares), any(1.0 - s > LEAST_JUMP for s in shares)
     unknown = inf if has_unknown_energy(programme) else 0.0
-    top, bottom = largest_of_series(series), -largest_of_series(-series)
+    top, bottom = largest_value_of_series(series), -largest_value_of_series(-series)
     room = WORK_ERROR * np.maximum(top, -bottom)
     mean = np.where(np.abs(mean) <= room, 0.0, mean)  # rounding of work that is given back over the turn
     return TorqueOverTurn(
@@ -147,24 +151,26 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
     )
 
 
-def _speed_series(programme: Programme) -> FloatArray:
+def _velocity_polynomials_by_panel(programme: Programme) -> FloatArray:
     """The series of y', the same for all settings."""
-    return displacement_derivative(programme.table, 1)[:, None]
+    return derivative_polynomials_by_panel(programme.table, 1)[:, None]
 
 
-def torque_extremes(case: EvaluationBlock) -> TorqueExtremes:
+def torque_extremes_with_design_numbers(case: EvaluationBlock) -> TorqueExtremes:
     """The extremes without the fluctuation, for designs with numbers of their own and a motion without corners."""
     known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
     most, least = (peak_extremes(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
-def dissipative_force(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
+def dissipative_force_polynomials(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
     """Part of F whose work is not given back over a turn, on the panels; it includes the whole load of a train."""
     _, damping, _, _, carried = (each[:, None] for each in factors)
     table = programme.table
-    load = sum_series(load_series(table)[:, None], carried * train_inertia_series(table)[:, None])
-    return sum_series(damping * _speed_series(programme), load)
+    load = sum_series(
+        load_polynomials_by_panel(table)[:, None], carried * train_inertia_polynomials_by_panel(table)[:, None]
+    )
+    return sum_series(damping * _velocity_polynomials_by_panel(programme), load)
 
 
 def has_unknown_energy(programme: Programme) -> bool:
@@ -176,16 +182,18 @@ def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mea
     """Largest minus least W; at a corner that reverses the motion, y' passes through 0."""
     table = programme.table
     stiffness, _, mass, constant, _, mean = (each[:, None] for each in (*factors, mean))
-    y, speed = displacement_derivative(table, 0)[:, None], _speed_series(programme)
+    y, speed = derivative_polynomials_by_panel(table, 0)[:, None], _velocity_polynomials_by_panel(programme)
     angle = np.array([table.centre, table.half_width])[:, None]
-    losses = integrate_series(table.half_width, multiply_series(dissipative_force(programme, factors), speed))
+    losses = integrate_series(
+        table.half_width, multiply_series(dissipative_force_polynomials(programme, factors), speed)
+    )
     kinetic = 0.5 * mass * multiply_series(speed, speed)
     rest = sum_series(0.5 * stiffness * multiply_series(y, y), constant * y, losses, -mean * angle)
     reversals = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
     within = np.asarray(polynomial.polyval(-1.0, rest))[:, np.searchsorted(table.centre, reversals)]
     work = sum_series(rest, kinetic)
-    least = np.minimum(-largest_of_series(-work), within.min(axis=1, initial=inf))
-    return np.asarray(largest_of_series(work) - least)
+    least = np.minimum(-largest_value_of_series(-work), within.min(axis=1, initial=inf))
+    return np.asarray(largest_value_of_series(work) - least)
 
 
 def guided_torque_extremes(case: EvaluationBlock, jam_free: Any, wanted: frozenset[str]) -> TorqueExtremes:
@@ -203,17 +211,17 @@ def guided_torque_extremes(case: EvaluationBlock, jam_free: Any, wanted: frozens
         torque = guided_torque_polynomials(
             *case.setup.absorb_design_numbers(case.designs.take([number])), case.programme
         )
-        ends.fluctuation[number] = _series_fluctuation(*torque)
+        ends.fluctuation[number] = _energy_fluctuation_of_torque(*torque)
     return ends
 
 
 def _is_jam_free(case: EvaluationBlock) -> Any:
     """Mask of designs that surely do not jam, on a motion without corners; inward only if F becomes negative."""
-    least, _ = force.contact_force_bounds(case)
+    least, _ = force.least_and_largest_contact_force(case)
     pulled, smooth = (least.value if isinstance(least, EnclosedValue) else least) < 0.0, not case.programme.corners
 
     def is_jam_free_on_kinds(kinds: int) -> Any:
-        drag = case.extremes(partial(guide_drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
+        drag = case.extremes(partial(jamming_ratio_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
         return (drag.value[0] + drag.width[0] < 1.0) & smooth
 
     if np.ndim(pulled) == 0:
@@ -223,11 +231,11 @@ def _is_jam_free(case: EvaluationBlock) -> Any:
     )
 
 
-def _series_fluctuation(half_width: FloatArray, series: FloatArray) -> float:
+def _energy_fluctuation_of_torque(half_width: FloatArray, series: FloatArray) -> float:
     """Fluctuation of energy of a torque on panels of these half-widths."""
     mean = turn_integral(half_width, series) / (2.0 * pi)
     work = integrate_series(half_width, sum_series(series, np.full((1, half_width.size), -mean)))
-    return float(largest_of_series(work) + largest_of_series(-work))
+    return float(largest_value_of_series(work) + largest_value_of_series(-work))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -239,17 +247,17 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     )
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
-    in_newton_metres = Multiple(1e-3)
+    in_newton_metres = MultipleScale(1e-3)
     units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {
         "power_peak_W": _torque_to_power_scale(setup)
     }
-    return {name: Peak(curves, goal, units[name], jumps_at_corners) for name, goal in goals.items()}
+    return {name: Peak(curves, goal, units[name], is_infinite_by_velocity_jumps) for name, goal in goals.items()}
 
 
 def _torque_to_power_scale(setup: Setup) -> Scale:
     """The scale from a torque [N·mm] to the power [W]."""
     return scale_per_design_if_varied(
-        setup, Multiple(1e-3 * setup.omega), IDENTITY_SCALE, lambda numbers: 1e-3 * numbers.omega
+        setup, MultipleScale(1e-3 * setup.omega), IDENTITY_SCALE, lambda numbers: 1e-3 * numbers.omega
     )
 
 
@@ -260,19 +268,24 @@ def means(setup: Setup) -> dict[str, Mean]:
         (partial(torque_curve, setup, velocity_sign=way), kinds)
         for way, kinds in friction_signs_by_stroke_kind(setup)
     )
-    units: dict[str, Scale] = {"torque_mean_N_m": Multiple(1e-3), "power_mean_W": _torque_to_power_scale(setup)}
+    units: dict[str, Scale] = {
+        "torque_mean_N_m": MultipleScale(1e-3),
+        "power_mean_W": _torque_to_power_scale(setup),
+    }
     if has_guide_friction(setup):
-        smooth = partial(smooth_torque_parts, setup)
-        guided = {name: Mean(whole, 1, unit, jumps_at_corners, smooth) for name, unit in units.items()}
-        return guided | {"torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners, smooth)}
+        smooth = partial(panel_parts_with_smooth_torque, setup)
+        guided = {name: Mean(whole, 1, unit, is_infinite_by_velocity_jumps, smooth) for name, unit in units.items()}
+        return guided | {
+            "torque_rms_N_m": Mean(whole, 2, MultipleScale(1e-3), is_infinite_by_velocity_jumps, smooth)
+        }
     losses = ((partial(dissipative_torque_curve, setup), ALL_STROKES),)
     return {name: Mean(losses, 1, unit, has_unknown_energy) for name, unit in units.items()} | {
-        "torque_rms_N_m": Mean(whole, 2, Multiple(1e-3), jumps_at_corners)
+        "torque_rms_N_m": Mean(whole, 2, MultipleScale(1e-3), is_infinite_by_velocity_jumps)
     }
 
 
 def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """Curve of the torque of ``dissipative_force`` [N·mm], without impulses at corners."""
+    """Curve of the torque of ``dissipative_force_polynomials`` [N·mm], without impulses at corners."""
     numbers, ones = setup.with_design_numbers(designs), np.ones(len(designs))
     damping = Linear(0.0 * ones, numbers.dynamics.damping * numbers.omega * ones, 0.0 * ones, 0.0 * ones)
     return shaft_torque(add_changing_load(damping, ones, numbers.omega**2 * ones, programme))
@@ -287,7 +300,7 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) 
         return _torque_extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | columns
     differ = bool(case.designs.numbers and wanted & EXTREME_QUANTITIES) and not case.programme.corners
     # always the same way, so that a bound has the same digits whatever else is wanted
-    ends = torque_extremes(case) if differ else None
+    ends = torque_extremes_with_design_numbers(case) if differ else None
     if ends and wanted <= EXTREME_QUANTITIES:
         return _torque_extreme_columns(ends, dynamics, omega)
     turn, unit = torque_over_turn(case.programme, *force.force_factors_with_train(dynamics, omega)), 1e-3

@@ -21,7 +21,7 @@ from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, 
 from camopt.model.effects.peak import DegreeScale
 from camopt.model.effects.train_peak import TrainMotion, TrainPeak
 from camopt.model.mechanisms.design import Designs
-from camopt.model.motion.tool_drive import tool_travel
+from camopt.model.motion.tool_drive import tool_travel_range
 
 LEAST_ANGLE = "transmission_angle_min_deg"
 ANGLE_ROUNDING = 1e-12  # of the angle: rounding of the positions of joints
@@ -33,7 +33,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     assert case.setup.train is not None
-    least = np.degrees(case.setup.train.least_transmission_angle(*tool_travel(case.programme)))
+    least = np.degrees(case.setup.train.least_transmission_angle(*tool_travel_range(case.programme)))
     return {LEAST_ANGLE: EnclosedValue(least, -ANGLE_ROUNDING * least, least)}
 
 

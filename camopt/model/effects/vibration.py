@@ -29,7 +29,7 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import Wave, is_resonant, periodic_response
-from camopt.core.numerics.piecewise import load_series
+from camopt.core.numerics.piecewise import load_polynomials_by_panel
 from camopt.core.numerics.wave_extremes import WaveExtreme, wave_minimum, wave_peak_magnitude
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.force import force_weights_and_constant, missing_force_keys
@@ -74,11 +74,11 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
-def steady_response(programme: Programme, ratio: Any, damping: Any) -> Wave:
+def steady_vibration_wave(programme: Programme, frequency_ratio: Any, damping_ratio: Any) -> Wave:
     """Steady z = x − y on the panels of the programme, for r = ω_n/ω and ζ (rows, 1) without resonance."""
     table = programme.table
     return periodic_response(
-        table.coefficients.T, table.half_width, velocity_jump_by_panel(programme), ratio, damping
+        table.coefficients.T, table.half_width, velocity_jump_by_panel(programme), frequency_ratio, damping_ratio
     )
 
 
@@ -91,42 +91,51 @@ def velocity_jump_by_panel(programme: Programme) -> FloatArray:
     return sizes
 
 
-def mass_acceleration(wave: Wave, ratio: Any) -> Wave:
+def mass_acceleration_wave(wave: Wave, frequency_ratio: Any) -> Wave:
     """Acceleration of the mass in a response, x″ = −r²z − 2ζr·z′."""
-    return wave.times(-(ratio**2)).plus(wave.slope().times(-2.0 * wave.damping * ratio))
+    return wave.times(-(frequency_ratio**2)).plus(wave.slope().times(-2.0 * wave.damping * frequency_ratio))
 
 
 @once_per_setting
-def vibration_extremes(programme: Programme, ratio: Any, damping: Any) -> Vibration:
+def vibration_extremes(programme: Programme, frequency_ratio: Any, damping_ratio: Any) -> Vibration:
     """Extremes of the steady response; infinite at resonance."""
-    response = np.full((len(Vibration._fields), ratio.size), inf)
-    calm = ~is_resonant(ratio, damping)
+    response = np.full((len(Vibration._fields), frequency_ratio.size), inf)
+    calm = ~is_resonant(frequency_ratio, damping_ratio)
     if calm.any():
-        ratio, damping = ratio[calm, None], damping[calm, None]
-        wave = steady_response(programme, ratio, damping)
+        frequency_ratio, damping_ratio = frequency_ratio[calm, None], damping_ratio[calm, None]
+        wave = steady_vibration_wave(programme, frequency_ratio, damping_ratio)
         dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
-        overshoot, acceleration = wave_peak_magnitude(wave), wave_peak_magnitude(mass_acceleration(wave, ratio))
+        overshoot, acceleration = (
+            wave_peak_magnitude(wave),
+            wave_peak_magnitude(mass_acceleration_wave(wave, frequency_ratio)),
+        )
         response[:, calm] = *overshoot, *acceleration, wave.amplitude[:, dwells].max(axis=1, initial=0.0)
     return Vibration(*response)
 
 
 @once_per_setting
-def least_elastic_force(
-    programme: Programme, stiffness: Any, damping: Any, mass: Any, constant: Any, ratio: Any, damping_ratio: Any
+def least_elastic_contact_force(
+    programme: Programme,
+    stiffness: Any,
+    damping: Any,
+    mass: Any,
+    constant: Any,
+    frequency_ratio: Any,
+    damping_ratio: Any,
 ) -> WaveExtreme:
     """Least F over the turn [N or N·mm], from ``force.force_weights_and_constant``, with its lower bound."""
-    least = np.full((2, ratio.size), -inf)
-    calm = ~is_resonant(ratio, damping_ratio)
+    least = np.full((2, frequency_ratio.size), -inf)
+    calm = ~is_resonant(frequency_ratio, damping_ratio)
     if calm.any():
         factors = tuple(factor[calm, None] for factor in (stiffness, damping, mass, constant))
         least[:, calm] = wave_minimum(
-            elastic_contact_force_wave(programme, factors, ratio[calm, None], damping_ratio[calm, None])
+            elastic_contact_force_wave(programme, factors, frequency_ratio[calm, None], damping_ratio[calm, None])
         )
     return WaveExtreme(*least)
 
 
 def elastic_contact_force_wave(
-    programme: Programme, factors: tuple[Any, ...], ratio: Any, damping_ratio: Any
+    programme: Programme, factors: tuple[Any, ...], frequency_ratio: Any, damping_ratio: Any
 ) -> Wave:
     """Contact force of the elastic train over the turn [N or N·mm], from its factors, each (rows, 1)."""
     stiffness, damping, mass, constant = factors
@@ -135,16 +144,18 @@ def elastic_contact_force_wave(
     held: FloatArray = stiffness * y + np.zeros_like(mass)
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
-    held[:2] += load_series(table)[:, None]
+    held[:2] += load_polynomials_by_panel(table)[:, None]
     return (
-        mass_acceleration(steady_response(programme, ratio, damping_ratio), ratio).times(mass).plus_polynomial(held)
+        mass_acceleration_wave(steady_vibration_wave(programme, frequency_ratio, damping_ratio), frequency_ratio)
+        .times(mass)
+        .plus_polynomial(held)
     )
 
 
-def dynamic_factor(elastic: Any, rigid: float) -> Any:
+def dynamic_factor(elastic_acceleration: Any, rigid_acceleration: float) -> Any:
     """Largest |ẍ| over largest |ÿ|; 0 if only ÿ is an impulse, 1 without motion."""
-    endless = np.isinf(elastic)
-    over = 1.0 if rigid == 0.0 else np.where(endless, 0.0, elastic) / rigid
+    endless = np.isinf(elastic_acceleration)
+    over = 1.0 if rigid_acceleration == 0.0 else np.where(endless, 0.0, elastic_acceleration) / rigid_acceleration
     return np.where(endless, inf, over)[()]
 
 
@@ -156,8 +167,8 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     unit = degrees(1.0) if setup.tool_turns else 1.0
     columns: dict[str, Any] = {
-        f"overshoot_max_{length}": _enclose_scaled(response.overshoot, response.overshoot_bound, unit),
-        f"acceleration_elastic_max_{second}": _enclose_scaled(
+        f"overshoot_max_{length}": _enclosed_value_times_unit(response.overshoot, response.overshoot_bound, unit),
+        f"acceleration_elastic_max_{second}": _enclosed_value_times_unit(
             response.acceleration, response.acceleration_bound, motion_unit_factor(numbers, 2)
         ),
         f"residual_vibration_max_{length}": response.residual * unit,
@@ -165,12 +176,14 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0
-        force = least_elastic_force(programme, *force_weights_and_constant(numbers.dynamics, numbers.omega), *train)
-        columns["contact_force_elastic_min_N"] = _enclose_scaled(force.value, force.bound, 1.0 / lever)
+        force = least_elastic_contact_force(
+            programme, *force_weights_and_constant(numbers.dynamics, numbers.omega), *train
+        )
+        columns["contact_force_elastic_min_N"] = _enclosed_value_times_unit(force.value, force.bound, 1.0 / lever)
     return columns
 
 
-def _enclose_scaled(value: Any, bound: Any, unit: Any) -> EnclosedValue:
+def _enclosed_value_times_unit(value: Any, bound: Any, unit: Any) -> EnclosedValue:
     with np.errstate(invalid="ignore"):
         outward = np.where(value == bound, 0.0, np.subtract(bound, value))  # ∞ − ∞ is no width
     return EnclosedValue(value * unit, outward * unit, np.abs(value) * unit)

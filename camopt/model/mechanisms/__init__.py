@@ -14,7 +14,14 @@ from camopt.model.mechanisms import (
     translating,
     translating_flat,
 )
-from camopt.model.mechanisms.design import FIELDS, SECOND_FIELDS, SIZE_FIELDS, Designs, Mechanism, concatenate
+from camopt.model.mechanisms.design import (
+    FIELDS,
+    SECOND_FIELDS,
+    SIZE_FIELDS,
+    Designs,
+    Mechanism,
+    concatenate_designs,
+)
 from camopt.model.mechanisms.elements import FLAT, TIPS
 
 __all__ = [
@@ -25,7 +32,7 @@ __all__ = [
     "SIZE_FIELDS",
     "Designs",
     "Mechanism",
-    "concatenate",
+    "concatenate_designs",
     "mechanism_for",
     "mechanisms_for",
 ]

@@ -50,11 +50,11 @@ class ContactErrors(NamedTuple):
     def size_error(self, field: str) -> Any:
         return self.sizes.get(field, 0.0)
 
-    def profile_error(self, point: ContactPoint) -> Any:
+    def flat_face_profile_error(self, point: ContactPoint) -> Any:
         """Error of the profile along the normal of a flat face, at the contact [mm]."""
         return self.out + self.bore[0] * point.across + self.bore[1] * point.up
 
-    def point_shift(self, point: ContactPoint) -> Shift:
+    def trace_point_shift_by_cam_errors(self, point: ContactPoint) -> Shift:
         """Shift of the trace point that the errors of the cam cause [mm]."""
         length = np.sqrt(np.square(point.across) + np.square(point.up))
         return self.bore[0] + point.across / length * self.out, self.bore[1] + point.up / length * self.out
@@ -69,15 +69,15 @@ class ContactShift(NamedTuple):
     """The further cam angle [rad]."""
 
 
-def cam_turn_to_point(sense: float, point: ContactPoint, cam_shift: Shift, follower_shift: Shift) -> Any:
+def cam_angle_until_points_meet(sense: float, point: ContactPoint, cam_shift: Shift, follower_shift: Shift) -> Any:
     """Further cam angle at which the shifted point of a disc cam meets the shifted trace point [rad]."""
     x, y = point.x + cam_shift[0], point.y + cam_shift[1]
     across = x * (follower_shift[1] - cam_shift[1]) - y * (follower_shift[0] - cam_shift[0])
     return np.arcsin(across / (np.square(x) + np.square(y))) * sense
 
 
-def angle_increase(sine: Any, cosine: Any, sine_increase: Any) -> Any:
-    """Growth of an angle between −90 and 90 deg whose sine grows by ``sine_growth`` [rad]."""
+def angle_increase_from_sine(sine: Any, cosine: Any, sine_increase: Any) -> Any:
+    """Growth of an angle between −90 and 90 deg whose sine grows by ``sine_increase`` [rad]."""
     fall = sine_increase * (sine * 2.0 + sine_increase)
     nearer = np.sqrt(np.square(cosine) - fall)
     return np.arcsin(sine_increase * cosine + sine * fall / (nearer + cosine))

@@ -11,7 +11,7 @@ import numpy as np
 
 from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
-from camopt.model.mechanisms.design import Designs, Mechanism, without_roller
+from camopt.model.mechanisms.design import Designs, Mechanism, with_zero_roller_radius
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, ROUND_TIPS, TRANSLATING
 from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvature
 from camopt.model.motion.programme import Programme
@@ -58,7 +58,7 @@ def _cylindrical_shifted_contact(
     design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors
 ) -> ContactShift:
     """On the developed surface the follower moves along one line, so both shifts are those of the point."""
-    across, up = errors.point_shift(_cylindrical_contact(design, lift, y * 0.0, y, y1))
+    across, up = errors.trace_point_shift_by_cam_errors(_cylindrical_contact(design, lift, y * 0.0, y, y1))
     return ContactShift(up, across / design.size)
 
 
@@ -77,5 +77,5 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0",
     contact=_cylindrical_contact,
     shifted_contact=_cylindrical_shifted_contact,
-    pitch=without_roller,
+    pitch=with_zero_roller_radius,
 )

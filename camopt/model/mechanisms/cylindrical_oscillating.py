@@ -27,9 +27,14 @@ from camopt.core.numerics.curves import (
     quotient_derivatives,
     rotated_derivatives,
 )
-from camopt.core.numerics.trigonometry import rotate
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_increase
-from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, without_roller
+from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
+from camopt.model.mechanisms.contact_errors import (
+    ContactErrors,
+    ContactPoint,
+    ContactShift,
+    angle_increase_from_sine,
+)
+from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_zero_roller_radius
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND_TIPS
 from camopt.model.mechanisms.trace import cylinder_arm_velocity_components, tangential_acceleration, trace_curvature
 from camopt.model.motion.programme import Programme
@@ -38,7 +43,7 @@ from camopt.model.motion.programme import Programme
 @curve_type_from_formula
 def swinging_pressure_tangent(state, mean_radius, arm_length, cosine, sine, sense):
     """tan β; ``cosine`` and ``sine`` belong to the arm's angle at displacement 0."""
-    cosine, sine = rotate(cosine, sine, state.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return (arm_length / mean_radius * state.y1 + sense * sine) / cosine
 
 
@@ -58,7 +63,7 @@ def swinging_pressure_derivatives(f, i, at):
 @curve_type_from_formula
 def swinging_path_speed(state, mean_radius, arm_length, cosine, sine, sense):
     """Length of the pitch curve per cam angle, N [mm/rad]."""
-    cosine, sine = rotate(cosine, sine, state.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     swing = sense * arm_length * state.y1
     return np.sqrt(np.square(mean_radius + swing * sine) + np.square(swing * cosine))
 
@@ -96,9 +101,9 @@ def _swinging_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any)
 def _swinging_shifted_contact(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
     """The arm turns until its end is at the height of the shifted point; then the cam turns until both meet."""
     psi, l, longer, sense = y - lift / 2, design.arm_length, errors.size_error("arm_length"), design.sense  # noqa: E741
-    across, up = errors.point_shift(_swinging_contact(design, lift, y * 0.0, y, y1))
+    across, up = errors.trace_point_shift_by_cam_errors(_swinging_contact(design, lift, y * 0.0, y, y1))
     cosine, sine = np.cos(psi), np.sin(psi)
-    moved = angle_increase(sine, cosine, (up - sine * longer) / (longer + l))
+    moved = angle_increase_from_sine(sine, cosine, (up - sine * longer) / (longer + l))
     fall = np.sin(psi + moved * 0.5) * np.sin(moved * 0.5) * 2.0
     return ContactShift(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
 
@@ -127,6 +132,6 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_swinging_contact,
     shifted_contact=_swinging_shifted_contact,
-    pitch=without_roller,
+    pitch=with_zero_roller_radius,
     misfit=_swinging_size_fault,
 )

@@ -134,7 +134,7 @@ class Designs:
         return root
 
     @cached_property
-    def point_designs(self) -> "Designs":
+    def knife_edge_designs(self) -> "Designs":
         """Disc cams of the same pitch curves with a knife edge: the prime circle becomes the base circle.
 
         Curves need the sum of size and roller radius to its last digit. So the rounding error of the prime radius
@@ -144,23 +144,23 @@ class Designs:
         return replace(self, size=prime, roller_radius=rounding)
 
     @property
-    def lead(self) -> FloatArray:
+    def signed_offset(self) -> FloatArray:
         """Signed offset of the formulas [mm]; positive if it lowers the pressure angle of the rise."""
         return self.sense * self.offset
 
 
-def concatenate(parts: Iterable[Designs]) -> Designs:
+def concatenate_designs(parts: Iterable[Designs]) -> Designs:
     """Several designs joined into one structure; their cams turn the same way."""
     parts = list(parts)
     return parts[0].with_values({n: np.concatenate([part.values[n] for part in parts]) for n in parts[0].values})
 
 
-def without_roller(designs: Designs) -> Designs:
+def with_zero_roller_radius(designs: Designs) -> Designs:
     """Designs with roller radius 0; for mechanisms whose pitch curve does not depend on the roller."""
     return replace(designs, roller_radius=np.zeros(len(designs)))
 
 
-def without_size(designs: Designs) -> Designs:
+def with_zero_cam_size(designs: Designs) -> Designs:
     """Designs with cam size 0; for mechanisms where the size only moves the profile along its normal."""
     return replace(designs, size=np.zeros(len(designs)))
 
@@ -275,13 +275,13 @@ class Mechanism(NamedTuple):
     further_contacts: tuple[FurtherContact, ...] = ()
     """The other contacts of the follower."""
 
-    def follower_keys(self, tip: Tip) -> tuple[str, ...]:
+    def follower_size_keys(self, tip: Tip) -> tuple[str, ...]:
         """The keys of ``[follower]`` that give the sizes of a follower with a tip."""
         return tuple(filter(None, (tip.radius if name == "roller_radius" else name for name in self.sizes)))
 
     def keys(self, tip: Tip) -> tuple[str, ...]:
         """The keys of a scene that give its sizes, such as ``cam.base_radius``; that of the body first."""
-        return (f"cam.{self.body.size_key}", *(f"follower.{key}" for key in self.follower_keys(tip)))
+        return (f"cam.{self.body.size_key}", *(f"follower.{key}" for key in self.follower_size_keys(tip)))
 
     @property
     def flanks(self) -> tuple[Flank, ...]:
@@ -299,10 +299,10 @@ class Mechanism(NamedTuple):
     @property
     def pitch_ignores_parallel_size(self) -> bool:
         """Whether pitch curves do not depend on ``parallel``; if they do, they depend on its sum with ``size``."""
-        return self.pitch in (without_roller, without_size)
+        return self.pitch in (with_zero_roller_radius, with_zero_cam_size)
 
     @property
-    def standard_profile_designs(self) -> Callable[[Designs], Designs]:
+    def standard_profile_reduction(self) -> Callable[[Designs], Designs]:
         """Function that reduces designs to standard ones.
 
         Two of these are equal if their profiles differ only by ``parallel``.
@@ -310,20 +310,20 @@ class Mechanism(NamedTuple):
         return self.profile or self.pitch
 
     @property
-    def pitch_curves(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
+    def curves_shared_by_pitch_curve(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
         """The curves that designs with the same pitch curve share."""
         if self.flat_faced:
             return (self.reach,) if self.profile else (self.pressure, self.reach)
         return self.pressure, self.curvature, self.sliding, self.path, self.speeding
 
     @property
-    def size_quantities(self) -> dict[str, str]:
+    def size_quantity_by_field(self) -> dict[str, str]:
         """The quantities of its sizes in tables, by field of ``Designs``."""
-        second = {SECOND_FIELDS[key]: f"second_{key.partition('.')[2]}_mm" for key in self.second_keys}
+        second = {SECOND_FIELDS[key]: f"second_{key.partition('.')[2]}_mm" for key in self.second_contact_size_keys}
         return {"size": self.body.size_quantity, **{field: f"{field}_mm" for field in self.sizes}, **second}
 
     @property
-    def second_keys(self) -> tuple[str, ...]:
+    def second_contact_size_keys(self) -> tuple[str, ...]:
         """The keys of a scene that give sizes of a second contact."""
         drive_keys = self.drive.keys if self.further_contacts else ()
         return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in drive_keys)
@@ -349,24 +349,24 @@ class Mechanism(NamedTuple):
         return self.path or (None if self.flat_faced else self.sliding)
 
     @property
-    def pulls(self) -> bool:
+    def can_pull_follower(self) -> bool:
         """Whether a flank can pull the follower back towards the cam."""
         return any(flank.pressing < 0.0 for flank in self.flanks)
 
     @property
-    def is_positive(self) -> bool:
+    def is_positive_drive(self) -> bool:
         """Whether the cam drives the follower both ways (form closure), without a spring."""
-        return self.pulls or bool(self.further_contacts)
+        return self.can_pull_follower or bool(self.further_contacts)
 
     @property
-    def two_sided(self) -> bool:
+    def has_flanks_on_both_sides(self) -> bool:
         """Whether the flanks are on both sides of the pitch curve; a bulge of one is then a hollow of the other."""
         return len({flank.side for flank in self.flanks}) > 1
 
     @property
-    def cut_as_by_roller(self) -> bool:
+    def is_cut_by_roller_sized_cutter(self) -> bool:
         """Whether a cutter of the roller's size cuts its flanks, as in a groove or on a cylinder."""
-        return self.two_sided or self.body.developed
+        return self.has_flanks_on_both_sides or self.body.developed
 
     def trace_and_normal(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""

@@ -132,7 +132,7 @@ class Flank(NamedTuple):
     """1 if κ > 0 of the pitch curve bends the flank towards the follower, −1 if away from it."""
 
     @property
-    def words(self) -> str:
+    def display_name(self) -> str:
         """Name and noun, such as "inner wall"."""
         return f"{self.name} {self.kind}"
 
@@ -163,7 +163,7 @@ class FollowerMotion(NamedTuple):
     """The unit of its displacement in a scene."""
 
     @property
-    def dynamics_keys(self) -> tuple[str, ...]:
+    def own_dynamics_keys(self) -> tuple[str, ...]:
         """The keys of ``[follower.dynamics]`` that only this motion has."""
         return tuple(each.name for each in NUMBERS if (each.turns if self.angular else each.slides))
 

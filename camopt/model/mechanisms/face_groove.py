@@ -15,7 +15,7 @@ from camopt.model.mechanisms.design import Mechanism
 from camopt.model.mechanisms.elements import FACE_GROOVE, FACE_WALLS, GROOVED, ROLLER
 
 
-def _with_groove(mechanism: Mechanism) -> Mechanism:
+def _groove_mechanism_from_open_disc(mechanism: Mechanism) -> Mechanism:
     """The mechanism of an open disc cam, with its pitch curve as the middle of a groove."""
     return mechanism._replace(
         body=FACE_GROOVE,
@@ -26,4 +26,7 @@ def _with_groove(mechanism: Mechanism) -> Mechanism:
     )
 
 
-FACE_GROOVE_MECHANISMS = (_with_groove(translating.MECHANISM), _with_groove(oscillating.MECHANISM))
+FACE_GROOVE_MECHANISMS = (
+    _groove_mechanism_from_open_disc(translating.MECHANISM),
+    _groove_mechanism_from_open_disc(oscillating.MECHANISM),
+)

@@ -39,7 +39,9 @@ def cam_curves(
     return CamCurves(pitch, normal, profile)
 
 
-def normal_distances(mechanism: Mechanism, radius: float, cutter_radius: float | None = None) -> dict[str, float]:
+def curve_distances_along_normal(
+    mechanism: Mechanism, body_radius: float, cutter_radius: float | None = None
+) -> dict[str, float]:
     """Distance of each curve of one design along the normal of its pitch curve or flat face, by name [mm].
 
     The curves are ``pitch`` (not with a flat face, which has no trace point), ``profile``, and, if its radius is
@@ -49,7 +51,7 @@ def normal_distances(mechanism: Mechanism, radius: float, cutter_radius: float |
     ``radius`` is that of the follower's round body plus half its clearance.
     """
     distances = {} if mechanism.flat_faced else {"pitch": 0.0}
-    outward = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
+    outward = {"profile": -body_radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - body_radius})
     for name, distance in outward.items():
         for flank in reversed(mechanism.flanks):
             distances[f"{name}_{flank.name}" if flank.name else name] = -flank.side * distance

@@ -24,14 +24,14 @@ from camopt.core.numerics.curves import (
     rotated_derivatives,
 )
 from camopt.core.numerics.stable_functions import triangle_angle
-from camopt.core.numerics.taylor import direction
-from camopt.core.numerics.trigonometry import rotate
+from camopt.core.numerics.taylor import cosine_and_sine_series
+from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.mechanisms.contact_errors import (
     ContactErrors,
     ContactPoint,
     ContactShift,
-    angle_increase,
-    cam_turn_to_point,
+    angle_increase_from_sine,
+    cam_angle_until_points_meet,
 )
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import DISC, OSCILLATING, ROUND_TIPS, SPRUNG
@@ -43,7 +43,7 @@ from camopt.model.motion.programme import Programme
 @curve_type_from_formula
 def oscillating_pressure_tangent(state, centre_distance, arm_length, cosine, sine, sense):
     """tan β; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
-    cosine, sine = rotate(cosine, sine, state.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return (arm_length * (1.0 + sense * state.y1) - centre_distance * cosine) / (centre_distance * sine)
 
 
@@ -59,7 +59,7 @@ def oscillating_pressure_derivatives(f, i, at):
 @curve_type_from_formula
 def oscillating_trace_speed(state, centre_distance, arm_length, cosine, sine, sense):
     """N [mm/rad]."""
-    cosine, sine = rotate(cosine, sine, state.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     w = arm_length * (1.0 + sense * state.y1) - centre_distance * cosine
     return np.sqrt(np.square(w) + np.square(centre_distance * sine))
 
@@ -81,7 +81,7 @@ def oscillating_tangential_acceleration(state, centre_distance, arm_length, cosi
 @curve_type_from_formula
 def oscillating_outline(state, centre_distance, arm_length, cosine, sine, roller_radius):
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
-    cosine, sine = rotate(cosine, sine, state.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     across = np.square(arm_length - centre_distance * cosine)
     return np.sqrt(across + np.square(centre_distance * sine)) - roller_radius
 
@@ -110,7 +110,7 @@ def _oscillating_assembly_margins(designs: Designs, programme: Programme) -> tup
     return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - start_arm_angle(designs)
 
 
-def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
+def trace_point_at_arm_angle(designs: Designs, angle: Any) -> tuple[Any, Any]:
     """(x, y) of the trace point in the ground frame, at an angle of the arm [mm]."""
     l = designs.arm_length  # noqa: E741
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
@@ -118,10 +118,10 @@ def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
 
 def _oscillating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     """The contact; its normal is p − σ·y'·(c − p), with the trace point p and the pivot c."""
-    return _trace_contact(design, *trace_point(design, y + start_arm_angle(design)), y1)
+    return _contact_point_at_trace_point(design, *trace_point_at_arm_angle(design, y + start_arm_angle(design)), y1)
 
 
-def _trace_contact(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
+def _contact_point_at_trace_point(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
     turn = y1 * design.sense
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
@@ -131,22 +131,22 @@ def _oscillating_shifted_contact(
 ) -> ContactShift:
     """From the law of cosines for the triangle with errors in its sides: cos ψ falls by ``fall``."""
     angle = y + start_arm_angle(design)
-    cosine, sine = direction(angle)
+    cosine, sine = cosine_and_sine_series(angle)
     c, l, dc, dl = (  # noqa: E741
         design.centre_distance,
         design.arm_length,
         errors.size_error("centre_distance"),
         errors.size_error("arm_length"),
     )
-    point = _trace_contact(design, c - l * cosine, l * sine, y1)
-    across, up = errors.point_shift(point)
+    point = _contact_point_at_trace_point(design, c - l * cosine, l * sine, y1)
+    across, up = errors.trace_point_shift_by_cam_errors(point)
     square = across * (point.x * 2.0 + across) + up * (point.y * 2.0 + up)
     square = square - dc * (2.0 * c + dc) - dl * (2.0 * l + dl)
     fall = (square + (c * dl + l * dc + dc * dl) * 2.0 * cosine) / ((c + dc) * (l + dl) * 2.0)
-    moved = -angle_increase(cosine, sine, -fall)
+    moved = -angle_increase_from_sine(cosine, sine, -fall)
     rise = np.cos(angle + moved * 0.5) * np.sin(moved * 0.5) * 2.0
     tip = dc - (cosine - fall) * dl + fall * l, (sine + rise) * dl + rise * l
-    return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), tip))
+    return ContactShift(moved, cam_angle_until_points_meet(design.sense, point, (across, up), tip))
 
 
 def _oscillating_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
@@ -178,12 +178,12 @@ MECHANISM = Mechanism(
     curvature=lambda designs, programme: oscillating_curvature(*_oscillating_curve_fields(designs)),
     outline=_oscillating_outline_curve,
     start=start_arm_angle,
-    trace_point=trace_point,
+    trace_point=trace_point_at_arm_angle,
     assembly_margins=_oscillating_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle at every displacement",
     contact=_oscillating_contact,
     shifted_contact=_oscillating_shifted_contact,
-    pitch=lambda designs: designs.point_designs,
+    pitch=lambda designs: designs.knife_edge_designs,
     misfit=_oscillating_size_fault,
     on_profile=_oscillating_profile_contact,
 )

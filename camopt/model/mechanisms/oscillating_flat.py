@@ -20,8 +20,13 @@ from camopt.core.numerics.curves import (
     quotient_derivatives,
     rotated_derivatives,
 )
-from camopt.core.numerics.trigonometry import rotate
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_increase
+from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
+from camopt.model.mechanisms.contact_errors import (
+    ContactErrors,
+    ContactPoint,
+    ContactShift,
+    angle_increase_from_sine,
+)
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_face_through_pivot
 from camopt.model.mechanisms.elements import DISC, FLAT, OSCILLATING, SPRUNG
 from camopt.model.motion.profile_contact import OscillatingFace
@@ -31,21 +36,21 @@ from camopt.model.motion.programme import Programme
 @curve_type_from_formula
 def swinging_face_sliding_speed(state, face_offset, centre_distance, cosine, sine, sense):
     """Sliding speed [mm/rad]; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
-    _, sine = rotate(cosine, sine, state.y)
+    _, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return (1.0 + sense * state.y1) * face_offset + centre_distance * sine
 
 
 @curve_type_from_formula
 def swinging_face_pressure_tangent(state, face_offset, centre_distance, cosine, sine, sense):
     """tan β."""
-    cosine, _ = rotate(cosine, sine, state.y)
+    cosine, _ = cosine_and_sine_of_sum(cosine, sine, state.y)
     return face_offset / (centre_distance * cosine) * (1.0 + sense * state.y1)
 
 
 @curve_type_from_formula
 def swinging_face_profile_radius(state, face_offset, centre_distance, cosine, sine, sense):
     """Radius of curvature of the profile, ρ [mm]."""
-    cosine, sine = rotate(cosine, sine, state.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     q = 1.0 + sense * state.y1
     return face_offset + centre_distance * (sine * ((2.0 * q - 1.0) / (q * q)) + cosine * (state.y2 / (q * q * q)))
 
@@ -53,7 +58,7 @@ def swinging_face_profile_radius(state, face_offset, centre_distance, cosine, si
 @curve_type_from_formula
 def swinging_face_reach(state, face_offset, centre_distance, cosine, sine, sense):
     """Distance of the contact from the pivot along the face, t [mm]."""
-    cosine, _ = rotate(cosine, sine, state.y)
+    cosine, _ = cosine_and_sine_of_sum(cosine, sine, state.y)
     return centre_distance * cosine / (1.0 + sense * state.y1)
 
 
@@ -68,35 +73,40 @@ def swinging_face_reach_derivatives(f, i, at):
 @curve_type_from_formula
 def swinging_face_outline(state, face_offset, centre_distance, cosine, sine):
     """Distance of the face from the cam's axis [mm]."""
-    _, sine = rotate(cosine, sine, state.y)
+    _, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return face_offset + centre_distance * sine
 
 
-def start_angle_sine(designs: Designs) -> FloatArray:
+def sine_of_start_face_angle(designs: Designs) -> FloatArray:
     """sin ψ₀."""
     return (designs.size - designs.face_offset) / designs.centre_distance
 
 
 def _swinging_face_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
-    sine = np.minimum(np.maximum(start_angle_sine(designs), -1.0), 1.0)
+    sine = np.minimum(np.maximum(sine_of_start_face_angle(designs), -1.0), 1.0)
     cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
     sense = np.full(len(designs), designs.sense)
     return designs.face_offset, designs.centre_distance, cosine, sine, sense
 
 
 def _swinging_face_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-    sine = start_angle_sine(designs)
+    sine = sine_of_start_face_angle(designs)
     first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
-    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, least_turning_rate(designs.sense, programme)
+    return (
+        1.0 + sine,
+        1.0 - sine,
+        np.pi / 2 - programme.lift - first,
+        least_relative_turning_rate(designs.sense, programme),
+    )
 
 
-def least_turning_rate(sense: float, programme: Programme) -> float:
+def least_relative_turning_rate(sense: float, programme: Programme) -> float:
     """Least value of q = 1 ± ψ' over the turn; above 0, the face turns slower than the cam."""
     return 1.0 + programme.least_speed(sense)
 
 
 def _swinging_face_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    psi = y + np.arcsin(start_angle_sine(design))
+    psi = y + np.arcsin(sine_of_start_face_angle(design))
     cosine, sine = np.cos(psi), np.sin(psi)
     c, f = design.centre_distance, design.face_offset
     t = cosine * c / (y1 * design.sense + 1.0)
@@ -108,8 +118,8 @@ def _swinging_face_shifted_contact(
 ) -> ContactShift:
     """The distance of the face from the axis, f + c·sin ψ, grows by δn; the cam turns back with the face."""
     point, wider = _swinging_face_contact(design, lift, 0.0, y, y1), errors.size_error("centre_distance")
-    more = errors.profile_error(point) - errors.size_error("face_offset") - point.across * wider
-    moved = angle_increase(point.across, point.up, more / (design.centre_distance + wider))
+    more = errors.flat_face_profile_error(point) - errors.size_error("face_offset") - point.across * wider
+    moved = angle_increase_from_sine(point.across, point.up, more / (design.centre_distance + wider))
     return ContactShift(moved, -(moved * design.sense))
 
 

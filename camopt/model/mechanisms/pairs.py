@@ -53,7 +53,7 @@ class ReversedCurve(NamedTuple):
 
 
 @curve_formula(ReversedCurve)
-def reversed_curve(f, i, at):
+def reversed_motion_curve_value(f, i, at):
     return curve_value(
         f.curve, i, State(curve_or_number_value(f.lift, i, at) - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4)
     )

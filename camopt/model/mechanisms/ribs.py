@@ -44,7 +44,12 @@ from camopt.core.numerics.curves import curve_formula, curve_or_number_value, cu
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import cylindrical, cylindrical_oscillating, oscillating, translating
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, angle_increase
+from camopt.model.mechanisms.contact_errors import (
+    ContactErrors,
+    ContactPoint,
+    ContactShift,
+    angle_increase_from_sine,
+)
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import (
     FACE_WALLS,
@@ -69,7 +74,7 @@ class ShiftedCurve(NamedTuple):
 
 
 @curve_formula(ShiftedCurve)
-def shifted_curve(f, i, at):
+def shifted_motion_curve_value(f, i, at):
     return curve_or_number_value(f.factor, i, at) * curve_value(
         f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4)
     )
@@ -89,7 +94,7 @@ def _roller_spacing_error(mechanism: Mechanism, designs: Designs, errors: Contac
     longer, arm = errors.size_error("arm_length"), designs.arm_length
     sine = designs.roller_spacing / (2.0 * arm)
     more = (wider * 0.5 - longer * sine) / (longer + arm)
-    return angle_increase(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
+    return angle_increase_from_sine(sine, np.sqrt((1.0 - sine) * (1.0 + sine)), more) * 2.0
 
 
 def _advanced_roller_mechanism(
@@ -118,7 +123,7 @@ def same_designs(designs: Designs) -> Designs:
     return designs
 
 
-def _inner_roller_start(mechanism: Mechanism, designs: Designs) -> Any:
+def _inner_roller_start_position(mechanism: Mechanism, designs: Designs) -> Any:
     """Height [mm] or angle [rad] of a disc's inner roller at displacement 0."""
     assert mechanism.start is not None
     return mechanism.start(designs) - roller_spacing_as_displacement(mechanism, designs)
@@ -126,14 +131,14 @@ def _inner_roller_start(mechanism: Mechanism, designs: Designs) -> Any:
 
 def translating_inner_cam_designs(designs: Designs) -> Designs:
     """The open disc cam whose roller is the inner roller of a translating follower."""
-    height = _inner_roller_start(translating.MECHANISM, designs)
+    height = _inner_roller_start_position(translating.MECHANISM, designs)
     return _with_prime_radius(designs, np.sqrt(np.square(height) + np.square(designs.offset)))
 
 
 def oscillating_inner_cam_designs(designs: Designs) -> Designs:
     """The open disc cam whose roller is the inner roller of an oscillating follower."""
     c, l = designs.centre_distance, designs.arm_length  # noqa: E741
-    half = np.sin(0.5 * _inner_roller_start(oscillating.MECHANISM, designs))
+    half = np.sin(0.5 * _inner_roller_start_position(oscillating.MECHANISM, designs))
     return _with_prime_radius(designs, np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half)))
 
 
@@ -156,7 +161,7 @@ def _zero_shift(designs: Designs) -> float:
     return 0.0
 
 
-def _rib_side_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
+def _roller_at_rib_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
     """The mechanism of one roller at a rib; ``wall`` is the wall of a groove in place of the flank.
 
     The sign of the curvature is that seen from the roller.
@@ -217,7 +222,7 @@ def _cylinder_rib_mechanism(mechanism: Mechanism) -> Mechanism:
             path=shift_curve_if_angular(mechanism.path),
             speeding=shift_curve_if_angular(mechanism.speeding),
         )
-        return _rib_side_mechanism(placed, RIBBED_CYLINDER, wall)
+        return _roller_at_rib_mechanism(placed, RIBBED_CYLINDER, wall)
 
     def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         return *mechanism.assembly_margins(designs, programme), *_rib_assembly_margins(mechanism, designs)
@@ -242,7 +247,7 @@ def _disc_rib_mechanism(mechanism: Mechanism, inner_cam_designs: Callable[[Desig
         return (
             *mechanism.assembly_margins(designs, programme),
             *_rib_assembly_margins(mechanism, designs),
-            _inner_roller_start(mechanism, designs),
+            _inner_roller_start_position(mechanism, designs),
             reach,
         )
 
@@ -257,12 +262,14 @@ def _disc_rib_mechanism(mechanism: Mechanism, inner_cam_designs: Callable[[Desig
 
     inner, outer = FACE_WALLS
     return with_second_contact(
-        _rib_side_mechanism(_advanced_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
+        _roller_at_rib_mechanism(_advanced_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
             assembly_margins=assembly_margins,
             assembly=f"{mechanism.assembly}, {ROLLERS_STAND_APART}, and the inner one has to stay off the axis",
             misfit=size_fault,
         ),
-        _rib_side_mechanism(_advanced_roller_mechanism(mechanism, -1.0, included_share=-1.0), RIBBED_DISC, outer),
+        _roller_at_rib_mechanism(
+            _advanced_roller_mechanism(mechanism, -1.0, included_share=-1.0), RIBBED_DISC, outer
+        ),
         inner_cam_designs,
     )
 

@@ -16,7 +16,12 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula, quotient_derivatives
-from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift, cam_turn_to_point
+from camopt.model.mechanisms.contact_errors import (
+    ContactErrors,
+    ContactPoint,
+    ContactShift,
+    cam_angle_until_points_meet,
+)
 from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import DISC, ROUND_TIPS, SPRUNG, TRANSLATING
 from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvature
@@ -70,7 +75,7 @@ def _translating_assembly_margins(designs: Designs, programme: Programme) -> tup
 
 def _translating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     s = y + start_trace_height(design)
-    return ContactPoint(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
+    return ContactPoint(s * 0.0 + design.offset, s, (design.signed_offset - y1) * design.sense, s)
 
 
 def _translating_shifted_contact(
@@ -78,10 +83,10 @@ def _translating_shifted_contact(
 ) -> ContactShift:
     """The cam turns until its point is on the follower's line, x = e + δe; its distance from the axis stays."""
     point, wide = _translating_contact(design, lift, 0.0, y, y1), errors.size_error("offset")
-    across, up = errors.point_shift(point)
+    across, up = errors.trace_point_shift_by_cam_errors(point)
     more = (across - wide) * (point.x * 2.0 + across + wide) + up * (point.y * 2.0 + up)
     moved = more / (np.sqrt(np.square(point.y) + more) + point.y)
-    return ContactShift(moved, cam_turn_to_point(design.sense, point, (across, up), (wide, moved)))
+    return ContactShift(moved, cam_angle_until_points_meet(design.sense, point, (across, up), (wide, moved)))
 
 
 def _translating_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
@@ -98,14 +103,16 @@ MECHANISM = Mechanism(
     tips=ROUND_TIPS,
     sizes=("roller_radius", "offset"),
     name="disc cam, translating follower with a trace point",
-    pressure=lambda designs, programme: translating_pressure_tangent(designs.lead, start_trace_height(designs)),
-    sliding=lambda designs, programme: translating_trace_speed(designs.lead, start_trace_height(designs)),
-    speeding=lambda designs, programme: translating_tangential_acceleration(
-        designs.lead, start_trace_height(designs)
+    pressure=lambda designs, programme: translating_pressure_tangent(
+        designs.signed_offset, start_trace_height(designs)
     ),
-    curvature=lambda designs, programme: translating_curvature(designs.lead, start_trace_height(designs)),
+    sliding=lambda designs, programme: translating_trace_speed(designs.signed_offset, start_trace_height(designs)),
+    speeding=lambda designs, programme: translating_tangential_acceleration(
+        designs.signed_offset, start_trace_height(designs)
+    ),
+    curvature=lambda designs, programme: translating_curvature(designs.signed_offset, start_trace_height(designs)),
     outline=lambda designs, programme, beyond: translating_outline(
-        designs.lead, start_trace_height(designs), -beyond
+        designs.signed_offset, start_trace_height(designs), -beyond
     ),
     start=start_trace_height,
     trace_point=lambda designs, height: (designs.offset, height),
@@ -113,7 +120,7 @@ MECHANISM = Mechanism(
     assembly="the offset has to be smaller than the prime radius",
     contact=_translating_contact,
     shifted_contact=_translating_shifted_contact,
-    pitch=lambda designs: designs.point_designs,
+    pitch=lambda designs: designs.knife_edge_designs,
     misfit=_translating_size_fault,
     on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),
 )

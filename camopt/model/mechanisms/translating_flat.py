@@ -12,7 +12,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import Linear
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
-from camopt.model.mechanisms.design import Designs, Mechanism, without_size
+from camopt.model.mechanisms.design import Designs, Mechanism, with_zero_cam_size
 from camopt.model.mechanisms.elements import DISC, FLAT, SPRUNG, TRANSLATING
 from camopt.model.motion.profile_contact import TranslatingFace
 
@@ -33,7 +33,7 @@ def _flat_face_shifted_contact(
     """The tilted face is at the distance R_b + y + δn from the axis; the stem moves where the face crosses it."""
     point, half = _flat_face_contact(design, lift, 0.0, y, y1), np.sin(errors.tilt * 0.5)
     stem, sine, cosine = design.offset + errors.size_error("offset"), np.sin(errors.tilt), np.cos(errors.tilt)
-    moved = (errors.profile_error(point) + stem * sine + np.square(half) * 2.0 * point.y) / cosine
+    moved = (errors.flat_face_profile_error(point) + stem * sine + np.square(half) * 2.0 * point.y) / cosine
     return ContactShift(moved, errors.tilt * design.sense + y1 * 0.0)
 
 
@@ -47,13 +47,13 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: _linear_curve(designs, 0, 0, 0, np.zeros(1)),
     profile_radius=lambda designs, programme: _linear_curve(designs, 1, 0, 1, designs.size),
     sliding=lambda designs, programme: _linear_curve(designs, 1, 0, 0, designs.size),
-    reach=lambda designs, programme: _linear_curve(designs, 0, 1, 0, -designs.lead),
+    reach=lambda designs, programme: _linear_curve(designs, 0, 1, 0, -designs.signed_offset),
     outline=lambda designs, programme, beyond: _linear_curve(designs, 1, 0, 0, designs.size),
     assembly_margins=lambda designs, programme: (designs.size * 0.0 + 1.0,),
     assembly="the base radius has to be above 0",
     contact=_flat_face_contact,
     shifted_contact=_flat_face_shifted_contact,
-    pitch=without_size,
+    pitch=with_zero_cam_size,
     parallel="size",
     on_profile=lambda sizes, sense: TranslatingFace(),
 )

@@ -40,31 +40,31 @@ SEGMENT_ALIASES: dict[str, tuple[str, ...]] = {
 LAST_WORDS = re.compile("(motion|period|stroke)$")
 
 
-def _name_letters(name: str) -> str:
+def _comparable_letters(name: str) -> str:
     """A name in small letters and digits only, without "and", "equal" and ``LAST_WORDS``."""
     words = re.findall(r"[^\W_]+", name.lower().replace(".", ""))
     return LAST_WORDS.sub("", "".join(word for word in words if word not in ("and", "equal")))
 
 
 def _names_by_letters(names: Iterable[str], aliases: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
-    return {_name_letters(each): name for name in names for each in (name, *aliases.get(name, ()))}
+    return {_comparable_letters(each): name for name in names for each in (name, *aliases.get(name, ()))}
 
 
 _LAWS, _SEGMENTS = _names_by_letters(LAWS, ALIASES), _names_by_letters(SEGMENT_ALIASES, SEGMENT_ALIASES)
 
 
-def canonical_law(name: str) -> str:
+def canonical_law_name(name: str) -> str:
     """A law's name in scenes, from any of its names; an unknown name is returned unchanged."""
-    return name if name in LAWS else _LAWS.get(_name_letters(name), name)
+    return name if name in LAWS else _LAWS.get(_comparable_letters(name), name)
 
 
-def canonical_segment(name: str) -> str:
+def canonical_segment_kind(name: str) -> str:
     """The kind of a segment, from any of its names; an unknown name is returned unchanged."""
-    return _SEGMENTS.get(_name_letters(name), name)
+    return _SEGMENTS.get(_comparable_letters(name), name)
 
 
 def suggest_law_names(name: str, known: Iterable[str]) -> str:
     """The end of a message on an unknown law: the known law with the most similar name, or all known laws."""
     by_letters = _names_by_letters(known := (*known,), ALIASES)
-    close = get_close_matches(_name_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)
+    close = get_close_matches(_comparable_letters(name), by_letters, n=1, cutoff=ALIKE_SHARE)
     return suggest_names(by_letters[close[0]] if close else name, known)

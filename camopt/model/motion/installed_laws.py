@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from camopt.core.mistakes import BadInput, Mistake, shorten, to_terminal_line
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import UNIT_SAMPLES, BySeries, Law, law_derivatives
+from camopt.model.motion.law import UNIT_SAMPLES, Law, LawBySeries, law_derivatives
 from camopt.model.motion.polynomial import PolynomialLaw
 from camopt.model.motion.scca import SCCALaw
 from camopt.model.motion.spline import SplineLaw
@@ -22,7 +22,7 @@ EXACT_CLASSES = (PolynomialLaw, SCCALaw, SplineLaw)
 END_ERROR = 1e-9  # of the displacement at the ends of the unit stroke
 
 
-class InstalledLaw(BySeries):
+class InstalledLaw(LawBySeries):
     """The law of an entry point; its package is imported when the law is first evaluated."""
 
     def __init__(self, entry: EntryPoint) -> None:

@@ -39,7 +39,7 @@ class Law(Protocol):
     def jerk(self, x: ArrayLike, /) -> FloatArray: ...
 
 
-class ByOrder:
+class LawByOrder:
     """The four functions of a law that has one formula for the derivative of any order."""
 
     def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
@@ -58,7 +58,7 @@ class ByOrder:
         return self._derivative(x, 3)
 
 
-class BySeries(ByOrder):
+class LawBySeries(LawByOrder):
     """The four functions of a law that computes all derivatives up to some order together."""
 
     def _derivatives_to_order(self, x: ArrayLike, order: int) -> Sequence[FloatArray]:
@@ -71,7 +71,7 @@ class BySeries(ByOrder):
 
 def law_derivatives(law: Law, x: ArrayLike, order: int) -> Sequence[FloatArray]:
     """Displacement of a law and its derivatives up to an order."""
-    if isinstance(law, BySeries):
+    if isinstance(law, LawBySeries):
         return law._derivatives_to_order(x, order)
     return [verb(x) for verb in (law.displacement, law.velocity, law.acceleration, law.jerk)[: order + 1]]
 

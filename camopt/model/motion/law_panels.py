@@ -11,7 +11,7 @@ from numpy.polynomial import polynomial
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
 from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.numerics.piecewise import sign_changes
-from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_nodes_to_powers
+from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_nodes_and_powers_matrix
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.motion.law import Law, law_derivatives
 
@@ -19,7 +19,7 @@ JERK_DEGREE = TABLE_DEGREE - 3
 SAME_BREAK = 1e-12  # of a stroke: a cut this near to a break is the same but for rounding
 KEPT_JERK = 1e-14  # share of a law's jerk: panels whose polynomial misses more are halved
 MOST_HALVINGS = 8
-JERK_NODES, JERK_TO_POWERS = chebyshev_nodes_to_powers(JERK_DEGREE)
+JERK_NODES, JERK_TO_POWERS = chebyshev_nodes_and_powers_matrix(JERK_DEGREE)
 JERK_CHECK_NODES, TO_CHEBYSHEV = chebyshev_nodes_and_matrix(JERK_DEGREE + 4)
 
 
@@ -30,7 +30,7 @@ def breaks_with_cuts(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tupl
     )
 
 
-def _piece_panels(
+def _panel_ends_centres_and_half_widths(
     pieces: Iterable[tuple[float, ...]], counts: Iterable[int]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Lower ends, centres and half widths of panels, from the ends of pieces and their counts of panels."""
@@ -53,7 +53,9 @@ def _jerk_series_checks(
     law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]
 ) -> dict[int, JerkCheck]:
     """The checks of some pieces, by their numbers."""
-    _, centre, half = _piece_panels([breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces])
+    _, centre, half = _panel_ends_centres_and_half_widths(
+        [breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces]
+    )
     series = np.abs(matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_CHECK_NODES), TO_CHEBYSHEV.T))
     slope = matrix_product(series, np.arange(series.shape[1]) ** 2) / half
     excess = series[:, JERK_DEGREE + 1 :].sum(axis=1) - UNIT_ROUNDOFF * slope
@@ -90,7 +92,7 @@ def law_panel_polynomials(
     breaks = breaks_with_cuts(law.BREAKS, cuts)
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
     counts = _refined_panel_counts(law, breaks, counts)
-    low, centre, half = _piece_panels(pairwise(breaks), counts)
+    low, centre, half = _panel_ends_centres_and_half_widths(pairwise(breaks), counts)
     series = matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_NODES), JERK_TO_POWERS.T)
     for constant in reversed(law_derivatives(law, centre, 2)):
         series = polynomial.polyint(series, axis=1) * half[:, None]

@@ -19,8 +19,12 @@ from numpy.polynomial import polynomial
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray
 from camopt.core.numerics.load_tables import ForceTable, LoadTable, TrainLoadTable, tabulated_load
 from camopt.core.numerics.panels import TABLE_DEGREE, derivatives
-from camopt.core.numerics.piecewise import MotionTable, panel_end_values, table_ranges
-from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_nodes_to_powers
+from camopt.core.numerics.piecewise import (
+    MotionTable,
+    derivative_ranges_and_errors,
+    node_displacements_and_derivatives,
+)
+from camopt.core.numerics.quadrature import chebyshev_nodes_and_matrix, chebyshev_nodes_and_powers_matrix
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import Load, TrainForces
 from camopt.core.numerics.taylor import Series, Taylor
@@ -29,7 +33,7 @@ from camopt.model.trains.carried_load import FollowerLoad
 from camopt.model.trains.joint_forces import WeightedForce
 from camopt.model.trains.train import Train
 
-LOAD_NODES, LOAD_TO_POWERS = chebyshev_nodes_to_powers(TABLE_DEGREE - 1)
+LOAD_NODES, LOAD_TO_POWERS = chebyshev_nodes_and_powers_matrix(TABLE_DEGREE - 1)
 LOAD_FIT_NODES = np.array([0.0, *LOAD_NODES])
 LOAD_CHECK_NODES, _ = chebyshev_nodes_and_matrix(TABLE_DEGREE + 3)
 BETWEEN_NODES_FACTOR = 2.0  # the error between checked places may be larger than at them by this factor
@@ -156,10 +160,10 @@ class TrainLoad:
 
         ``stroke_numbers`` has the stroke number of each panel.
         """
-        fitted = self._panel_forces(table, LOAD_FIT_NODES)
+        fitted = self._load_at_panel_places(table, LOAD_FIT_NODES)
         errors = ERROR_MAGNIFIER * table.error[: len(table.centre), :4].T
         shifts = np.eye(len(errors), len(errors) + 1, 1)[..., None] * errors[:, None]
-        checked, *shifted = np.moveaxis(self._panel_forces(table, LOAD_CHECK_NODES, shifts), 1, 0)
+        checked, *shifted = np.moveaxis(self._load_at_panel_places(table, LOAD_CHECK_NODES, shifts), 1, 0)
         effects = np.sum([np.abs(forces - checked).max(axis=2) for forces in shifted], axis=0) / ERROR_MAGNIFIER
         tables = []
         for k in (0, 2):
@@ -168,7 +172,9 @@ class TrainLoad:
             tables.append(_force_table(table, stroke_numbers, series.T, checked[k : k + 2], effects[k : k + 2]))
         return TrainLoadTable(*tables)
 
-    def _panel_forces(self, table: MotionTable, u: FloatArray, shifts: FloatArray | None = None) -> FloatArray:
+    def _load_at_panel_places(
+        self, table: MotionTable, u: FloatArray, shifts: FloatArray | None = None
+    ) -> FloatArray:
         """The load at places u of all panels, (4, panels, places).
 
         With ``shifts`` (4, motions, panels) it is the load of shifted motions, (4, motions, panels, places).
@@ -185,20 +191,24 @@ class TrainLoad:
 
 
 def _force_table(
-    table: MotionTable, strokes: IntArray, coefficients: FloatArray, checked: FloatArray, effects: FloatArray
+    table: MotionTable,
+    stroke_numbers: IntArray,
+    coefficients: FloatArray,
+    exact_values_and_slopes: FloatArray,
+    motion_error_effects: FloatArray,
 ) -> ForceTable:
     """The table of a force from its coefficients in powers of u, with its errors.
 
     ``checked`` are the exact value and slope (2, …) at ``LOAD_CHECK_NODES``; ``effects`` are their errors caused by
     those of the motion.
     """
-    rows = table_ranges(coefficients, table.half_width, strokes, table.group)
+    rows = derivative_ranges_and_errors(coefficients, table.half_width, stroke_numbers, table.group)
     force = ForceTable(coefficients, table.half_width, np.empty(0), *rows)
     panels = np.arange(len(coefficients))
     tabulated = np.array(derivatives(force, panels[:, None], LOAD_CHECK_NODES)[:2])
-    error = effects + BETWEEN_NODES_FACTOR * np.abs(tabulated - checked).max(axis=2)
-    error += LOAD_ROUNDING * UNIT_ROUNDOFF * np.abs(checked).max(axis=(1, 2))[:, None]
+    error = motion_error_effects + BETWEEN_NODES_FACTOR * np.abs(tabulated - exact_values_and_slopes).max(axis=2)
+    error += LOAD_ROUNDING * UNIT_ROUNDOFF * np.abs(exact_values_and_slopes).max(axis=(1, 2))[:, None]
     force.error[panels, :2] += error.T
     starts = np.flatnonzero(np.diff(table.group, prepend=-1))
     force.error[len(panels) :] = np.maximum.reduceat(force.error[panels], starts)
-    return force._replace(nodes=panel_end_values(force, table.first_panel))
+    return force._replace(nodes=node_displacements_and_derivatives(force, table.first_panel))

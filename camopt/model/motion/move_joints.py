@@ -22,7 +22,7 @@ from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import Stroke
 
 
-def join_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
+def strokes_with_move_laws(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     """The strokes of a turn, each move with the law that joins it to its neighbours.
 
     Raises
@@ -30,32 +30,34 @@ def join_moves(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     InfeasibleMoves
         If no motion meets all conditions on a run of moves, or none was found.
     """
-    return _join_stroke_moves(tuple(strokes))
+    return _cached_strokes_with_move_laws(tuple(strokes))
 
 
 @lru_cache(maxsize=256)  # checking a scene and resolving it both need it
-def _join_stroke_moves(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
+def _cached_strokes_with_move_laws(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     joined = list(strokes)
-    for places in _move_runs(strokes):
+    for places in _consecutive_move_indices(strokes):
         moves = [strokes[i] for i in places]
         run = MoveRun(moves, strokes[places[0] - 1], strokes[(places[-1] + 1) % len(strokes)], strokes[0].low)
         run, states = solve_move_run(run)
         for i, move, (first, last) in zip(places, moves, run.move_spans, strict=True):
-            law = _move_law(states[first : last + 1], run.angles[first:last])
+            law = _move_law_from_states(states[first : last + 1], run.angles_between_cuts[first:last])
             joined[i] = replace(move, law=law)
             if any(other.wanted and other.wanted[0] for other in moves):
-                joined[i] = _place_move(joined[i], moves[0].low, float(states[first, 0]), float(states[last, 0]))
+                joined[i] = _move_with_end_positions(
+                    joined[i], moves[0].low, float(states[first, 0]), float(states[last, 0])
+                )
     return tuple(joined)
 
 
-def _place_move(move: Stroke, start: float, before: float, after: float) -> Stroke:
+def _move_with_end_positions(move: Stroke, run_start: float, start_position: float, end_position: float) -> Stroke:
     """A move with new positions at its ends, ``before`` and ``after``, above the start of its run."""
     assert move.given
-    low, change = start + before * move.size, after - before
+    low, change = run_start + start_position * move.size, end_position - start_position
     return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))
 
 
-def _move_runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
+def _consecutive_move_indices(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
     """The runs of consecutive moves round the turn, as indices of strokes."""
     count = len(strokes)
     starts = [
@@ -72,7 +74,7 @@ def _move_runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
         yield run
 
 
-def _move_law(states: FloatArray, angles: FloatArray) -> Law:
+def _move_law_from_states(states: FloatArray, angles: FloatArray) -> Law:
     """The law of a move over x from 0 to 1, from the states at its cuts; y counts from its start."""
     from_start = states - states[0] * (np.arange(states.shape[1]) == 0)
     if angles.size == 1:

@@ -26,7 +26,7 @@ import numpy as np
 from camopt.core.mistakes import Unmet, join_words
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.irreducible import irreducible_set
-from camopt.model.motion.run_states import LimitRows, States
+from camopt.model.motion.run_states import AllowedMoveStates, LimitRows
 from camopt.model.motion.stroke import Condition, Stroke
 
 NEAR_ANGLE = 1e-6  # of the run: angles nearer than this are the same
@@ -97,20 +97,20 @@ class MoveRun:
         return np.sort(cuts)
 
     @property
-    def angles(self) -> FloatArray:
+    def angles_between_cuts(self) -> FloatArray:
         return np.diff(self.cuts)
 
     @property
     def move_spans(self) -> list[tuple[int, int]]:
         """The indices of the cuts where each move starts and ends."""
-        ends = [self._cut_place(end) for end in np.cumsum([0.0, *(move.angle for move in self.moves)])]
+        ends = [self._nearest_cut_index(end) for end in np.cumsum([0.0, *(move.angle for move in self.moves)])]
         return list(pairwise(ends))
 
-    def _cut_place(self, angle: float) -> int:
+    def _nearest_cut_index(self, angle: float) -> int:
         return int(np.abs(self.cuts - angle).argmin())
 
     @property
-    def state_size(self) -> int:
+    def state_number_count(self) -> int:
         """Count of a state's numbers; with a condition on the jerk at an angle the jerk is one of them."""
         jerks = any(each.order == TO_JERK - 1 and each.start == each.end for each in self.conditions)
         return TO_JERK if jerks else TO_ACCELERATION
@@ -128,7 +128,7 @@ class MoveRun:
         """Whether it is proved that no motion meets the conditions (of some keys, or all)."""
         return self._allowed_states(keys, derivative_mean_weights).are_proved_impossible()
 
-    def _allowed_states(self, keys: Sequence[str] | None, weights: BernsteinWeights) -> States:
+    def _allowed_states(self, keys: Sequence[str] | None, weights: BernsteinWeights) -> AllowedMoveStates:
         """The states that the conditions of some keys (None for all) allow.
 
         Conditions over a range bound weighted sums of Bernstein coefficients, with the ``weights``.
@@ -136,18 +136,18 @@ class MoveRun:
         low, high = self._state_ranges()
         limits: list[LimitRows] = []
         for each in (each for each in self.conditions if keys is None or each.key in keys):
-            if each.start == each.end and each.order < self.state_size:
-                place = self._cut_place(each.start), each.order
+            if each.start == each.end and each.order < self.state_number_count:
+                place = self._nearest_cut_index(each.start), each.order
                 low[place], high[place] = max(low[place], each.low), min(high[place], each.high)
             elif each.end > each.start:
                 limits += self._range_condition_limits(each, low.shape, weights)
         if self.is_closed:
             low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
-        return States(low, high, limits, self.angles, self.is_closed)
+        return AllowedMoveStates(low, high, limits, self.angles_between_cuts, self.is_closed)
 
     def _state_ranges(self) -> tuple[FloatArray, FloatArray]:
         """Ranges of the states' numbers: fixed at both ends of the run and where a position is a number."""
-        low, high = np.full((2, self.cuts.size, self.state_size), [[[-np.inf]], [[np.inf]]])
+        low, high = np.full((2, self.cuts.size, self.state_number_count), [[[-np.inf]], [[np.inf]]])
         changes = [move.given.change if move.given else 0.0 for move in self.moves]
         positions = np.cumsum([0.0, *changes])
         for (_, end), move, position in zip(self.move_spans, self.moves, positions[1:], strict=True):
@@ -156,10 +156,10 @@ class MoveRun:
         low[0, 0] = high[0, 0] = 0.0
         if not self.is_closed:
             unit = self.moves[0].size
-            low[0, 1:] = high[0, 1:] = _stroke_end_state(self.before, 1.0)[1 : self.state_size] / unit
+            low[0, 1:] = high[0, 1:] = _stroke_end_state(self.before, 1.0)[1 : self.state_number_count] / unit
             last = self.cuts.size - 1
-            required = [each.order for each in self.conditions if self._cut_place(each.start) == last]
-            orders = [order for order in range(1, self.state_size) if order not in required]
+            required = [each.order for each in self.conditions if self._nearest_cut_index(each.start) == last]
+            orders = [order for order in range(1, self.state_number_count) if order not in required]
             low[-1, orders] = high[-1, orders] = _stroke_end_state(self.after, 0.0)[orders] / unit
         return low, high
 
@@ -167,18 +167,18 @@ class MoveRun:
         self, condition: Condition, shape: tuple[int, ...], weights: BernsteinWeights
     ) -> list[LimitRows]:
         """The limits that a condition over a range of angles sets on the states at its cuts."""
-        first, last = self._cut_place(condition.start), self._cut_place(condition.end)
+        first, last = self._nearest_cut_index(condition.start), self._nearest_cut_index(condition.end)
         limits = []
-        for place, angle in zip(range(first, last), self.angles[first:last], strict=True):
-            sums = weights(self.state_size, condition.order)
+        for place, angle in zip(range(first, last), self.angles_between_cuts[first:last], strict=True):
+            sums = weights(self.state_number_count, condition.order)
             values = np.zeros((len(sums), *shape))
             per = angle**condition.order  # numbers of all orders then have one scale
             here = (
                 sums
-                @ bernstein_derivative_matrix(self.state_size, condition.order)
-                @ states_to_bernstein_matrix(self.state_size, angle)
+                @ bernstein_derivative_matrix(self.state_number_count, condition.order)
+                @ states_to_bernstein_matrix(self.state_number_count, angle)
             )
-            values[:, place : place + 2] = here.reshape(len(here), 2, self.state_size)
+            values[:, place : place + 2] = here.reshape(len(here), 2, self.state_number_count)
             sides = ((1.0, condition.low), (-1.0, condition.high))
             equal = condition.low == condition.high
             for side, end in sides[: 1 if equal else 2]:

@@ -25,13 +25,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import ByOrder
+from camopt.model.motion.law import LawByOrder
 
 HIGHEST_DEGREE = 12  # the panels of a motion hold polynomials up to this degree without error
 
 
 @dataclass(frozen=True)
-class PolynomialLaw(ByOrder):
+class PolynomialLaw(LawByOrder):
     """The polynomial of least degree with given s, s', s'', … at x = 0 (``start``) and at x = 1 (``end``).
 
     Each end may have any number of conditions, both together at most ``HIGHEST_DEGREE`` + 1; s(1) may be any
@@ -54,8 +54,10 @@ class PolynomialLaw(ByOrder):
     @cached_property
     def _bernstein_terms(self) -> list[FloatArray]:
         """Factors of xᵏ(1 − x)ⁿ⁻ᵏ for k = 0 … n, of s and its first three derivatives."""
-        before = _end_bernstein(self.start, self.degree)
-        after = _end_bernstein([(-1.0) ** k * value for k, value in enumerate(self.end)], self.degree)
+        before = _first_bernstein_coefficients(self.start, self.degree)
+        after = _first_bernstein_coefficients(
+            [(-1.0) ** k * value for k, value in enumerate(self.end)], self.degree
+        )
         values, terms = [*before, *reversed(after)], []
         for degree in range(self.degree, self.degree - 4, -1):
             terms.append(np.array([comb(degree, k) * value for k, value in enumerate(values)], dtype=float))
@@ -80,7 +82,7 @@ poly8 = PolynomialLaw(
 )
 
 
-def _end_bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:
+def _first_bernstein_coefficients(derivatives: Iterable[float], degree: int) -> list[Fraction]:
     """The first Bernstein coefficients, one for each derivative at x = 0: Δᵏb₀ = s⁽ᵏ⁾(0)·(n − k)!/n!."""
     steps = [Fraction(value) / perm(degree, k) for k, value in enumerate(derivatives)]
     return [sum((comb(j, k) * steps[k] for k in range(j + 1)), Fraction(0)) for j in range(len(steps))]

@@ -101,12 +101,12 @@ def _distance_along_normal(point: complex, normal: complex) -> float:
 
 
 def _turn_between(start: complex, end: complex, forward: bool) -> float:
-    """Angle from one direction to another [rad]: in [0, 2π) if ``driven_displacement``, else in (−2π, 0]."""
+    """Angle from one direction to another [rad]: in [0, 2π) if ``forward``, else in (−2π, 0]."""
     angle = phase(end / start)
     return angle % (2 * pi) if forward else -(-angle % (2 * pi))
 
 
-def place_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
+def place_profile_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
     """The elements in their places.
 
     Raises

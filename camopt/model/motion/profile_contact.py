@@ -21,7 +21,7 @@ from math import asin, cos, nan, pi, sin
 from typing import ClassVar, NamedTuple, Protocol
 
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
-from camopt.core.numerics.taylor import Series, direction, series_quotient, series_root, vector_angle
+from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_quotient, series_root, vector_angle
 from camopt.model.motion.profile import ProfileJoint, phase
 
 
@@ -65,12 +65,12 @@ class TranslatingPoint:
         return JointPosition(turned, height, cos(phase(joint.normal) - turned))
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
-        along, across = (each * distance for each in direction(angle))
+        along, across = (each * distance for each in cosine_and_sine_series(angle))
         u, side = across + self.eccentricity, _convexity_sign(radius)
         return along + series_root(-((u - radius) * (u + radius))) * side
 
     def position_on_line(self, distance: float, angle: Series) -> Series:
-        along, across = direction(angle)
+        along, across = cosine_and_sine_series(angle)
         return series_quotient(across * self.eccentricity + distance, along)
 
 
@@ -95,14 +95,17 @@ class OscillatingPoint:
         return JointPosition(turned, psi, cos(phase(joint.normal) - turned - phase(upwards)))
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
-        to_pivot, square, l = *_vector_to_pivot(self.centre_distance, distance, angle), self.arm_length  # noqa: E741
+        (to_pivot, square), l = (  # noqa: E741
+            _angle_and_square_of_pivot_vector(self.centre_distance, distance, angle),
+            self.arm_length,
+        )
         near = square + (l - radius) * (l + radius)
         far = series_root(square * (4.0 * l * l) - near * near)
         return to_pivot * self.sense + vector_angle(near, far) * _convexity_sign(radius)
 
     def position_on_line(self, distance: float, angle: Series) -> Series:
         l = self.arm_length  # noqa: E741
-        along = direction(angle).cosine * self.centre_distance - distance
+        along = cosine_and_sine_series(angle).cosine * self.centre_distance - distance
         return vector_angle(along, series_root(-((along - l) * (along + l)))) - angle * self.sense
 
 
@@ -117,7 +120,7 @@ class TranslatingFace:
         return JointPosition(phase(joint.normal), (joint.point * joint.normal.conjugate()).real, 1.0)
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
-        return direction(angle).cosine * distance + radius
+        return cosine_and_sine_series(angle).cosine * distance + radius
 
     def position_on_line(self, distance: float, angle: Series) -> Series:
         raise NotImplementedError("a flat face rests on a line at one cam angle only")
@@ -144,7 +147,7 @@ class OscillatingFace:
         return JointPosition(turned, psi, (from_pivot * face.conjugate()).real)
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
-        to_pivot, square = _vector_to_pivot(self.centre_distance, distance, angle)
+        to_pivot, square = _angle_and_square_of_pivot_vector(self.centre_distance, distance, angle)
         far = radius - self.face_offset
         return to_pivot * self.sense + vector_angle(series_root(square - far * far), square * 0.0 + far)
 
@@ -152,9 +155,11 @@ class OscillatingFace:
         raise NotImplementedError("a flat face rests on a line at one cam angle only")
 
 
-def _vector_to_pivot(centre_distance: float, distance: float, angle: Series) -> tuple[Series, Series]:
+def _angle_and_square_of_pivot_vector(
+    centre_distance: float, distance: float, angle: Series
+) -> tuple[Series, Series]:
     """Angle and squared length of the vector from the centre of an arc to the pivot."""
-    along, across = (each * distance for each in direction(angle))
+    along, across = (each * distance for each in cosine_and_sine_series(angle))
     x = -along + centre_distance
     return vector_angle(x, across), x * x + across * across
 

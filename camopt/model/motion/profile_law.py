@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, Taylor
-from camopt.model.motion.law import BySeries
+from camopt.model.motion.law import LawBySeries
 from camopt.model.motion.load import ExternalLoad
 from camopt.model.motion.profile import ProfileFault, ProfileJoint, ProfilePiece, least_distance_from_axis, phase
 from camopt.model.motion.profile_contact import JointPosition, ProfileContact
@@ -26,7 +26,7 @@ LEAST_DROP = 1e-12  # of the largest position: a level this near to the lowest i
 
 
 @dataclass(frozen=True)
-class ProfileLaw(BySeries):
+class ProfileLaw(LawBySeries):
     """The motion of a follower on one element, from its start [mm or rad], over x from 0 to 1."""
 
     contact: ProfileContact

@@ -14,13 +14,13 @@ from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.numerics.piecewise import (
     MotionTable,
-    load_series,
-    panel_end_values,
-    panel_groups,
+    derivative_ranges_and_errors,
+    group_number_of_each_panel,
+    load_polynomials_by_panel,
+    node_displacements_and_derivatives,
     places_of_sign_change,
     powers_to_bernstein_matrix,
-    table_ranges,
-    train_inertia_series,
+    train_inertia_polynomials_by_panel,
 )
 from camopt.core.numerics.quadrature import gauss_rule
 from camopt.core.numerics.stable_functions import matrix_product
@@ -30,8 +30,8 @@ from camopt.model.motion.installed_laws import InstalledLaw
 from camopt.model.motion.law import Law
 from camopt.model.motion.law_panels import breaks_with_cuts, law_panel_polynomials, turning_points
 from camopt.model.motion.load import ExternalLoad, TrainLoad
-from camopt.model.motion.move_joints import join_moves
-from camopt.model.motion.segments import MotionSegment, build_strokes
+from camopt.model.motion.move_joints import strokes_with_move_laws
+from camopt.model.motion.segments import MotionSegment, start_position_and_strokes
 from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import (
     ALL_STROKES,
@@ -92,7 +92,7 @@ class Programme:
         return self.tool_programme or self
 
     @property
-    def given_programme(self) -> "Programme":
+    def programme_given_by_scene(self) -> "Programme":
         """The motion that the scene gives, of the tool or of the follower; without the load of a train."""
         if self.tool_programme is None:
             return self
@@ -108,14 +108,16 @@ class Programme:
         load: ExternalLoad | TrainLoad | None = None,
     ) -> "Programme":
         """The motion of the scene's segments; those of no length are left out. Lifts in deg if ``angular``."""
-        start, strokes = build_strokes([MotionSegment(*each) for each in segments], angular=angular, laws=laws)
-        return cls(join_moves(strokes), load, start).on_base_circle()
+        start, strokes = start_position_and_strokes(
+            [MotionSegment(*each) for each in segments], angular=angular, laws=laws
+        )
+        return cls(strokes_with_move_laws(strokes), load, start).on_base_circle()
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
         laws = {RISE: rise, RETURN: fall}
         strokes = [replace(s, law=laws.get(s.kind) or s.law) for s in self.strokes]
-        return replace(self, strokes=join_moves(strokes)).on_base_circle()
+        return replace(self, strokes=strokes_with_move_laws(strokes)).on_base_circle()
 
     @cached_property
     def reversed_programme(self) -> "Programme":
@@ -125,7 +127,7 @@ class Programme:
 
     def on_base_circle(self) -> "Programme":
         """The same turn with displacements from its lowest position."""
-        least, most = self.levels
+        least, most = self.lowest_and_highest_displacement
         if abs(least) <= LEAST_JUMP * (most - least):
             return self
         start = self.start - least / self.unit
@@ -155,10 +157,10 @@ class Programme:
     @property
     def lift(self) -> float:
         """Highest displacement of the turn [mm or rad]."""
-        return self.levels[1]
+        return self.lowest_and_highest_displacement[1]
 
     @cached_property
-    def levels(self) -> tuple[float, float]:
+    def lowest_and_highest_displacement(self) -> tuple[float, float]:
         """Lowest and highest displacement of the turn [mm or rad], at ends of strokes or turning points."""
         levels = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
         for stroke in self.strokes:
@@ -265,7 +267,7 @@ class Programme:
         inside = (self.kinds_at(sides) & kinds) != 0
         return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
 
-    def stroke_cuts(self, stroke: Stroke) -> tuple[float, ...]:
+    def cuts_as_stroke_shares(self, stroke: Stroke) -> tuple[float, ...]:
         """Turning points of the motion and corners of the load, as shares of a stroke; corners outside it too."""
         corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
         return corners if stroke.law is None else (*turning_points(stroke.law, TURN_PANELS), *corners)
@@ -277,12 +279,12 @@ def _build_table(programme: Programme) -> MotionTable:
     numbers: list[IntArray] = []
     for stroke in programme.strokes:
         if stroke.law is None:
-            ends = np.array(breaks_with_cuts((0.0, 1.0), programme.stroke_cuts(stroke)))
+            ends = np.array(breaks_with_cuts((0.0, 1.0), programme.cuts_as_stroke_shares(stroke)))
             counts: tuple[int, ...] = (1,) * (len(ends) - 1)
             coefficients = np.zeros((len(counts), TABLE_DEGREE + 1))
         else:
             coefficients, ends, counts = law_panel_polynomials(
-                stroke.law, TURN_PANELS, programme.stroke_cuts(stroke)
+                stroke.law, TURN_PANELS, programme.cuts_as_stroke_shares(stroke)
             )
         row = coefficients * stroke.size
         # the direction of motion of each piece of a stroke, from its coefficients (panels, powers)
@@ -301,8 +303,8 @@ def _build_table(programme: Programme) -> MotionTable:
             kinds.append(kind | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
     first_panel, number = np.array(pieces), np.concatenate(numbers)
-    group = panel_groups(first_panel)
-    low, high, most, error = table_ranges(coefficients, half_width, number, group)
+    group = group_number_of_each_panel(first_panel)
+    low, high, most, error = derivative_ranges_and_errors(coefficients, half_width, number, group)
     table = MotionTable(
         coefficients,
         centre,
@@ -317,7 +319,7 @@ def _build_table(programme: Programme) -> MotionTable:
         error,
         None,
     )
-    table = table._replace(nodes=panel_end_values(table, first_panel))
+    table = table._replace(nodes=node_displacements_and_derivatives(table, first_panel))
     return table if programme.load is None else table._replace(load=programme.load.panel_table(table, number))
 
 
@@ -399,7 +401,9 @@ def _derivative_polynomials_and_bounds(
     series = np.zeros((orders + 2, *y.shape))
     for order in range(orders):
         series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
-    for place, force in enumerate((load_series(table), train_inertia_series(table)), start=orders):
+    for place, force in enumerate(
+        (load_polynomials_by_panel(table), train_inertia_polynomials_by_panel(table)), start=orders
+    ):
         series[place, : len(force)] = force[:, panels]
     slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
     by_powers, slopes = np.moveaxis(series, 1, 0), np.moveaxis(slope, 1, 0)

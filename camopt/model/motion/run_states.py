@@ -10,7 +10,11 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
-from camopt.core.numerics.quadratic import constrained_least_squares, least_violation, solve_equations
+from camopt.core.numerics.quadratic import (
+    constrained_least_squares,
+    least_relative_violation,
+    shortest_solution_and_null_space,
+)
 
 SINGLE_NUMBER = 1e-12  # of the run's largest number: ranges no wider than this are single numbers
 CERTAIN_MISS = 1e-5  # of the numbers of a limit: if every state misses one by more, none exists
@@ -25,7 +29,7 @@ class LimitRows(NamedTuple):
 
 
 @dataclass(frozen=True)
-class States:
+class AllowedMoveStates:
     """States at cuts (joints, orders) within ranges and limits; in a ``closed`` run the last joint is the first."""
 
     low: FloatArray
@@ -43,28 +47,28 @@ class States:
         """The states of the least integral that meet all limits, or None."""
         if self.is_empty:
             return None
-        size = 1.0 / np.linalg.norm(self.integral_factor[:, self.free_number_index], axis=0)
+        size = 1.0 / np.linalg.norm(self.integral_square_root_matrix[:, self.free_number_index], axis=0)
         (same, values), (rows, least) = (self._free_number_limits(equal) for equal in (True, False))
-        solutions = solve_equations(same * size, values, self.largest_number)
+        solutions = shortest_solution_and_null_space(same * size, values, self.largest_scaled_range_end)
         if solutions is None:
             return None
-        (start, basis), factor = solutions, self.integral_factor[:, self.free_number_index] * size
-        offset, rows = self.integral_factor @ self.fixed_numbers + factor @ start, rows * size
+        (start, basis), factor = solutions, self.integral_square_root_matrix[:, self.free_number_index] * size
+        offset, rows = self.integral_square_root_matrix @ self.fixed_numbers + factor @ start, rows * size
         best = constrained_least_squares(
-            factor @ basis, offset, rows @ basis, least - rows @ start, self.largest_number
+            factor @ basis, offset, rows @ basis, least - rows @ start, self.largest_scaled_range_end
         )
-        return None if best is None else self._full_states(size * (start + basis @ best))
+        return None if best is None else self._states_from_free_numbers(size * (start + basis @ best))
 
     def are_proved_impossible(self) -> bool:
         """Whether all states miss a limit by more than the error of a solver."""
         if self.is_empty:
             return True
-        size = 1.0 / np.linalg.norm(self.integral_factor[:, self.free_number_index], axis=0)
+        size = 1.0 / np.linalg.norm(self.integral_square_root_matrix[:, self.free_number_index], axis=0)
         (same, values), (rows, least) = (self._free_number_limits(equal) for equal in (True, False))
-        return least_violation(rows * size, least, same * size, values) > CERTAIN_MISS
+        return least_relative_violation(rows * size, least, same * size, values) > CERTAIN_MISS
 
     @property
-    def _order_scale(self) -> FloatArray:
+    def _scale_factors_by_order(self) -> FloatArray:
         """Factors that bring numbers of all orders to one scale."""
         joints, count = self.low.shape
         return np.tile(self.angles.mean() ** np.arange(count), joints)
@@ -79,7 +83,7 @@ class States:
         return place
 
     @cached_property
-    def integral_factor(self) -> FloatArray:
+    def integral_square_root_matrix(self) -> FloatArray:
         """Matrix from the numbers to a vector whose square is the integral."""
         count = self.low.shape[1]
         factor = np.zeros((self.angles.size * count, self.number_index_by_joint_and_order.size))
@@ -89,32 +93,32 @@ class States:
             np.add.at(
                 rows.T,
                 self.number_index_by_joint_and_order[i : i + 2].ravel(),
-                (_unit_integral_factor(count) * powers).T,
+                (_unit_integral_square_root_matrix(count) * powers).T,
             )
             rows *= share ** (0.5 - count)
         return factor
 
     @cached_property
-    def number_ranges(self) -> tuple[FloatArray, FloatArray]:
-        return self.low.ravel() * self._order_scale, self.high.ravel() * self._order_scale
+    def scaled_number_ranges(self) -> tuple[FloatArray, FloatArray]:
+        return self.low.ravel() * self._scale_factors_by_order, self.high.ravel() * self._scale_factors_by_order
 
     @property
-    def largest_number(self) -> float:
-        return float(np.abs(np.nan_to_num(self.number_ranges, posinf=0.0, neginf=0.0)).max())
+    def largest_scaled_range_end(self) -> float:
+        return float(np.abs(np.nan_to_num(self.scaled_number_ranges, posinf=0.0, neginf=0.0)).max())
 
     @cached_property
-    def is_fixed(self) -> BoolArray:
-        low, high = self.number_ranges
-        return np.asarray(high - low <= SINGLE_NUMBER * self.largest_number)
+    def is_number_fixed(self) -> BoolArray:
+        low, high = self.scaled_number_ranges
+        return np.asarray(high - low <= SINGLE_NUMBER * self.largest_scaled_range_end)
 
     @property
     def fixed_numbers(self) -> FloatArray:
         """The fixed numbers; 0 for others."""
-        return np.where(self.is_fixed, self.number_ranges[0], 0.0)
+        return np.where(self.is_number_fixed, self.scaled_number_ranges[0], 0.0)
 
     @cached_property
     def free_number_index(self) -> IntArray:
-        return np.unique(self.number_index_by_joint_and_order.ravel()[~self.is_fixed])
+        return np.unique(self.number_index_by_joint_and_order.ravel()[~self.is_number_fixed])
 
     def _free_number_limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
         """Linear limits on the free numbers, as rows and their least (or equal) values; ranges are among them."""
@@ -125,28 +129,30 @@ class States:
         rows = np.concatenate(
             [np.empty((0, self.number_index_by_joint_and_order.size)), *(limit.rows for limit in limits)]
         )
-        rows = rows / self._order_scale @ spread
+        rows = rows / self._scale_factors_by_order @ spread
         least = np.concatenate([np.empty(0), *(limit.least for limit in limits)]) - rows @ self.fixed_numbers
         rows = rows[:, self.free_number_index]
-        low, high = (end[self.free_number_index] for end in self.number_ranges)
+        low, high = (end[self.free_number_index] for end in self.scaled_number_ranges)
         for side, end in () if equal else ((1.0, low), (-1.0, -high)):
             bounded = np.isfinite(end)
             rows = np.concatenate([rows, side * np.eye(self.free_number_index.size)[bounded]])
             least = np.concatenate([least, end[bounded]])
         return rows, least
 
-    def _full_states(self, numbers: FloatArray) -> FloatArray:
+    def _states_from_free_numbers(self, numbers: FloatArray) -> FloatArray:
         """The states, from the free numbers."""
-        low, high = self.number_ranges
+        low, high = self.scaled_number_ranges
         states = self.fixed_numbers
         states[self.free_number_index] = np.clip(numbers, low[self.free_number_index], high[self.free_number_index])
         return np.asarray(
-            (states[self.number_index_by_joint_and_order.ravel()] / self._order_scale).reshape(self.low.shape)
+            (states[self.number_index_by_joint_and_order.ravel()] / self._scale_factors_by_order).reshape(
+                self.low.shape
+            )
         )
 
 
 @cache
-def _unit_integral_factor(count: int) -> FloatArray:
+def _unit_integral_square_root_matrix(count: int) -> FloatArray:
     """Matrix from p, p', … at 0 and at 1 to a vector with the square ∫₀¹ (p⁽ᵏ⁾)² dx.
 
     k is ``count``, and the polynomial p has the degree 2k − 1.

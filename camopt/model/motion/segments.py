@@ -74,7 +74,7 @@ def segment_positions(segments: Sequence[MotionSegment]) -> list[float]:
     return positions
 
 
-def build_strokes(
+def start_position_and_strokes(
     segments: Sequence[MotionSegment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
     """Position at the start of the turn, and its strokes; moves get their laws later (``move_joints``)."""

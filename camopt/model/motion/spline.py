@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
-from camopt.model.motion.law import ByOrder
+from camopt.model.motion.law import LawByOrder
 
 QUINTIC = 5  # the least odd degree with a continuous jerk whose spline can rest (v = a = 0) at both ends
 
 
 @dataclass(frozen=True)
-class SplineLaw(ByOrder):
+class SplineLaw(LawByOrder):
     """A clamped B-spline with s(0) = 0 and s(1) = 1; ``sampled`` if it was fitted to the points of a table.
 
     At an inner knot with the multiplicity of the degree the velocity jumps; with one less, the acceleration.

@@ -48,7 +48,7 @@ class Condition(NamedTuple):
     low: float  # mm (rad, or deg) per radᵏ; infinite without a bound
     high: float
 
-    def widen_range(self, share: float) -> "Condition":
+    def with_widened_range(self, share: float) -> "Condition":
         """The condition with its range of values widened by a share; a single value stays."""
         by = share * (self.high - self.low)
         return self._replace(low=self.low - by, high=self.high + by) if isfinite(by) else self

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, Taylor
-from camopt.model.motion.law import BySeries, Law, law_derivatives
+from camopt.model.motion.law import Law, LawBySeries, law_derivatives
 from camopt.model.motion.law_panels import turning_points
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
@@ -23,7 +23,7 @@ from camopt.model.trains.train import StageFault, Train
 
 
 @dataclass(frozen=True)
-class DrivenLaw(BySeries):
+class DrivenLaw(LawBySeries):
     """The motion of a follower in a stroke of the tool, from the start of the stroke, in units of ``size``.
 
     For a tool that a known follower drives, follower and tool change places. Positions in mm or rad.
@@ -86,7 +86,7 @@ def follower_programme(
     StageFault
         If the tool goes beyond a dead point.
     """
-    low, high = (lowest_tool_position + level for level in tool.levels)
+    low, high = (lowest_tool_position + level for level in tool.lowest_and_highest_displacement)
     for side, end, at in zip((-1.0, 1.0), train.tool_travel_ends, (low, high), strict=True):
         if not side * at < side * end.at:
             raise StageFault(end.stage, f"the tool goes beyond a dead point: {end.why} there")
@@ -119,9 +119,9 @@ def programme_with_tool(
     return replace(follower, load=load, tool_programme=replace(tool, tool_programme=None), given_at_follower=True)
 
 
-def tool_travel(turn: Programme) -> tuple[float, float]:
+def tool_travel_range(turn: Programme) -> tuple[float, float]:
     """Lowest and highest position of the tool, from the start position of the train [mm or rad]."""
-    low, high = (_lowest_tool_position(turn) + level for level in turn.tool.levels)
+    low, high = (_lowest_tool_position(turn) + level for level in turn.tool.lowest_and_highest_displacement)
     return low, high
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.taylor import Series, direction, series_root, vector_angle
+from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_root, vector_angle
 from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, constant_one_series, require_positive
 from camopt.model.trains.sketch import LinkSketch, Port, Support, bar_member, sliding_member
 
@@ -48,7 +48,7 @@ class Arm:
         return DeadPoint(-pi / 2 - self.start, ARM_IN_LINE), DeadPoint(pi / 2 - self.start, ARM_IN_LINE)
 
     def driven_displacement(self, driver: Series) -> Series:
-        cosine, sine = direction(driver)
+        cosine, sine = cosine_and_sine_series(driver)
         return (sine * self.cosine + (cosine - 1.0) * self.sine) * self.length
 
     def driver_displacement(self, driven: Series) -> Series:
@@ -57,7 +57,7 @@ class Arm:
         return vector_angle(cosine * self.cosine + sine * self.sine, sine * self.cosine - cosine * self.sine)
 
     def velocity_ratio(self, driver: Series) -> Series:
-        cosine, sine = direction(driver)
+        cosine, sine = cosine_and_sine_series(driver)
         return (cosine * self.cosine - sine * self.sine) * self.length
 
     def sketch(

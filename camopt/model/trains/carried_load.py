@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from camopt.core.numerics.taylor import Series, series_slope
+from camopt.core.numerics.taylor import Series, series_derivative
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,12 @@ def sum_follower_load(
     over the turn, by joint.
     """
     static = joints[0].displacement * 0.0
-    inertia = series_slope(series_slope(static))
+    inertia = series_derivative(series_derivative(static))
     for part in carried:
         displacement, ratio = joints[part.joint]
         force = displacement * part.stiffness + (velocity_signs[part.joint] * part.friction + part.force)
         static = static + force * ratio
-        inertia = inertia + series_slope(series_slope(displacement)) * ratio * part.mass
+        inertia = inertia + series_derivative(series_derivative(displacement)) * ratio * part.mass
     for joint, load in loads.items():
         static = static + load * joints[joint].ratio
     return FollowerLoad(static, inertia)

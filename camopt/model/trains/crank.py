@@ -23,7 +23,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import difference_of_squares_root
-from camopt.core.numerics.taylor import Series, direction, series_quotient, series_root, vector_angle
+from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_quotient, series_root, vector_angle
 from camopt.model.trains.link import (
     FLAT_TOLERANCE,
     RADIAN,
@@ -75,12 +75,12 @@ class Crank:
         return nearest_dead_points(each._replace(at=each.at - self.start) for each in places)
 
     def driven_displacement(self, driver: Series) -> Series:
-        cosine, sine = direction(driver + self.start)
+        cosine, sine = cosine_and_sine_series(driver + self.start)
         across = sine * self.crank - self.offset
         return cosine * self.crank + series_root(-((across - self.coupler) * (across + self.coupler))) - self.place
 
     def velocity_ratio(self, driver: Series) -> Series:
-        cosine, sine = direction(driver + self.start)
+        cosine, sine = cosine_and_sine_series(driver + self.start)
         along, across = self._coupler_along_and_across(sine)
         return (sine + series_quotient(across * cosine, along)) * -self.crank
 
@@ -100,11 +100,11 @@ class Crank:
         return np.asarray(np.arctan2(across, along))
 
     def _coupler_force_share(self, driver: Series) -> Series:
-        along, _ = self._coupler_along_and_across(direction(driver + self.start).sine)
+        along, _ = self._coupler_along_and_across(cosine_and_sine_series(driver + self.start).sine)
         return series_quotient(constant_one_series(driver) * self.coupler, along)
 
     def _guide_force_share(self, driver: Series) -> Series:
-        along, across = self._coupler_along_and_across(direction(driver + self.start).sine)
+        along, across = self._coupler_along_and_across(cosine_and_sine_series(driver + self.start).sine)
         return series_quotient(across, along)
 
     @property

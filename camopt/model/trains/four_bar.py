@@ -22,7 +22,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import triangle_angle
-from camopt.core.numerics.taylor import Series, direction, series_quotient, vector_angle
+from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_quotient, vector_angle
 from camopt.model.trains.crank import CRANK_IN_LINE
 from camopt.model.trains.link import (
     FLAT_TOLERANCE,
@@ -101,8 +101,8 @@ class FourBar:
     def _coupler_moments(self, driver: Series) -> tuple[Series, Series]:
         """Moments of a force b along the coupler about both pivots: b·a·sin(δ − φ) and b·c·sin(δ − ψ)."""
         (c1, s1), (c2, s2) = (
-            direction(driver + self.start),
-            direction(self.driven_displacement(driver) + self.rocker_start),
+            cosine_and_sine_series(driver + self.start),
+            cosine_and_sine_series(self.driven_displacement(driver) + self.rocker_start),
         )
         a, c = self.crank.length, self.rocker.length
         along, across = c2 * c - c1 * a + self.ground, s2 * c - s1 * a
@@ -164,7 +164,7 @@ def _direction_and_squared_distance(angle: Series, radius: Any, offset: Any) -> 
     The direction is the angle of the larger summand plus what the smaller one adds, less than a right angle: so it
     never jumps by a turn. For d < 0 it is measured from the direction of d.
     """
-    cosine, sine = direction(angle)
+    cosine, sine = cosine_and_sine_series(angle)
     square = cosine * (radius * offset * 2.0) + (radius * radius + offset * offset)
     towards = choose_formula_by_sign(
         radius - abs(offset),

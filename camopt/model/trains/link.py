@@ -48,7 +48,7 @@ class Coupler(NamedTuple):
     places: tuple[Any, ...]
     """Positions of the driver where the cosine of the angle is stationary."""
 
-    def least_angle(self, low: Any, high: Any) -> Any:
+    def least_transmission_angle(self, low: Any, high: Any) -> Any:
         """Least transmission angle over a travel of the driver [rad]."""
         between = (np.minimum(np.maximum(place, low), high) for place in self.places)
         return reduce(np.minimum, map(self.angle, (low, high, *between)))

@@ -56,7 +56,7 @@ class LinkSketch(NamedTuple):
         """The same sketch, driven at its other end."""
         return self._replace(input_port=self.output_port, output_port=self.input_port)
 
-    def attach_to(self, port: Port) -> "LinkSketch":
+    def attached_to_port(self, port: Port) -> "LinkSketch":
         """The sketch moved so that its input port lies on the port of another link."""
         mirrored = port.sense != self.input_port.sense
         way = port.way / (np.conj(self.input_port.way) if mirrored else self.input_port.way)

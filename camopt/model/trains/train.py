@@ -114,7 +114,7 @@ class Train:
             )
             low, high = np.minimum(one, other), np.maximum(one, other)
             if (coupler := link.couplers_by_driving_side[0]) is not None:
-                angles.append(coupler.least_angle(low, high))
+                angles.append(coupler.least_transmission_angle(low, high))
         return reduce(np.minimum, angles)
 
     def sketch(self, follower: FloatArray, port: Port, size: float) -> LinkSketch:
@@ -122,7 +122,7 @@ class Train:
         driver, first, sketches = follower, port, list[LinkSketch]()
         for link in self.links:
             driven = np.asarray(link.driven_displacement(Taylor([driver])).terms[0])
-            sketches.append(link.sketch(driver, driven, size).attach_to(port))
+            sketches.append(link.sketch(driver, driven, size).attached_to_port(port))
             driver, port = driven, sketches[-1].output_port
         members = [member for sketch in sketches for member in sketch.members]
         return LinkSketch(members, [support for sketch in sketches for support in sketch.supports], first, port)

@@ -21,8 +21,8 @@ class QuantityBound(NamedTuple):
     scale: Scale
     quantity: float
 
-    def allowed_extreme(self, number_kind: NumberKind) -> Any:
-        return self.scale.extreme_for_quantity(self.quantity, number_kind)
+    def curve_extreme_at_bound(self, number_kind: NumberKind) -> Any:
+        return self.scale.weighted_extreme_for_quantity(self.quantity, number_kind)
 
 
 class ConstantBound(NamedTuple):
@@ -30,7 +30,7 @@ class ConstantBound(NamedTuple):
 
     number: float
 
-    def allowed_extreme(self, number_kind: NumberKind) -> Any:
+    def curve_extreme_at_bound(self, number_kind: NumberKind) -> Any:
         return number_kind.of(self.number)
 
 
@@ -59,12 +59,12 @@ class Constraint(NamedTuple):
     """The value that a relative excess is relative to if the bound is 0."""
 
     @property
-    def sides(self) -> tuple[float, ...]:
+    def side_signs(self) -> tuple[float, ...]:
         return CONSTRAINT_SIDES[self.goal]
 
-    def upper_bound(self, number_kind: NumberKind = DOUBLES) -> Any:
+    def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Any:
         """The upper bound of each side."""
-        value = self.bound.allowed_extreme(number_kind)
+        value = self.bound.curve_extreme_at_bound(number_kind)
         return -value if self.goal == LEAST else value
 
     @property
@@ -74,18 +74,22 @@ class Constraint(NamedTuple):
         Of these, the strictest implies the others.
         """
         of_body = isinstance(self.factor, BodyRadiusPlus)
-        weighted = (BodyRadiusPlus, self.upper_bound()) if of_body else (self.factor, None)
+        weighted = (BodyRadiusPlus, self.upper_bound_of_each_side()) if of_body else (self.factor, None)
         return self.curve, self.kinds, self.goal, *weighted
 
     @property
     def strictness(self) -> float:
         """A number that is larger for the stricter of two constraints with the same key."""
-        return self.factor.radius if isinstance(self.factor, BodyRadiusPlus) else -float(self.upper_bound())
+        return (
+            self.factor.radius
+            if isinstance(self.factor, BodyRadiusPlus)
+            else -float(self.upper_bound_of_each_side())
+        )
 
 
 def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
     """The constraints on the curves behind a quantity, from a bound on the quantity."""
-    at, weight = QuantityBound(peak.scale, bound), peak.scale.curve_weight(bound)
+    at, weight = QuantityBound(peak.scale, bound), peak.scale.curve_weight_by_design(bound)
     return tuple(
         Constraint(make, kinds, peak.goal, at, weight, peak.unit or unit_weight) for make, kinds in peak.curves
     )
@@ -95,7 +99,7 @@ def merge_stroke_kinds(constraints: Iterable[Constraint]) -> list[Constraint]:
     """Merge constraints that differ only in their kinds of stroke."""
     merged: dict[Any, Constraint] = {}
     for constraint in constraints:
-        key = (*constraint._replace(kinds=0, bound=ConstantBound(0.0)), constraint.upper_bound())
+        key = (*constraint._replace(kinds=0, bound=ConstantBound(0.0)), constraint.upper_bound_of_each_side())
         merged[key] = (
             constraint._replace(kinds=constraint.kinds | merged[key].kinds) if key in merged else constraint
         )
@@ -124,16 +128,16 @@ class TurnMeanConstraint(NamedTuple):
         return ALL_STROKES
 
     @property
-    def sides(self) -> tuple[float, ...]:
+    def side_signs(self) -> tuple[float, ...]:
         return (self.side,)
 
-    def upper_bound(self, number_kind: NumberKind = DOUBLES) -> Any:
+    def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Any:
         """The largest allowed mean of the curve to the power, times the factor."""
         return self.mean.power_mean_for_quantity(self.quantity, number_kind)
 
     def factor(self, designs: Designs) -> Any:
         """The factor of the mean, at least 0, which may depend on the design."""
-        factor = self.mean.scale.curve_weight(self.quantity)(designs)
+        factor = self.mean.scale.curve_weight_by_design(self.quantity)(designs)
         return factor * factor if self.mean.power == 2 else factor
 
 

@@ -11,7 +11,13 @@ import numpy as np
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.core.quantities import AT_LEAST, AT_MOST, QUANTITIES, Quantity
 from camopt.core.quantities.own_quantity import OwnQuantity
-from camopt.model.effects import EvaluationBlock, Setup, find_quantity, require_effect, with_read_quantities
+from camopt.model.effects import (
+    EvaluationBlock,
+    Setup,
+    find_quantity,
+    quantities_with_those_they_read,
+    require_effect,
+)
 from camopt.model.effects.contacts import all_follower_contacts, smaller_disc_size
 from camopt.model.effects.effect import no_columns
 from camopt.model.effects.mean import Mean
@@ -86,7 +92,9 @@ class Limit(ABC):
         """The quantities that decide the limit from pitch curves alone; None if pitch curves do not decide it."""
         return None
 
-    def feasible_bodies(self, block: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
+    def sure_and_possible_body_radii(
+        self, block: EvaluationBlock, body_radii: RadiusRange
+    ) -> FeasibleBodies | None:
         """The radii of roller or face among ``bodies`` with which designs of a case meet the limit.
 
         None if pitch curves do not decide the limit.
@@ -137,7 +145,7 @@ class Limit(ABC):
         return False
 
     @property
-    def decider(self) -> Decider | None:
+    def single_design_decider(self) -> Decider | None:
         """Decides whether one design breaks the limit (None if undecided); for limits not on curves."""
         return None
 
@@ -177,7 +185,7 @@ class Limit(ABC):
         return False
 
     @cached_property
-    def is_of_motion(self) -> bool:
+    def is_decided_by_motion_alone(self) -> bool:
         """Whether motion and speed alone decide the limit, not the design."""
         effects = [require_effect(name, self.setup) for name in self.required_quantities]
         return bool(effects) and not self.setup.free and all(effect.is_of_motion(self.setup) for effect in effects)
@@ -187,7 +195,7 @@ class Limit(ABC):
         """Whether the limit is on motion errors by tolerances, which cover all cams within the tolerances."""
         return any(
             find_quantity(name, self.setup).effect == MOTION_ERRORS.name
-            for name in with_read_quantities(self.shown_quantities, self.setup)
+            for name in quantities_with_those_they_read(self.shown_quantities, self.setup)
         )
 
     @property
@@ -223,7 +231,7 @@ class QuantityLimit(Limit):
     further_peaks: tuple[Peak, ...] = ()
     """The same extreme at further contacts of the follower."""
 
-    def with_peaks(self, change: Callable[[Peak], Peak]) -> "QuantityLimit":
+    def with_changed_peaks(self, change: Callable[[Peak], Peak]) -> "QuantityLimit":
         """The limit with changed extremes."""
         assert isinstance(self.peak_or_mean, Peak)
         return replace(
@@ -251,7 +259,7 @@ class QuantityLimit(Limit):
     def relation(self) -> str:
         if self._is_two_sided:
             return "±"
-        return ">" if self._bound_itself_breaks_limit else QUANTITIES[self.quantities[0]].relation
+        return ">" if self._bound_itself_breaks_limit else QUANTITIES[self.quantities[0]].relation_to_limit
 
     @property
     def _bound_itself_breaks_limit(self) -> bool:
@@ -259,8 +267,8 @@ class QuantityLimit(Limit):
         return self.bound == 0.0 and isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.open_at_zero
 
     @property
-    def _bound_side(self) -> float:
-        return QUANTITIES[self.quantities[0]].side
+    def _bound_sign(self) -> float:
+        return QUANTITIES[self.quantities[0]].limit_sign
 
     @cached_property
     def constraints(self) -> tuple[Constraint, ...]:
@@ -280,7 +288,7 @@ class QuantityLimit(Limit):
     @cached_property
     def mean_constraint(self) -> TurnMeanConstraint | None:
         return (
-            constraint_on_mean(self.peak_or_mean, self.bound, self._bound_side)
+            constraint_on_mean(self.peak_or_mean, self.bound, self._bound_sign)
             if isinstance(self.peak_or_mean, Mean)
             else None
         )
@@ -310,7 +318,7 @@ class QuantityLimit(Limit):
             values = [columns[name] for name in self.quantities]
             value = values[0] if len(values) == 1 else reduce(np.maximum, map(np.abs, values))
             with np.errstate(over="ignore"):  # for a bound near 0
-                excess = self._bound_side * (value - self.bound) / self._excess_unit(designs) + np.zeros(
+                excess = self._bound_sign * (value - self.bound) / self._excess_unit(designs) + np.zeros(
                     len(designs)
                 )
         return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._bound_itself_breaks_limit else excess
@@ -324,8 +332,8 @@ class QuantityLimit(Limit):
     def _extreme_excess(self, peak: Peak, columns: QuantityColumns, designs: Designs) -> FloatArray:
         """The excess from the weighted extreme of the curve, relative to its allowed value."""
         extreme, weight = (
-            self._extreme_over_allowed(peak, columns, designs),
-            peak.scale.curve_weight(self.bound)(designs),
+            self._extreme_as_share_of_allowed(peak, columns, designs),
+            peak.scale.curve_weight_by_design(self.bound)(designs),
         )
         finite = np.isfinite(extreme)
         return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
@@ -347,7 +355,7 @@ class QuantityLimit(Limit):
     def _extreme_weight(self) -> Callable[[Designs], Any] | None:
         """The weight of the extreme that is compared with the bound; None without an extreme."""
         peak = self.peak_or_mean
-        return peak.scale.curve_weight(self.bound) if isinstance(peak, Peak) and peak.extremes else None
+        return peak.scale.curve_weight_by_design(self.bound) if isinstance(peak, Peak) and peak.extremes else None
 
     @property
     def _value_change_per_radius(self) -> float:
@@ -362,24 +370,32 @@ class QuantityLimit(Limit):
         """The inverse of the extreme allowed for designs."""
         assert isinstance(self.peak_or_mean, Peak)
         scale = self.peak_or_mean.scale
-        return scale.curve_weight(self.bound)(designs) / scale.extreme_for_quantity(self.bound, DOUBLES)
+        return scale.curve_weight_by_design(self.bound)(designs) / scale.weighted_extreme_for_quantity(
+            self.bound, DOUBLES
+        )
 
-    def feasible_bodies(self, block: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
+    def sure_and_possible_body_radii(
+        self, block: EvaluationBlock, body_radii: RadiusRange
+    ) -> FeasibleBodies | None:
         peak, weight = self.peak_or_mean, self._extreme_weight
         if isinstance(peak, Peak) and self._value_change_per_radius and not block.programme.radii:
             return self._feasible_radii_for_least_value(block, peak)
         if self._feasible_radius_rule and not block.programme.radii:
-            return FeasibleBodies(*self._feasible_radius_rule(block, self._inverse_of_allowed_extreme, bodies))
+            return FeasibleBodies(*self._feasible_radius_rule(block, self._inverse_of_allowed_extreme, body_radii))
         if not isinstance(peak, Peak) or not isinstance(weight, RadiusWeight):
             return None
         if block.columns.keys() >= set(peak.extremes):
             sides = [
-                {name: block.shift_within_enclosure(name, side) for name in peak.extremes} for side in (1.0, -1.0)
+                {name: block.column_shifted_in_enclosure(name, side) for name in peak.extremes}
+                for side in (1.0, -1.0)
             ]
-            far, near = (self._extreme_over_allowed(peak, columns, block.designs) for columns in sides)
+            far, near = (self._extreme_as_share_of_allowed(peak, columns, block.designs) for columns in sides)
         else:
-            far, near = self._bounds_of_extreme_over_allowed(block, peak, weight.largest_weight(bodies))
-        return FeasibleBodies(weight.allowed_radii(far, CLEAR_SHARE), weight.allowed_radii(near, -CLEAR_SHARE))
+            far, near = self._bounds_of_extreme_share_of_allowed(block, peak, weight.largest_weight(body_radii))
+        return FeasibleBodies(
+            weight.radii_with_weighted_extreme_below_1(far, CLEAR_SHARE),
+            weight.radii_with_weighted_extreme_below_1(near, -CLEAR_SHARE),
+        )
 
     def _feasible_radii_for_least_value(self, block: EvaluationBlock, peak: Peak) -> FeasibleBodies:
         """The radii that are large or small enough for a least value, from the value at radius 0."""
@@ -391,30 +407,30 @@ class QuantityLimit(Limit):
             return FeasibleBodies(RadiusRange(most=-far), RadiusRange(most=-near))
         return FeasibleBodies(RadiusRange(least=far), RadiusRange(least=near))
 
-    def _bounds_of_extreme_over_allowed(
+    def _bounds_of_extreme_share_of_allowed(
         self, block: EvaluationBlock, peak: Peak, weight: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Ends of ``_extreme_over_allowed``, less exact where the limit holds with the largest weight."""
-        allowed = peak.scale.extreme_for_quantity(self.bound, DOUBLES)
+        """Ends of ``_extreme_as_share_of_allowed``, less exact where the limit holds with the largest weight."""
+        allowed = peak.scale.weighted_extreme_for_quantity(self.bound, DOUBLES)
         floor = (1.0 - EXTREME_FLOOR) / (weight * abs(allowed)) if weight > 0.0 else -np.inf
         extremes = peak_extremes(block, peak, floor=floor)
         far, near = (allowed * extremes.value + side * abs(allowed) * extremes.width for side in (1.0, -1.0))
         return far, near
 
-    def _extreme_over_allowed(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
+    def _extreme_as_share_of_allowed(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
         """The extreme as a share of its allowed value, without the weight."""
         most, least = (np.asarray(columns[name] + np.zeros(len(designs))) for name in peak.extremes)
         if peak.goal == LARGEST_MAGNITUDE:
             most = np.maximum(most, -least)
         extreme = most if peak.goal in (LARGEST, LARGEST_MAGNITUDE) else least
-        return np.asarray(extreme * peak.scale.extreme_for_quantity(self.bound, DOUBLES))
+        return np.asarray(extreme * peak.scale.weighted_extreme_for_quantity(self.bound, DOUBLES))
 
     def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         if isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.extremes:
-            return self._extreme_over_allowed(
+            return self._extreme_as_share_of_allowed(
                 self.peak_or_mean, columns, designs
             )  # weights are linear in the bound
-        return np.asarray(-self._bound_side / self._excess_unit(designs) + np.zeros(len(designs)))
+        return np.asarray(-self._bound_sign / self._excess_unit(designs) + np.zeros(len(designs)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -433,10 +449,11 @@ class OwnQuantityLimit(Limit):
     def lacks_enclosure(self) -> bool:
         """Whether the quantity reads a Python function, or a quantity without a bound such as a cam angle."""
         quantities = [
-            find_quantity(name, self.setup) for name in with_read_quantities(self.required_quantities, self.setup)
+            find_quantity(name, self.setup)
+            for name in quantities_with_those_they_read(self.required_quantities, self.setup)
         ]
         functions = [isinstance(each, OwnQuantity) and each.function_call for each in quantities]
-        return any(functions) or not all(each.relation or each.effect == "sizes" for each in quantities)
+        return any(functions) or not all(each.relation_to_limit or each.effect == "sizes" for each in quantities)
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         value = columns[self.name]
@@ -474,7 +491,9 @@ class SelfCrossingLimit(Limit):
     def pitch_curve_quantities(self) -> tuple[str, ...]:
         return ("pressure_angle_max_deg",)
 
-    def feasible_bodies(self, block: EvaluationBlock, bodies: RadiusRange) -> FeasibleBodies | None:
+    def sure_and_possible_body_radii(
+        self, block: EvaluationBlock, body_radii: RadiusRange
+    ) -> FeasibleBodies | None:
         wider = block.setup.pitch_to_flank_distance(block.designs) - block.designs.roller_radius
         return FeasibleBodies(
             sure_bodies=RadiusRange(most=proved_uncrossed_roller_radius(block) * (1.0 - CLEAR_SHARE) - wider)
@@ -484,7 +503,7 @@ class SelfCrossingLimit(Limit):
         return np.asarray(columns[SELF_CROSSING] - 0.5 + np.zeros(len(designs)))
 
     @property
-    def decider(self) -> Decider:
+    def single_design_decider(self) -> Decider:
         return _profile_crosses_itself
 
 

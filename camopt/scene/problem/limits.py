@@ -7,9 +7,18 @@ from math import inf, pi
 from typing import Any
 
 from camopt.core.numerics import LEAST
-from camopt.core.quantities import BOUNDED_QUANTITIES, DERIVATIVE_UNITS, motion_quantity
+from camopt.core.quantities import BOUNDED_QUANTITIES, DERIVATIVE_UNITS, motion_peak_name
 from camopt.core.quantities.limit_keys import ERROR_KEYS, LIMIT_KEYS, LOAD_KEYS, PART_KEYS
-from camopt.model.effects import Setup, available_quantities, force, hertz, outline, require_effect, rib, wall
+from camopt.model.effects import (
+    Setup,
+    available_quantities,
+    bore_wall_thickness,
+    force,
+    hertz,
+    outline,
+    require_effect,
+    rib,
+)
 from camopt.model.effects.contacts import contact_peaks
 from camopt.model.effects.curvature import CONVEX_RADIUS, CUTTER_RADIUS
 from camopt.model.effects.mean import Mean
@@ -40,13 +49,13 @@ SINGLE_QUANTITY_KEYS = LOAD_LIMITS | PART_LIMITS | ERROR_LIMITS | {name: name fo
 """The keys that bound one quantity from one side."""
 
 
-def limited_quantity(key: str, setup: Setup) -> str:
+def limited_quantity_name(key: str, setup: Setup) -> str:
     """The quantity that a key of ``[limits]`` bounds: the quantity of a short key, else the key itself.
 
     For a tool that turns, short keys of the motion mean angular quantities.
     """
     short = LIMIT_KEYS.get(key)
-    return short.quantity_of(turns=setup.tool_turns) if short and short.quantity else key
+    return short.bounded_quantity_name(turns=setup.tool_turns) if short and short.quantity else key
 
 
 def peaks_of_quantity(quantity: str, setup: Setup) -> tuple[Peak, ...]:
@@ -96,7 +105,7 @@ def _jump_speed_constraints(quantity: str, bound: float, setup: Setup) -> Iterat
         )
 
 
-def _inherent_limits(setup: Setup) -> list[Limit]:
+def _limits_of_every_cam(setup: Setup) -> list[Limit]:
     """The limits of every cam: no undercut, no self-crossing, room for shaft, hub, pivot and rib, inside the disc.
 
     A profile without undercut can cross itself only with a roller or a spherical face.
@@ -122,7 +131,7 @@ def _inherent_limits(setup: Setup) -> list[Limit]:
 def _base_circle_limits(setup: Setup) -> Iterator[BaseCircleLimit]:
     """The limits on the base circle: it holds the shaft, the hub, and the bore with its thinnest wall."""
     bore = "keyway" if setup.solid.keyway_width else "bore"
-    around = wall.cam_radius_for_wall(setup, 0.0) * (1.0 + THINNEST_WALL)
+    around = bore_wall_thickness.cam_radius_for_wall(setup, 0.0) * (1.0 + THINNEST_WALL)
     shaft = setup.shaft_radius or 0.0
     for name, radius, key in (
         ("shaft_diameter", shaft, "cam.shaft_diameter"),
@@ -138,7 +147,7 @@ def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float 
     rises, dwells, returns = (f"pressure_angle_max_{kind}_deg" for kind in ("rise", "dwell", "return"))
     if on_rise is not None and peak_at_first_contact(rises, setup):
         limit = quantity_limit("pressure_angle", on_rise, setup, rises, dwells)
-        yield limit.with_peaks(lambda peak: peak.over_kinds(RISE | DWELL))
+        yield limit.with_changed_peaks(lambda peak: peak.over_stroke_kinds(RISE | DWELL))
     if on_return is not None:
         yield quantity_limit("pressure_angle_return", on_return, setup, returns)
 
@@ -147,33 +156,39 @@ def _face_reach_limits(bound: float, setup: Setup) -> Iterator[Limit]:
     """The limit on the reach along a flat face, to either side."""
     ends = ("face_reach_max_mm", "face_reach_min_mm")
     if peak_at_first_contact(ends[0], setup) is not None:
-        yield quantity_limit("face_reach", bound, setup, *ends).with_peaks(Peak.as_magnitude)
+        yield quantity_limit("face_reach", bound, setup, *ends).with_changed_peaks(Peak.as_magnitude)
 
 
-def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
+def limits_of_scene(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     """The limits of a scene and those of every cam; limits that are checked last come last."""
     given, mechanism = scene.limits, setup.mechanism
     named = given.bounds_by_key
 
-    def limits_on(quantities: Mapping[str, str]) -> list[Limit]:
+    def limits_on_given_keys(quantities: Mapping[str, str]) -> list[Limit]:
         return [quantity_limit(key, named[key], setup, name) for key, name in quantities.items() if key in named]
 
-    limits: list[Limit] = limits_on(
-        {each: motion_quantity(each, "", angular=setup.tool_turns, timed=True) for each in DERIVATIVE_UNITS}
+    limits: list[Limit] = limits_on_given_keys(
+        {each: motion_peak_name(each, "", angular=setup.tool_turns, timed=True) for each in DERIVATIVE_UNITS}
     )
     on_return = given.pressure_angle if given.pressure_angle_return is None else given.pressure_angle_return
     for limit in pressure_angle_limits(setup, given.pressure_angle, on_return):
         limits.append(limit if limit.name in named else replace(limit, bound_key="limits.pressure_angle"))
     limits += [] if given.face_reach is None else _face_reach_limits(given.face_reach, setup)
-    limits += limits_on({"outer_radius": outline.OUTER_RADIUS} if mechanism.outline is not None else {})
-    limits += limits_on({"curvature_radius": CONVEX_RADIUS})
-    limits += limits_on(
-        {"cutter_radius": CUTTER_RADIUS} if not (mechanism.flat_faced or mechanism.cut_as_by_roller) else {}
+    limits += limits_on_given_keys({"outer_radius": outline.OUTER_RADIUS} if mechanism.outline is not None else {})
+    limits += limits_on_given_keys({"curvature_radius": CONVEX_RADIUS})
+    limits += limits_on_given_keys(
+        {"cutter_radius": CUTTER_RADIUS}
+        if not (mechanism.flat_faced or mechanism.is_cut_by_roller_sized_cutter)
+        else {}
     )
-    limits += limits_on({key: limited_quantity(key, setup) for key in (*PART_LIMITS, *ERROR_LIMITS)})
-    limits += limits_on({name: name for name in named if name in BOUNDED_QUANTITIES and name not in LOAD_LIMITS})
-    limits += _inherent_limits(setup)
-    limits += limits_on({key: limited_quantity(key, setup) for key in LOAD_LIMITS})
+    limits += limits_on_given_keys(
+        {key: limited_quantity_name(key, setup) for key in (*PART_LIMITS, *ERROR_LIMITS)}
+    )
+    limits += limits_on_given_keys(
+        {name: name for name in named if name in BOUNDED_QUANTITIES and name not in LOAD_LIMITS}
+    )
+    limits += _limits_of_every_cam(setup)
+    limits += limits_on_given_keys({key: limited_quantity_name(key, setup) for key in LOAD_LIMITS})
     for name in setup.own_quantities:
         if name in named or name in scene.search.objectives:
             limits.append(OwnQuantityLimit(name, named.get(name, inf), setup, set_by_scene=name in named))
@@ -184,7 +199,7 @@ BUILD_LIMITS = {
     "pressure_angle": "pressure_angle_max_deg",
     "curvature_radius": CONVEX_RADIUS,
     "contact_stress": hertz.STRESS,
-    "hub_wall": wall.WALL,
+    "hub_wall": bore_wall_thickness.WALL,
     rib.RIB_THICKNESS: rib.RIB_THICKNESS,
 }
 """Limits that a cam to be built should have, each with its quantity."""

@@ -14,7 +14,13 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import EVERYTHING, GEOMETRY, QUANTITIES
-from camopt.model.effects import Setup, available_quantities, find_quantity, plan_effects, setup_effects
+from camopt.model.effects import (
+    Setup,
+    available_quantities,
+    find_quantity,
+    quantities_to_compute_by_effect,
+    setup_effects,
+)
 from camopt.model.effects.peak import unit_weight
 from camopt.model.mechanisms import SECOND_FIELDS, SIZE_FIELDS, Designs
 from camopt.model.motion import LAWS
@@ -26,24 +32,24 @@ from camopt.scene.load import split_constant_and_changing_load
 from camopt.scene.own_laws import make_own_law
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit, quantities_of_limits
-from camopt.scene.problem.limits import limits_of
+from camopt.scene.problem.limits import limits_of_scene
 from camopt.scene.problem.rows import Objectives
 from camopt.scene.problem.search_space import SearchSpace, search_space_of
-from camopt.scene.problem.setup import load_and_unit, setup_of
+from camopt.scene.problem.setup import external_load_and_its_unit, setup_of
 from camopt.scene.problem.tolerance_zones import (
     NumberErrors,
-    add_errors,
     collect_nominal_numbers,
     initial_robust_errors,
     robust_zones,
+    with_added_errors,
 )
-from camopt.scene.problem.train_motion import motion_through_train, train_fault
+from camopt.scene.problem.train_motion import follower_motion_through_train, train_fault
 from camopt.scene.problem.unavailable_quantities import (
     unavailable_limits,
     unavailable_outputs,
     yoke_motion_mistakes,
 )
-from camopt.scene.problem.variables import Variable, is_train_key, variables_of
+from camopt.scene.problem.variables import Variable, is_train_key, variables_of_scene
 from camopt.scene.profile import profile_programme
 from camopt.scene.scene import Scene
 from camopt.scene.segments import motion_segments_of_rows
@@ -102,7 +108,8 @@ class Problem:
             * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * (designs + BOX_DESIGNS * boxes))
             + designs
             * sum(
-                setup_effects(self.setup)[name].work for name in plan_effects(self.required_quantities, self.setup)
+                setup_effects(self.setup)[name].work
+                for name in quantities_to_compute_by_effect(self.required_quantities, self.setup)
             )
         )
 
@@ -114,7 +121,7 @@ class Problem:
         """
         yield self, designs
         for problem, errors in self.error_variants:
-            yield problem, add_errors(designs, errors)
+            yield problem, with_added_errors(designs, errors)
 
     @cached_property
     def error_variants(self) -> "tuple[tuple[Problem, NumberErrors], ...]":
@@ -238,7 +245,7 @@ class Problem:
     @property
     def given_motion(self) -> Programme:
         """The motion that the scene gives, of the tool or of the follower."""
-        return self.programme.given_programme
+        return self.programme.programme_given_by_scene
 
     @property
     def given_motion_is_angle(self) -> bool:
@@ -287,12 +294,12 @@ class Problem:
         return float(np.squeeze(self.setup.pitch_to_flank_distance(self.design)))
 
     @property
-    def size_name(self) -> str:
+    def size_quantity_name(self) -> str:
         """The name of the quantity for the cam's size."""
         return self.setup.mechanism.body.size_quantity
 
     @cached_property
-    def size_names(self) -> frozenset[str]:
+    def size_quantity_names(self) -> frozenset[str]:
         """The names of the quantities for all sizes of a design."""
         return frozenset(
             n for n in available_quantities(self.setup) if find_quantity(n, self.setup).effect == "sizes"
@@ -316,7 +323,7 @@ class Problem:
     @cached_property
     def pitch_curve_limits(self) -> tuple[Limit, ...]:
         """The limits that depend on pitch curves alone, not on the radius of roller or face."""
-        curves = self.setup.mechanism.pitch_curves
+        curves = self.setup.mechanism.curves_shared_by_pitch_curve
         return tuple(
             limit
             for limit in self.limits
@@ -378,9 +385,9 @@ class SceneValues:
 
     def follower_motion(self, given: Programme, setup: Setup, segments: Sequence[MotionSegment]) -> Programme:
         """The motion of the follower that gives the follower or the tool a motion, under the scene's load."""
-        _, load = split_constant_and_changing_load(*load_and_unit(self._scene))
+        _, load = split_constant_and_changing_load(*external_load_and_its_unit(self._scene))
         total_load = follower_load_with_train(self._scene.train, setup.train, load)
-        return motion_through_train(given, segments, self._scene, setup.train, total_load)
+        return follower_motion_through_train(given, segments, self._scene, setup.train, total_load)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
         """Trains with other numbers; ``angular`` says whether the follower turns."""
@@ -388,7 +395,7 @@ class SceneValues:
 
     def limits(self, setup: Setup) -> tuple[Limit, ...]:
         """The limits of the scene on designs of a setup."""
-        return limits_of(self._scene, setup)
+        return limits_of_scene(self._scene, setup)
 
 
 def resolve(scene: Scene) -> Problem:
@@ -418,7 +425,7 @@ def resolve(scene: Scene) -> Problem:
 @cached_by_identity(maxsize=4)  # a command resolves its scene several times
 def _cached_problem(scene: Scene) -> Problem:
     """As ``resolve``, without the check of a robust search."""
-    variables = variables_of(scene)
+    variables = variables_of_scene(scene)
     given = scene.numbers(each.key for each in variables)
     missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]
     missing = [v for v in missing if v.key not in SECOND_FIELDS]
@@ -432,7 +439,7 @@ def _cached_problem(scene: Scene) -> Problem:
     if mistakes := [*unavailable_outputs(scene, setup), *unavailable_limits(scene, setup)]:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: make_own_law(name, law) for name, law in scene.laws.items()}}
-    values, (_, load) = SceneValues(scene), split_constant_and_changing_load(*load_and_unit(scene))
+    values, (_, load) = SceneValues(scene), split_constant_and_changing_load(*external_load_and_its_unit(scene))
     turn = motion_segments_of_rows(scene.motion, scene.cam.rpm)
     if scene.profile:
         motion = profile_programme(scene, load)
@@ -449,7 +456,7 @@ def _cached_problem(scene: Scene) -> Problem:
         segments=tuple(turn),
         profile=tuple(inf if each.radius is None else each.radius for each in scene.profile),
         design=design,
-        limits=limits_of(scene, setup),
+        limits=limits_of_scene(scene, setup),
         objectives=scene.search.objectives,
         outputs=scene.outputs,
         search_space=search_space_of(scene.search, variables, turn),
@@ -502,6 +509,6 @@ def strictest_constraints(constraints: Iterable[Constraint]) -> list[Constraint]
     return list(strictest.values())
 
 
-def at_rounding_error(problem: Problem) -> Problem:
+def with_rounding_relative_error(problem: Problem) -> Problem:
     """The problem with a relative error near rounding, for single designs whose digits people compare."""
     return problem.with_relative_error(min(problem.setup.relative_error, SINGLE_DESIGN_ERROR))

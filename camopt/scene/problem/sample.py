@@ -42,7 +42,7 @@ class DesignSample(DesignSpace):
     def designs_per_problem(self) -> int:
         return int(self.setting_ends[-1])
 
-    def problem_ranges(self) -> Iterator[DesignRange]:
+    def design_ranges_by_problem(self) -> Iterator[DesignRange]:
         ends = self.setting_ends.tolist()
         for problem, (first, last) in zip(self.problems, cycle(pairwise([0, *ends])), strict=False):
             yield problem, first, last

@@ -9,12 +9,12 @@ from camopt.model.effects import (
     available_quantities,
     find_quantity,
     missing_keys_by_quantity,
-    plan_effects,
+    quantities_to_compute_by_effect,
     require_effect,
 )
 from camopt.model.effects.contacts import CONTACT_NAMES, CONTACT_QUANTITIES
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.settings import programmes_of_law_choices
+from camopt.scene.problem.settings import law_pair_by_programme
 from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED_KEYS
 from camopt.scene.unusual_values import unusual_value_notes
@@ -41,10 +41,13 @@ def unused_value_notes(scene: Scene) -> list[str]:
     """Sentences on values that no requested quantity uses, with the effects that would use them."""
     problem = resolve(scene)
     setup = problem.setup
-    running, offers = plan_effects(problem.evaluated_quantities, setup), frozenset(available_quantities(setup))
+    running, offers = (
+        quantities_to_compute_by_effect(problem.evaluated_quantities, setup),
+        frozenset(available_quantities(setup)),
+    )
     massless = missing_keys_by_quantity(setup.with_numbers(dict.fromkeys(MASS_KEYS)))
 
-    def reads(effect: str, key: str, names: frozenset[str]) -> bool:
+    def does_effect_read_key(effect: str, key: str, names: frozenset[str]) -> bool:
         """Whether some of the quantities of an effect read a key; only loads read pressing forces."""
         here = {name for name in names if name in QUANTITIES and _effect_of_quantity(name) == effect}
         return bool(here & massless.keys() if key in PRESSING_NUMBERS or effect == "surface" else here)
@@ -53,9 +56,12 @@ def unused_value_notes(scene: Scene) -> list[str]:
     idle = [
         key
         for key in _keys_with_values(scene)
-        if not any(reads(effect, key, evaluated) for effect in READING_EFFECTS[key])
+        if not any(does_effect_read_key(effect, key, evaluated) for effect in READING_EFFECTS[key])
     ]
-    able = {key: [effect for effect in READING_EFFECTS[key] if reads(effect, key, offers)] for key in idle}
+    able = {
+        key: [effect for effect in READING_EFFECTS[key] if does_effect_read_key(effect, key, offers)]
+        for key in idle
+    }
     effects = [name for name in EFFECTS if any(name in users for users in able.values())]
     sentences = []
     if ready := [key for key in idle if able[key]]:
@@ -101,7 +107,7 @@ def constant_objective_notes(scene: Scene) -> list[str]:
     """
     problem = resolve(scene)
     fixed = {each.quantity for each in problem.variables if not each.is_searched}
-    moving = len(programmes_of_law_choices(problem)) > 1 or problem.search_space.numbers
+    moving = len(law_pair_by_programme(problem)) > 1 or problem.search_space.numbers
     same = [
         name
         for name in problem.objectives

@@ -15,7 +15,7 @@ from camopt.model.effects import missing_keys_by_quantity
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.search_space import LawPair
-from camopt.scene.problem.tolerance_zones import train_entries
+from camopt.scene.problem.tolerance_zones import entries_of_train_numbers
 
 MOST_SETTINGS = 10_000  # each setting has a problem for every motion
 
@@ -24,7 +24,7 @@ NumberSetting = Mapping[str, float]
 
 
 @cached_by_identity(maxsize=4)  # read many times for a scene
-def programmes_of_law_choices(problem: Problem) -> Mapping[Programme, LawPair]:
+def law_pair_by_programme(problem: Problem) -> Mapping[Programme, LawPair]:
     """The motion for every choice of laws in ``[search]``, with the laws on its rises and returns."""
     return {problem.follower_motion_with_laws(*pair): pair for pair in problem.search_space.laws}
 
@@ -42,7 +42,7 @@ def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({}
         each.with_programme(programme)
         if each.programme is problem.programme
         else each.with_given_motion(each.given_motion_with_laws(*pair))
-        for programme, pair in programmes_of_law_choices(problem).items()
+        for programme, pair in law_pair_by_programme(problem).items()
         for each in problems
     )
 
@@ -75,7 +75,7 @@ def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:
     return {each.key: each.range_ends for each in problem.search_space.numbers if each.varies_by_design}
 
 
-def with_toleranced_numbers(problem: Problem) -> Problem:
+def with_toleranced_numbers_per_design(problem: Problem) -> Problem:
     """The problem whose design carries the numbers with tolerances.
 
     It raises as ``problem_with_numbers_per_design``.
@@ -84,7 +84,7 @@ def with_toleranced_numbers(problem: Problem) -> Problem:
 
 
 def _with_numbers_per_design(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
-    carried = problem.zones.keys() - problem.design.sizes.keys() - train_entries(problem.zones).keys()
+    carried = problem.zones.keys() - problem.design.sizes.keys() - entries_of_train_numbers(problem.zones).keys()
     zones = {key: each for key, each in problem.zones.items() if key in carried}
     fixed = {key: problem.nominal_numbers[key] for key in zones if key not in searched}
     ends = {**searched, **{key: (value, value) for key, value in fixed.items()}}

@@ -13,10 +13,10 @@ from camopt.model.trains.train import Train
 from camopt.scene.load import split_constant_and_changing_load
 from camopt.scene.materials import MATERIALS
 from camopt.scene.own_quantities import own_quantities
-from camopt.scene.problem.variables import is_train_key, variables_of
+from camopt.scene.problem.variables import is_train_key, variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.scene.sizes import FOLLOWER_SIZES
-from camopt.scene.tolerances import moves_tool, tolerance_zone
+from camopt.scene.tolerances import does_error_move_tool, tolerance_zone
 from camopt.scene.train import build_train, build_trains
 
 
@@ -30,10 +30,12 @@ def setup_of(scene: Scene) -> Setup:
         given=SceneNumbers(_setup_numbers(scene), angular, scene.tool_turns),
         solid=_solid_of_part(scene),
         train=build_train(scene.train, angular=angular),
-        errors=_errors_from_tolerances(scene),
+        errors=_error_bands_from_tolerances(scene),
         own_quantities=own_quantities(scene.quantities),
         varied={
-            each.key: each.quantity for each in variables_of(scene) if each.is_scene_number and each.is_searched
+            each.key: each.quantity
+            for each in variables_of_scene(scene)
+            if each.is_scene_number and each.is_searched
         },
     )
 
@@ -42,7 +44,7 @@ def _setup_numbers(scene: Scene) -> dict[str, float | None]:
     """The numbers of a scene by key, with those of named materials."""
     of_train = filter(is_train_key, (*scene.search.numbers, *scene.tolerances.numbers))
     numbers, given = scene.numbers((*NUMBER_COLUMNS, *of_train)), scene.materials
-    load, _ = split_constant_and_changing_load(load_and_unit(scene)[0], 1.0)
+    load, _ = split_constant_and_changing_load(external_load_and_its_unit(scene)[0], 1.0)
     numbers["follower.dynamics.load"] = load
     for body in ("cam", "follower"):
         listed = MATERIALS.get(getattr(given, body))
@@ -52,7 +54,7 @@ def _setup_numbers(scene: Scene) -> dict[str, float | None]:
     return numbers
 
 
-def _errors_from_tolerances(scene: Scene) -> ToleranceBands | None:
+def _error_bands_from_tolerances(scene: Scene) -> ToleranceBands | None:
     """The error bands from ``[tolerances]``; None without any."""
     given = scene.tolerances
     zones = {
@@ -65,7 +67,7 @@ def _errors_from_tolerances(scene: Scene) -> ToleranceBands | None:
         for key, each in (("phase", given.phase), ("tilt", given.face_tilt), ("disc_phase", given.disc_phase))
         if each
     }
-    second, links = dict(_second_contact_bands(scene)), dict(_train_link_bands(scene))
+    second, links = dict(_second_contact_error_bands(scene)), dict(_train_number_bands_and_series(scene))
     if not (zones or angles or given.profile or given.bore_eccentricity or second or links):
         return None
     return ToleranceBands(
@@ -80,10 +82,10 @@ def _errors_from_tolerances(scene: Scene) -> ToleranceBands | None:
     )
 
 
-def _second_contact_bands(scene: Scene) -> Iterator[tuple[str, ErrorBand]]:
+def _second_contact_error_bands(scene: Scene) -> Iterator[tuple[str, ErrorBand]]:
     """The bands of sizes of a second contact that move the tool, by key."""
-    for key in scene.mechanism.second_keys:
-        if (given := scene.tolerances.numbers.get(key)) is None or not moves_tool(key):
+    for key in scene.mechanism.second_contact_size_keys:
+        if (given := scene.tolerances.numbers.get(key)) is None or not does_error_move_tool(key):
             continue
         name = key.partition(".")[2]
         size = getattr(scene.drive, name)
@@ -91,17 +93,17 @@ def _second_contact_bands(scene: Scene) -> Iterator[tuple[str, ErrorBand]]:
         yield key, ErrorBand(zone.lower, zone.upper)
 
 
-def _train_link_bands(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Train]]]:
+def _train_number_bands_and_series(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Train]]]:
     """The bands of numbers of the train that move the tool, by key, each with the train as a series in it."""
     angular = scene.mechanism.motion.angular
     for key, given in scene.tolerances.numbers.items():
-        if is_train_key(key) and moves_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
+        if is_train_key(key) and does_error_move_tool(key) and (nominal := scene.numbers((key,))[key]) is not None:
             zone = tolerance_zone(given, key.rpartition(".")[2], nominal)
             made = build_trains(scene.train, {key: Taylor([nominal, 1.0])}, angular=angular)
             yield key, (ErrorBand(zone.lower, zone.upper), made)
 
 
-def load_and_unit(scene: Scene) -> tuple[Any, float]:
+def external_load_and_its_unit(scene: Scene) -> tuple[Any, float]:
     """The external load in the scene's unit, and that unit in N (N·mm)."""
     given = scene.follower.dynamics
     return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0

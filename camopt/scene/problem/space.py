@@ -19,9 +19,9 @@ from camopt.scene.problem.problem import Problem, missing_variable_mistakes
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import (
     NumberSetting,
+    law_pair_by_programme,
     problem_with_numbers_per_design,
     problems_by_motion,
-    programmes_of_law_choices,
     setting_count_mistakes,
 )
 from camopt.scene.problem.variables import Variable, variation_mistakes
@@ -55,16 +55,16 @@ class DesignSpace:
         return prod(values.size for values in self.axes.values())
 
     def __len__(self) -> int:
-        return sum(last - first for _, first, last in self.problem_ranges())
+        return sum(last - first for _, first, last in self.design_ranges_by_problem())
 
-    def problem_ranges(self) -> Iterator[DesignRange]:
+    def design_ranges_by_problem(self) -> Iterator[DesignRange]:
         """The problems in order, each with the number of its first design and the number after its last."""
         for problem in self.problems:
             yield problem, 0, self.designs_per_problem
 
     def blocks(self, size: int) -> Iterator[DesignRange]:
         """The space in order, as (problem, first, last) with at most ``size`` designs each."""
-        for problem, start, stop in self.problem_ranges():
+        for problem, start, stop in self.design_ranges_by_problem():
             for first in range(start, stop, size):
                 yield problem, first, min(first + size, stop)
 
@@ -145,7 +145,7 @@ def grid_space(problem: Problem) -> DesignSpace:
     shared = [each for each in varied if not each.varies_by_design]
     settings = prod(each.grid_count for each in shared)
     mistakes += setting_count_mistakes(problem, settings)
-    if (count := len(programmes_of_law_choices(problem)) * prod(each.grid_count for each in varied)) > MOST_DESIGNS:
+    if (count := len(law_pair_by_programme(problem)) * prod(each.grid_count for each in varied)) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:

@@ -11,7 +11,7 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.variables import Variable, is_train_key
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import ANGLE_TOLERANCES, ToleranceZone, moves_tool, tolerance_zone
+from camopt.scene.tolerances import ANGLE_TOLERANCES, ToleranceZone, does_error_move_tool, tolerance_zone
 
 MOST_CORNER_NUMBERS, MOST_CORNER_LINKS = 8, 4
 """Largest numbers of tolerances, in all and on the train, for which all corners of the zones are checked.
@@ -51,7 +51,7 @@ def number_and_angle_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[s
 
 def zones_that_move_tool(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
     """The zones that move the tool: of sizes of the follower, links of the train, and angles."""
-    return {key: zone for key, zone in number_and_angle_zones(scene, nominal).items() if moves_tool(key)}
+    return {key: zone for key, zone in number_and_angle_zones(scene, nominal).items() if does_error_move_tool(key)}
 
 
 def robust_zones(
@@ -73,14 +73,18 @@ def robust_zones(
     return {fields[key].field: zone for key, zone in zones.items() if zone.has_width}
 
 
-def train_entries(entries_by_key: Mapping[str, EntryT]) -> dict[str, EntryT]:
+def entries_of_train_numbers(entries_by_key: Mapping[str, EntryT]) -> dict[str, EntryT]:
     """The entries for numbers of the train, which designs do not carry."""
     return {key: each for key, each in entries_by_key.items() if is_train_key(key)}
 
 
 def initial_robust_errors(zones: Mapping[str, ToleranceZone]) -> tuple[NumberErrors, ...]:
     """The errors that a robust search checks first: the corners of the zones."""
-    return tuple(corner_errors(zones, MOST_CORNER_NUMBERS if len(train_entries(zones)) <= MOST_CORNER_LINKS else 0))
+    return tuple(
+        corner_errors(
+            zones, MOST_CORNER_NUMBERS if len(entries_of_train_numbers(zones)) <= MOST_CORNER_LINKS else 0
+        )
+    )
 
 
 def corner_errors(
@@ -101,12 +105,12 @@ def corner_errors(
             yield dict(zip(ends, corner, strict=True))
 
 
-def add_errors(designs: Designs, errors: NumberErrors) -> Designs:
+def with_added_errors(designs: Designs, errors: NumberErrors) -> Designs:
     """Designs with errors added to their numbers, of any kind."""
     return designs.with_values({field: designs.values[field] + by for field, by in errors.items()})
 
 
-def designs_with_errors(design: Designs, variants: list[NumberErrors]) -> Designs:
+def design_copies_with_errors(design: Designs, variants: list[NumberErrors]) -> Designs:
     """Copies of a design, each with its own errors."""
     fields = {field for errors in variants for field in errors}
     copies = design.take(np.zeros(len(variants), dtype=int))

@@ -13,7 +13,7 @@ from camopt.scene.checks import faults_across_tables
 from camopt.scene.scene import Scene
 
 
-def motion_through_train(
+def follower_motion_through_train(
     given: Programme,
     segments: Sequence[MotionSegment],
     scene: Scene,

@@ -10,7 +10,7 @@ from camopt.core.quantities.own_quantity import OWN_EFFECT
 from camopt.model.effects import Setup, available_quantities, find_quantity, missing_keys_by_quantity, preload
 from camopt.model.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, largest_half_turn_misfit
 from camopt.model.motion.programme import Programme
-from camopt.scene.problem.limits import SINGLE_QUANTITY_KEYS, limited_quantity
+from camopt.scene.problem.limits import SINGLE_QUANTITY_KEYS, limited_quantity_name
 from camopt.scene.problem.rows import VERDICT_COLUMNS
 from camopt.scene.scene import Scene
 
@@ -22,7 +22,7 @@ def unavailable_limits(scene: Scene, setup: Setup) -> list[Mistake]:
     """Mistakes for limits on quantities that the mechanism does not have, or for which keys are missing."""
     mistakes, offers, lacks = [], available_quantities(setup), missing_keys_by_quantity(setup)
     for key, bound in scene.limits.bounds_by_key.items():
-        name = limited_quantity(key, setup)
+        name = limited_quantity_name(key, setup)
         if key in SINGLE_QUANTITY_KEYS and name not in offers:
             why = f"needs {', '.join(lacks[name])}" if name in lacks else _unavailable_reason(name, setup)
             mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))

@@ -105,9 +105,9 @@ class Variable:
         """The least value that is allowed at all: 0, or −∞ for signed values."""
         return -inf if self.field in SIGNED_SIZES or self.range_ends[0] < 0.0 else 0.0
 
-    def magnitude(self, length: float) -> float:
+    def order_of_magnitude(self, cam_length: float) -> float:
         """Order of magnitude of the variable, for a cam of the order of a length [mm]."""
-        return {"size": length, "angle": self.shared_angle}.get(self.role) or max(map(abs, self.range_ends))
+        return {"size": cam_length, "angle": self.shared_angle}.get(self.role) or max(map(abs, self.range_ends))
 
     @property
     def first_value(self) -> float:
@@ -155,9 +155,9 @@ class Variable:
         return [(value, value) for value in self.listed_values.tolist()]
 
 
-def variables_of(scene: Scene) -> tuple[Variable, ...]:
+def variables_of_scene(scene: Scene) -> tuple[Variable, ...]:
     """The variables of a scene: the sizes of its mechanism, the body's first, and all other numbers."""
-    sizes, numbers, columns = scene.search.sizes, scene.search.numbers, scene.mechanism.size_quantities
+    sizes, numbers, columns = scene.search.sizes, scene.search.numbers, scene.mechanism.size_quantity_by_field
     return (
         *(
             Variable(key, "size", name, field, columns[field], sizes.get(name))

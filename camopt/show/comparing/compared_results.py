@@ -19,7 +19,7 @@ from camopt.core.storage.manifest import Manifest, open_checked_result_file, rea
 from camopt.core.storage.tables import ARROW_TYPES, SCENE_KEY, TableFile, not_a_table_error, table_metadata
 from camopt.core.storage.tables import SCENE_KEY as SCENE_OF_TABLE
 from camopt.scene.design_rows import DERIVED_SIZES
-from camopt.scene.problem.variables import variables_of
+from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.scene import RESULT_WORDS, Scene, scene_named
 from camopt.solve.front.pareto import is_non_dominated
 from camopt.solve.front.result import Sweep
@@ -74,7 +74,7 @@ class DesignTable:
 
     def fixed_value(self, name: str) -> float | None:
         """Value that the scene gives for a number without a column; None if it gives none."""
-        keys = [each.key for each in variables_of(self.scene) if each.quantity == name]
+        keys = [each.key for each in variables_of_scene(self.scene) if each.quantity == name]
         return next(iter(self.scene.numbers(keys).values()), None)
 
     @property

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.solve.front.pareto import cost_scale, hypervolume, is_non_dominated
+from camopt.solve.front.pareto import cost_scale, hypervolume_and_exactness, is_non_dominated
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def _compare_front_with_other(
     """One front compared with the other: costs of both, then normalised costs of both."""
     import moocore  # noqa: PLC0415, not needed to compare two cams
 
-    volume, exact = hypervolume(normalised_costs) if len(normalised_costs) else (0.0, True)
+    volume, exact = hypervolume_and_exactness(normalised_costs) if len(normalised_costs) else (0.0, True)
     other_points = {tuple(row) for row in other_costs.tolist()}
     normalised_costs, other_normalised_costs = (
         _finite_clipped_points(normalised_costs),

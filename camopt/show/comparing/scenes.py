@@ -7,7 +7,7 @@ from camopt.core.quantities import in_column_order
 from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.problem import missing_variable_mistakes, resolve
 from camopt.scene.scene import SCENE_TABLES, Scene
-from camopt.scene.units import in_shown_units, tables_with_units_for_numbers
+from camopt.scene.units import tables_in_shown_units, tables_with_units_for_numbers
 from camopt.show.comparing.designs import ERROR_BOUND
 from camopt.solve.verdicts.evaluation import evaluate
 
@@ -29,7 +29,7 @@ def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
 def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
     """Keys in which two scenes differ, with the values in A and B in shown units, and these units."""
     models, tables = SCENE_TABLES, [scene.model_dump(mode="json") for scene in (a, b)]
-    one, other = (dict(leaf_values_by_key(in_shown_units(each, models))) for each in tables)
+    one, other = (dict(leaf_values_by_key(tables_in_shown_units(each, models))) for each in tables)
     units = [dict(leaf_values_by_key(tables_with_units_for_numbers(each, models))) for each in tables]
     return {
         key: (one.get(key), other.get(key), " / ".join(dict.fromkeys(u[key] for u in units if u.get(key))))

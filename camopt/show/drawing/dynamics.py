@@ -10,12 +10,12 @@ from camopt.core.numerics.oscillator import Wave
 from camopt.core.quantities import QUANTITIES
 from camopt.model.effects import EvaluationBlock, clearance, joints, preload, vibration
 from camopt.model.effects.force import (
-    contact_force_bounds,
     contact_force_curve,
     divide_by_lever,
     force_weights_and_constant,
+    least_and_largest_contact_force,
 )
-from camopt.model.effects.loads import friction_signs_by_stroke_kind, motion_force_curve, torque_curve
+from camopt.model.effects.loads import force_along_motion_curve, friction_signs_by_stroke_kind, torque_curve
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.effects.peak import Variant
 from camopt.model.motion.programme import Programme
@@ -62,7 +62,7 @@ FORCE_TITLE = "Force along the motion"
 
 def _pair_force_panels(picture: Picture) -> list[Panel]:
     """The force at each of two contacts. No quantity is the extreme of such a force."""
-    if not has_quantities(picture, preload.preload_names(picture.problem.setup)[1]):
+    if not has_quantities(picture, preload.preload_quantity_names(picture.problem.setup)[1]):
         return []
     (panel,) = merge_contacts(picture, _one_contact_force_panels)
     panel.peaks += _flank_crossings(picture)
@@ -76,11 +76,11 @@ def _one_contact_force_panels(picture: Picture) -> list[Panel]:
     lever = float(designs.arm_length[0]) if setup.angular else 1.0
     ends = (
         divide_by_lever(end, lever)
-        for end in contact_force_bounds(EvaluationBlock(setup, problem.programme, designs))
+        for end in least_and_largest_contact_force(EvaluationBlock(setup, problem.programme, designs))
     )
     extremes = [setup.mechanism.way * float(getattr(end, "value", end)) for end in ends]
     preload_force = (setup.dynamics.pair_preload or 0.0) / lever
-    values = picture.curve_values(motion_force_curve(setup, designs, problem.programme))
+    values = picture.curve_values(force_along_motion_curve(setup, designs, problem.programme))
     exact = tuple(preload.first_contact_force(force, preload_force) for force in (max(extremes), min(extremes)))
     return [Panel(FORCE_TITLE, "N", values, extreme_peaks(picture, values, exact))]
 
@@ -91,7 +91,7 @@ def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
         return []
     problem = picture.problem
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
-    flights, followers = clearance.design_flights(case)
+    flights, followers = clearance.flights_and_followers_by_setting(case)
     _, speeds = clearance.find_landings_and_speeds(case, flights, followers)
     places = zip(np.degrees(flights.angle).tolist(), speeds.tolist(), strict=True)
     return [MarkedPeak(angle, 0.0, value_with_unit(speed, "m/s")) for angle, speed in places if speed]
@@ -99,7 +99,7 @@ def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
 
 def _negative_force_note(picture: Picture) -> str:
     """A note on the meaning of a contact force below 0."""
-    pulls = picture.problem.setup.mechanism.pulls
+    pulls = picture.problem.setup.mechanism.can_pull_follower
     return "below 0: the other flank carries the load" if pulls else "below 0: contact is lost"
 
 
@@ -131,7 +131,7 @@ def _joint_panels(picture: Picture) -> list[Panel]:
     forces = [force for force in joints.setup_joint_forces(problem.setup) if force.kind == "joint"]
     worst = [float(joints.largest_joint_force(problem.programme, force, speed).value) for force in forces]
     highest = forces[int(np.argmax(worst))]
-    turn = joints.programme_with_joint_force(problem.programme, highest.parts)
+    turn = joints.programme_loaded_by_joint_force(problem.programme, highest.parts)
     values = [joints.joint_force_at(turn, angles, speed) for angles in picture.pieces]
     others = [
         f"{f.name} of stage {f.stage} {value_with_unit(w, 'N')}"
@@ -154,9 +154,9 @@ def _elastic_train_panels(picture: Picture) -> list[Panel]:
     assert setup.omega is not None
     assert dynamics.natural_frequency is not None
     ratio = 2.0 * pi * dynamics.natural_frequency / setup.omega
-    wave = vibration.steady_response(programme, ratio, dynamics.damping_ratio)
+    wave = vibration.steady_vibration_wave(programme, ratio, dynamics.damping_ratio)
     unit, factor = degrees(1.0) if setup.tool_turns else 1.0, motion_unit_factor(setup, 2)
-    driven = _sample_wave(picture, programme, vibration.mass_acceleration(wave, ratio), factor)
+    driven = _sample_wave(picture, programme, vibration.mass_acceleration_wave(wave, ratio), factor)
     mass = Panel(
         "Acceleration of the mass on its elastic train",
         QUANTITIES[acceleration].unit,

@@ -102,7 +102,7 @@ def _draw_swinging_face(parts: FollowerAxes, picture: Picture, size: float) -> l
     """Draw a straight face at its distance from the pivot, as long as the contact needs."""
     design, values = picture.problem.design, picture.quantity_values
     pivot, face = complex(design.centre_distance[0]), float(design.face_offset[0])
-    psi = float(np.arcsin(oscillating_flat.start_angle_sine(design))[0]) + picture.start_displacement
+    psi = float(np.arcsin(oscillating_flat.sine_of_start_face_angle(design))[0]) + picture.start_displacement
     along, normal = -np.exp(-1j * psi), 1j * np.exp(-1j * psi)
     foot, thick = pivot + face * normal, 0.05 * size
     near, far = values["face_reach_min_mm"] - 0.08 * size, values["face_reach_max_mm"] + 0.08 * size

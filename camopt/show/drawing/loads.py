@@ -94,7 +94,7 @@ def _sliding_panels(picture: Picture) -> list[Panel]:
     if others:
         inner = surface.sliding_speed_curve(setup, design, problem.programme, others[0])
         panel.other = [factor * value for value in picture.curve_values(inner)]
-        panel.note = f"thin: on the {setup.mechanism.flanks[0].words}"
+        panel.note = f"thin: on the {setup.mechanism.flanks[0].display_name}"
     return [panel]
 
 
@@ -102,7 +102,7 @@ def _wear_panels(picture: Picture) -> list[Panel]:
     if not has_quantities(picture, surface.WEAR_DEPTH):
         return []
     setup = picture.problem.setup
-    loads = largest_variant_values(picture, surface.wear_or_film_variants(surface.WEAR_DEPTH, setup))
+    loads = largest_variant_values(picture, surface.wear_or_film_curve_variants(surface.WEAR_DEPTH, setup))
     values = [surface.wear_depth_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
     return [load_panel(picture, "Wear of the profile in a million turns", surface.WEAR_DEPTH, values)]
 
@@ -113,7 +113,7 @@ def _film_panels(picture: Picture) -> list[Panel]:
     if not has_quantities(picture, name):
         return []
     setup = picture.problem.setup
-    thinness = largest_variant_values(picture, surface.wear_or_film_variants(surface.FILM_RATIO, setup))
+    thinness = largest_variant_values(picture, surface.wear_or_film_curve_variants(surface.FILM_RATIO, setup))
     factor = surface.film_thickness_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.FILM_RATIO else "Film thickness"

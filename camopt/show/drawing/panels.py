@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import BoolArray, FloatArray
-from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_quantity
+from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_peak_name
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
@@ -206,7 +206,7 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
     timed, factor = setup.omega is not None, motion_unit_factor(setup, order)
     values = [rows[order] * factor for rows in picture.tool_motion]
     names = {
-        kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.tool_turns, timed=timed)
+        kind: motion_peak_name(name, STROKE_NAMES[kind], angular=setup.tool_turns, timed=timed)
         for kind in (RISE, RETURN)
     }
     exact = {kind: picture.quantity_values[key] for kind, key in names.items()}
@@ -221,7 +221,7 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
         panel.note = f"arrows: impulses, where the {list(DERIVATIVE_UNITS)[order - 2]} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
-    panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.tool_turns, timed=timed))
+    panel.limits = limit_lines(picture, motion_peak_name(name, "", angular=setup.tool_turns, timed=timed))
     return panel
 
 
@@ -279,7 +279,7 @@ def _curvature_panel(picture: Picture) -> Panel:
 
 def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     mechanism, radius = picture.problem.setup.mechanism, picture.problem.wall_distance_from_pitch_curve
-    both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
+    both, flanks = mechanism.has_flanks_on_both_sides, mechanism.flanks[: None if radius else 1]
     every = np.concatenate(pitch)
     finite = [k[np.isfinite(k)] for k in (every, _offset_curvature(every, radius, np.inf))]
     usual = [np.percentile(np.abs(k), q) for k, q in zip(finite, (95, 50), strict=True) if k.size]
@@ -290,7 +290,7 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
         panel.reference = pitch
         panel.other = profiles[1] if both else None
         panel.alarm = [(np.abs(k) if both else k) * radius >= 1.0 for k in pitch]
-        thin = f"thin: {flanks[1].words}  ·  " if both else ""
+        thin = f"thin: {flanks[1].display_name}  ·  " if both else ""
         panel.note = f"{thin}dash-dot: pitch curve"
     every = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     every = every[np.isfinite(every) & (np.abs(every) <= cap)]

@@ -10,7 +10,12 @@ from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.quantities import GEOMETRY
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.model.effects import EvaluationBlock, available_quantities, find_quantity, with_read_quantities
+from camopt.model.effects import (
+    EvaluationBlock,
+    available_quantities,
+    find_quantity,
+    quantities_with_those_they_read,
+)
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
@@ -86,7 +91,7 @@ class Picture:
             *GEOMETRY,
             *(
                 find_quantity(name, setup).effect
-                for name in with_read_quantities(self.problem.evaluated_quantities, setup)
+                for name in quantities_with_those_they_read(self.problem.evaluated_quantities, setup)
             ),
         }
         return frozenset(

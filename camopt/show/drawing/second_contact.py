@@ -62,7 +62,7 @@ def second_contact_shapes(picture: Picture, displacement: float) -> SecondContac
 def second_outline(picture: Picture) -> ComplexArray:
     """Profile of the second disc in the frame of the cam; empty without one."""
     problem = picture.problem
-    if not problem.setup.mechanism.second_keys:
+    if not problem.setup.mechanism.second_contact_size_keys:
         return np.zeros(0, dtype=complex)
     each, angles = picture.contacts[1].problem, np.concatenate(picture.pieces)
     with np.errstate(all="ignore"):

@@ -9,7 +9,7 @@ from pyarrow import csv
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, displacement_unit, motion_quantity
+from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, displacement_unit, motion_peak_name
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.core.storage.files import checked_suffix, whole_file
 from camopt.core.storage.tables import write_table
@@ -176,7 +176,7 @@ def _tool_and_follower_derivatives(problem: Problem, angles: FloatArray) -> dict
     for programme, whose, turns in sides:
         rows = programme.motion_at(angles)
         for order, name in enumerate(DERIVATIVE_UNITS, start=1):
-            quantity = motion_quantity(name, whose, angular=turns, timed=setup.omega is not None)
+            quantity = motion_peak_name(name, whose, angular=turns, timed=setup.omega is not None)
             found[load_column_name(quantity)] = rows[order] * motion_unit_factor(
                 setup, order, at_follower=bool(whose)
             )
@@ -276,7 +276,7 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
     if radius is None:
         return
     mechanism, widest = problem.setup.mechanism, np.inf  # a flat face leaves no concave flank
-    if mechanism.cut_as_by_roller:
+    if mechanism.is_cut_by_roller_sized_cutter:
         widest = problem.wall_distance_from_pitch_curve
     elif not mechanism.flat_faced:
         case = EvaluationBlock(problem.setup, problem.programme, problem.design)

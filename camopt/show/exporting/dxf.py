@@ -93,7 +93,7 @@ def _add_polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> No
 
 def _add_spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:
     """Add a cubic B-spline over the cam angle [deg]."""
-    controls, knots = path.bspline
+    controls, knots = path.bspline_controls_and_knots_deg
     points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])
     spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=about)
     spline.dxf.flags = 8  # planar

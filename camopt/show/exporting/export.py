@@ -128,7 +128,7 @@ def _unknown_settings(suffix: str, write: Callable[..., Export], settings: Mappi
 
 def _disc_mistakes(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
     """A mistake if the file cannot have this disc, or, without ``disc``, both discs of a pair."""
-    ending, of_two = FILE_TYPES[suffix], bool(scene.mechanism.second_keys)
+    ending, of_two = FILE_TYPES[suffix], bool(scene.mechanism.second_contact_size_keys)
     if disc is None and of_two and not ending.of_pair:
         why = f"missing: a {suffix} file has one disc of a conjugate pair; give 1 or 2"
         yield Mistake("camopt", WHICH_DISC, None, why, bare=True)

@@ -97,7 +97,9 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     assert settings.feed is not None
     for disc in work.discs:
         check_cutter(disc.problem, settings.cutter_radius)
-    cuts_of = _groove_cuts if mechanism.two_sided else _rib_cuts if mechanism.has_rib else _profile_cuts
+    cuts_of = (
+        _groove_cuts if mechanism.has_flanks_on_both_sides else _rib_cuts if mechanism.has_rib else _profile_cuts
+    )
     planned = cuts_of(work, settings.cutter_radius, settings.roughing)
     rounding = settings.chord, settings.last_digit, settings.largest_radius
     cuts = {
@@ -151,7 +153,7 @@ def _check_milling(work: Workpiece, settings: Milling) -> None:
     if settings.rotary is not None:
         why = "has no meaning for a disc cam: it is cut in a plane"
         mistakes.append(Mistake("camopt", "rotary", settings.rotary, why, bare=True))
-    if work.problem.setup.mechanism.two_sided:
+    if work.problem.setup.mechanism.has_flanks_on_both_sides:
         mistakes += _groove_mistakes(work, settings)
     key = work.problem.setup.mechanism.body.flank_height
     high = getattr(part, key) if key else None

@@ -41,7 +41,7 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     with the cam angle. ``cutter_radius`` [mm] is that of the wheel. For a rib, positions along the axis of the cam.
     """
     problem = work.problem
-    if problem.setup.mechanism.two_sided:
+    if problem.setup.mechanism.has_flanks_on_both_sides:
         raise BadInput(
             [
                 Mistake(

@@ -98,7 +98,7 @@ class Groove:
         curve = self.curve
         if self.below is not None:  # the rollers are outside of the rib
             curve, side = (self.below if side < 0.0 else curve), -side
-            span = curve.spans[int(curve.span_numbers(np.array([span.start + span.end]) / 2)[0])]
+            span = curve.spans[int(curve.span_index_at_each_angle(np.array([span.start + span.end]) / 2)[0])]
         design, lift = curve.design, curve.programme.lift
         angles, radii = angles[:, None], radii[None, :]
         y, y1, *_ = (row[:, None] for row in span.stroke.motion(angles[:, 0]))

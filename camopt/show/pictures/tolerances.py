@@ -27,7 +27,7 @@ from camopt.show.drawing.style import (
     add_grid,
     canvas,
 )
-from camopt.solve.tables.cells import number_text, suffix_of
+from camopt.solve.tables.cells import column_suffix_of_unit, number_text
 from camopt.solve.tolerances.errors import repeat_cam_errors
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.turn_errors import (
@@ -187,7 +187,7 @@ def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
 def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> None:
     """Draw the histogram of one number of the cams."""
     values = to_shown_unit(column.values[np.isfinite(column.values)], column.unit)
-    words = name.removesuffix(suffix_of(column.unit)).replace("_", " ").capitalize()
+    words = name.removesuffix(column_suffix_of_unit(column.unit)).replace("_", " ").capitalize()
     axes.set_title(f"{words}, {unit_in_shown_system(column.unit)}", loc="left")
     low, high = np.quantile(values, [TAIL_SHARE, 1.0 - TAIL_SHARE]) if values.size else (0.0, 0.0)
     if high - low <= EQUAL_VALUES * max(abs(low), abs(high), EQUAL_VALUES):
@@ -196,7 +196,7 @@ def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> N
         axes.set(xticks=[], yticks=[])
     else:
         axes.hist(np.clip(values, low, high), HISTOGRAM_BINS, range=(low, high), color=SERIES[0], zorder=3)
-        least = name in QUANTITIES and QUANTITIES[name].side < 0.0
+        least = name in QUANTITIES and QUANTITIES[name].limit_sign < 0.0
         share, label = (
             (1.0 - THREE_SIGMA_SHARE, "99.73 % are above") if least else (THREE_SIGMA_SHARE, "99.73 % are below")
         )

@@ -10,7 +10,7 @@ from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, 
 from camopt.scene.choices import StepRange
 from camopt.scene.numbers_with_units import numbers_with_units
 from camopt.scene.problem.problem import Problem, resolve
-from camopt.scene.problem.variables import variables_of
+from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES
 from camopt.show.drawing.picture import round_length
@@ -136,7 +136,7 @@ def _tolerance_with_its_other_keys(scene: Scene, key: str, value: Any) -> Any:
 
 def _tolerance_controls(scene: Scene) -> Iterator[Control]:
     """Controls of the symmetric tolerances, from 0 to three times the width, or as far as the scene allows."""
-    units = {f"tolerances.{each.key}": each.unit for each in variables_of(scene)}
+    units = {f"tolerances.{each.key}": each.unit for each in variables_of_scene(scene)}
     units |= {f"tolerances.{key}": "deg" for key in ANGLE_TOLERANCES}
     for key, value in _symmetric_tolerance_widths(scene).items():
         unit, label = units.get(key, "mm"), key.removeprefix("tolerances.").rpartition(".")[2].replace("_", " ")
@@ -174,7 +174,7 @@ def _is_motion_key(key: str) -> bool:
 
 def _size_controls(scene: Scene) -> Iterator[Control]:
     """Controls of the sizes and the speed."""
-    for each in variables_of(scene):
+    for each in variables_of_scene(scene):
         (value,) = scene.numbers([each.key]).values()
         if value is None or (scene.profile and each.key == "cam.base_radius"):  # derived from the profile
             continue

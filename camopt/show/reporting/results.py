@@ -14,7 +14,7 @@ from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.scene.problem.problem import resolve_design
-from camopt.scene.problem.variables import variables_of
+from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cam_data import cam_kind_data, page_number, sampled_motion_pieces, train_frames
@@ -184,7 +184,7 @@ def _motions_and_row_indices(results: Sequence[ResultRows]) -> tuple[list[Any], 
     motions: list[Any] = []
     places: list[int] = []
     for result in results:
-        trains = [variable.quantity for variable in variables_of(result.scene) if variable.role == "train"]
+        trains = [variable.quantity for variable in variables_of_scene(result.scene) if variable.role == "train"]
         keys = [name for name in (*MOTION_COLUMNS, *trains) if name in result.frame]
         groups = result.frame.groupby(keys, sort=False, dropna=False) if keys else None
         of_row = np.zeros(len(result.frame), dtype=int) if groups is None else groups.ngroup().to_numpy()
@@ -215,7 +215,7 @@ def _shape_data(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
 
 def _size_column_by_field(result: ResultRows, frame: "pd.DataFrame") -> dict[str, str]:
     """The column of each size, by field of Designs."""
-    sizes = [variable for variable in variables_of(result.scene) if variable.is_size]
+    sizes = [variable for variable in variables_of_scene(result.scene) if variable.is_size]
     return {size.field: size.quantity for size in sizes if size.quantity in frame}
 
 

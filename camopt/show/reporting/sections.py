@@ -11,7 +11,7 @@ from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.limit import Limit, OwnQuantityLimit
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import SCENE_TABLES, Scene
-from camopt.scene.units import in_shown_units
+from camopt.scene.units import tables_in_shown_units
 from camopt.show.studies.cost_report import effects_run
 from camopt.solve.tables.cells import name_in_shown_unit, number_text, quantity_text
 from camopt.solve.tables.designs import is_unsearched_zero_column, limit_texts_by_quantity
@@ -63,7 +63,7 @@ def verdicts_table(
 
 
 def _proof_method(limit: Limit | None) -> str:
-    if limit is None or limit.decider or isinstance(limit, OwnQuantityLimit):
+    if limit is None or limit.single_design_decider or isinstance(limit, OwnQuantityLimit):
         return IN_DOUBLES
     if limit.constraints:
         return IN_INTERVALS
@@ -171,7 +171,7 @@ def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem],
 
 def _shown_tables(scene: Scene) -> dict[str, Any]:
     """The tables of a scene, in the units in which results are shown."""
-    return in_shown_units(scene.to_dict(), SCENE_TABLES)
+    return tables_in_shown_units(scene.to_dict(), SCENE_TABLES)
 
 
 def motion_table(scene: Scene) -> Table:

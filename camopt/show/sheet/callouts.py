@@ -210,7 +210,7 @@ def _surface_leader(view: FrontView, turn: float) -> Marks:
 def _groove_width(view: FrontView, turn: float) -> Marks:
     """The width of a groove, across it from wall to wall."""
     cam = view.cam
-    if not cam.problem.setup.mechanism.two_sided:
+    if not cam.problem.setup.mechanism.has_flanks_on_both_sides:
         return []
     curves = cam.curves_at(EVERY_DEGREE)
     near = int(np.argmin(angle_between(np.angle(curves.pitch), turn)))

@@ -268,7 +268,7 @@ def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
     yield f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM_ANGLE), "deg"
     yield "smallest convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
     yield "rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"
-    if cam.problem.setup.mechanism.two_sided:
+    if cam.problem.setup.mechanism.has_flanks_on_both_sides:
         yield "cutter at most Ø{}", 2 * cam.problem.wall_distance_from_pitch_curve, "mm"
     else:
         widest = cam.quantity(CUTTER_RADIUS) or 0.0

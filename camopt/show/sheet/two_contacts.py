@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.model.effects.contact_distance import ANGLE, BREADTH, DISTANCE
 from camopt.model.effects.error_response import contact_responses
-from camopt.model.effects.frame import ANGLE, BREADTH, DISTANCE
 from camopt.show.sheet.marks import decimal_text, length_text
 from camopt.show.sheet.true_cam import TrueCam, design_quantity
 

@@ -14,7 +14,7 @@ from camopt.model.effects import (
     EFFECTS,
     EvaluationBlock,
     missing_keys_by_quantity,
-    plan_effects,
+    quantities_to_compute_by_effect,
     require_effect,
     setup_effects,
 )
@@ -44,7 +44,10 @@ class EffectRun:
 
 def effects_run(problem: Problem) -> list[EffectRun]:
     """The effects that a scene needs, in the order in which they run."""
-    planned, effects = plan_effects(problem.evaluated_quantities, problem.setup), setup_effects(problem.setup)
+    planned, effects = (
+        quantities_to_compute_by_effect(problem.evaluated_quantities, problem.setup),
+        setup_effects(problem.setup),
+    )
     return [
         EffectRun(
             name,

@@ -33,7 +33,7 @@ def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
     compile_at_first_call()
     sizes = {"start": 40.0, "stop": 90.0, "step": 5.0}  # the kernels of sweeps are the same for all scenes
     sweep(find_scene("roller-1000rpm").replace(search={"base_radius": sizes, "law": ["cycloidal"]}), workers=1)
-    Dominators(np.zeros((1, 2))).dominate(np.ones((1, 2)))
+    Dominators(np.zeros((1, 2))).mask_dominated_points(np.ones((1, 2)))
     for done, scene in enumerate(scenes, 1):
         if scene.cam.base_radius is None:
             optimise(scene)

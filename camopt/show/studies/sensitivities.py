@@ -23,7 +23,7 @@ from camopt.core.quantities import in_column_order
 from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, scene_from
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve_design
+from camopt.scene.problem.problem import Problem, resolve_design, with_rounding_relative_error
 from camopt.scene.problem.variables import Variable
 from camopt.scene.scene import Scene
 from camopt.solve.tables.result import Result, Table, table_of
@@ -154,7 +154,7 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     1.7778
     """
     scene = scene_from(scene)
-    problem = at_rounding_error(resolve_design(scene))
+    problem = with_rounding_relative_error(resolve_design(scene))
     variables = _variable_values_and_magnitudes(problem)
     numbers = {each.key: value for each, (value, _) in variables.items() if each.is_scene_number}
     freed = problem.with_numbers_per_design(numbers)

@@ -24,7 +24,7 @@ from camopt.core.numerics.wave_extremes import wave_maximum, wave_peak_magnitude
 from camopt.core.quantities import Quantity
 from camopt.core.quantities.display import Drawable
 from camopt.core.storage.tables import write_table
-from camopt.model.effects.vibration import mass_acceleration, velocity_jump_by_panel
+from camopt.model.effects.vibration import mass_acceleration_wave, velocity_jump_by_panel
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.programme import Programme
@@ -153,7 +153,7 @@ def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping: float) ->
             wave.amplitude[:, -1],
             np.maximum(wave_maximum(wave.plus_polynomial(beyond)).value, 0.0),
             wave_peak_magnitude(wave).value,
-            wave_peak_magnitude(mass_acceleration(wave, frequency[:, None])).value,
+            wave_peak_magnitude(mass_acceleration_wave(wave, frequency[:, None])).value,
         ]
     )
 

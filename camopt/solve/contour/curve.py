@@ -19,11 +19,11 @@ import numpy as np
 
 from camopt.core.numerics import UNIT_ROUNDOFF, ComplexArray, FloatArray, IndexArray
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.motion_ranges import derivatives_over, middles_and_angles_over
+from camopt.core.numerics.motion_ranges import derivative_intervals_over_parts, part_middles_and_angle_intervals
 from camopt.core.numerics.sloped_interval import range_of
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.mechanisms.design import Designs, Mechanism
-from camopt.model.mechanisms.geometry import normal_distances
+from camopt.model.mechanisms.geometry import curve_distances_along_normal
 from camopt.model.motion.derived_laws import SkewedLaw
 from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.scca import SCCALaw
@@ -115,14 +115,14 @@ class CamCurve:
 
         At a jump, the value after it.
         """
-        numbers = self.span_numbers(angles)
+        numbers = self.span_index_at_each_angle(angles)
         by_span = [(k, function(self.spans[k], angles[numbers == k])) for k in np.unique(numbers)]
         out = np.empty(angles.shape, dtype=by_span[0][1].dtype)
         for k, values in by_span:
             out[numbers == k] = values
         return out
 
-    def span_numbers(self, angles: FloatArray) -> IndexArray:
+    def span_index_at_each_angle(self, angles: FloatArray) -> IndexArray:
         """Index of the span that contains each cam angle (rad); where two spans meet, of the second."""
         starts = np.array([span.start for span in self.spans])
         return np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)
@@ -191,7 +191,7 @@ class Disc(NamedTuple):
         A groove has two profiles, ``profile_left`` and ``profile_right``, and two cutter paths. A flat face has no
         pitch curve.
         """
-        distances = normal_distances(
+        distances = curve_distances_along_normal(
             self.problem.setup.mechanism, self.problem.wall_distance_from_pitch_curve, cutter_radius
         )
         curve = replace(offset_curve(self.problem, 0.0), mirror=self.mirror)
@@ -288,8 +288,8 @@ def enclose_motion_derivatives(
         np.clip((angle[stretch] - centre) / half, -1.0, 1.0)
         for angle in (start_angles - CURVE_ANGLE_ROUNDING, end_angles + CURVE_ANGLE_ROUNDING)
     )
-    derivatives = derivatives_over(
-        table, panel, *middles_and_angles_over(table, panel, *ends), REMAINDER_DERIVATIVES
+    derivatives = derivative_intervals_over_parts(
+        table, panel, *part_middles_and_angle_intervals(table, panel, *ends), REMAINDER_DERIVATIVES
     )
     first = np.flatnonzero(np.diff(stretch, prepend=-1))
     return [

@@ -75,25 +75,27 @@ def _arc_deviation_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, pa
         above: Taylor = v - (u * u + v * v) * (curvature / 2)
         return above
 
-    def advance_rate(x: Taylor, y: Taylor) -> Taylor:
+    def advance_rate_along_arc(x: Taylor, y: Taylor) -> Taylor:
         u, v = arc_coordinates(x, y)
         u, v, du, dv = _without_last_term(u), _without_last_term(v), u.slope, v.slope
         rate: Taylor = du * (1.0 - v * curvature) + dv * u * curvature
         return rate
 
-    above = _formula_magnitude_bounds(curve, circle_residual)
+    above = _formula_magnitude_upper_bounds(curve, circle_residual)
     distance = 2.0 * above / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * np.abs(curvature) * above, 0.0)))
     distance = np.where(2.0 * np.abs(curvature) * above < 1.0, distance, np.inf)
-    back = np.where(_formula_lower_bounds(curve, advance_rate) > 0.0, 0.0, _stretch_length_bounds(curve))
+    back = np.where(
+        _formula_lower_bounds(curve, advance_rate_along_arc) > 0.0, 0.0, _stretch_length_upper_bounds(curve)
+    )
     radial = distance.reshape(-1, parts_per_element).max(axis=1)
     return np.asarray(
         radial
         + back.reshape(-1, parts_per_element).sum(axis=1)
-        + _largest_arc_end_mismatches(path, index, curve, parts_per_element)
+        + _arc_end_mismatches_along_arc(path, index, curve, parts_per_element)
     )
 
 
-def _largest_arc_end_mismatches(
+def _arc_end_mismatches_along_arc(
     path: ArcPath, index: np.ndarray, curve: Expansion, parts_per_element: int
 ) -> FloatArray:
     """Distance along each arc between its ends and those of the curve [mm]; the larger of the two ends."""
@@ -103,7 +105,7 @@ def _largest_arc_end_mismatches(
         (-1, 1.0, path.tangents[1], path.vertices[1:]),
     ):
         x, y = (
-            _cubic_value(terms, sign * curve.half_widths).reshape(-1, parts_per_element)[:, part]
+            _evaluate_cubic_series(terms, sign * curve.half_widths).reshape(-1, parts_per_element)[:, part]
             for terms in curve.at_middles
         )
         local = (x + 1j * y - vertices[index]) * tangents[index].conjugate()
@@ -123,8 +125,8 @@ def _cubic_deviation_bounds(
     cubic = (cubic * share + 3.0 * (p1 - p0)) * share + p0
     across, up = (Taylor([part(term) for term in cubic.terms]) for part in (np.real, np.imag))
     bounds = np.hypot(
-        _formula_magnitude_bounds(curve, lambda x, y: x - across),
-        _formula_magnitude_bounds(curve, lambda x, y: y - up),
+        _formula_magnitude_upper_bounds(curve, lambda x, y: x - across),
+        _formula_magnitude_upper_bounds(curve, lambda x, y: y - up),
     )
     return np.asarray(bounds.reshape(-1, parts_per_element).max(axis=1))
 
@@ -133,12 +135,12 @@ def _without_last_term(series: Taylor) -> Taylor:
     return Taylor(series.terms[:-1])
 
 
-def _cubic_value(series: Taylor, t: FloatArray) -> FloatArray:
+def _evaluate_cubic_series(series: Taylor, t: FloatArray) -> FloatArray:
     a0, a1, a2, a3 = series.terms
     return np.asarray(a0 + t * (a1 + t * (a2 + t * a3)))
 
 
-def _formula_magnitude_bounds(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+def _formula_magnitude_upper_bounds(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
     """Upper bound of |formula| over each stretch: the largest |polynomial| plus the remainder."""
     a0, a1, a2 = formula(*curve.at_middles).terms[:3]
     r = curve.half_widths
@@ -155,7 +157,7 @@ def _formula_lower_bounds(curve: Expansion, formula: Callable[[Taylor, Taylor], 
     return np.asarray(a0 - np.abs(a1) * curve.half_widths - rest * curve.half_widths**2)
 
 
-def _stretch_length_bounds(curve: Expansion) -> FloatArray:
+def _stretch_length_upper_bounds(curve: Expansion) -> FloatArray:
     """Upper bound of the length of the curve on each stretch [mm]."""
     x, y = (as_interval(series.terms[1]).largest_magnitude for series in curve.over_stretches)
     return np.asarray(2.0 * curve.half_widths * np.hypot(x, y))

@@ -125,7 +125,7 @@ class CubicPath:
         return len(self.controls)
 
     @property
-    def bspline(self) -> tuple[ComplexArray, FloatArray]:
+    def bspline_controls_and_knots_deg(self) -> tuple[ComplexArray, FloatArray]:
         """Control points [mm] and knots [deg of cam angle] of the equal cubic B-spline.
 
         Knots are double where the velocity is continuous, and triple at corners.

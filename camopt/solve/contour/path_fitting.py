@@ -176,7 +176,7 @@ def _sampled_cubic_errors(curve: CamCurve, span: SmoothSpan, starts: FloatArray,
 
 def _fit_lines(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
     points = [curve.points(span, joints[:-1]) for span, joints in zip(curve.spans, angles, strict=True)]
-    vertices = _with_last_vertex(curve, np.concatenate(points))
+    vertices = _append_last_or_closing_vertex(curve, np.concatenate(points))
     return ArcPath(vertices, np.zeros(vertices.size - 1), *_element_angles_and_spans(angles))
 
 
@@ -199,7 +199,7 @@ def polyline_through_angles(curve: CamCurve, angles: FloatArray) -> ArcPath:
     places = np.concatenate([angles, inner])
     order = np.argsort(places, kind="stable")
     places, vertices = places[order], points[order]
-    spans = curve.span_numbers((places[:-1] + places[1:]) / 2)
+    spans = curve.span_index_at_each_angle((places[:-1] + places[1:]) / 2)
     pairs = np.stack([places[:-1], places[1:]], axis=1)
     return ArcPath(vertices, np.zeros(vertices.size - 1), pairs, tuple(spans.tolist()))
 
@@ -222,7 +222,7 @@ def _fit_arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
         bulges.append(whole[keep])
         joints.append(np.append(np.stack([ends[:-1], middles], axis=1)[keep], ends[-1]))
     return ArcPath(
-        _with_last_vertex(curve, np.concatenate(vertices)),
+        _append_last_or_closing_vertex(curve, np.concatenate(vertices)),
         np.concatenate(bulges),
         *_element_angles_and_spans(joints),
     )
@@ -262,7 +262,7 @@ def _fit_cubics(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
     return CubicPath(np.concatenate(cubics), *_element_angles_and_spans(angles))
 
 
-def _with_last_vertex(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
+def _append_last_or_closing_vertex(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
     """The vertices with the last one appended; for a closed curve it is exactly the first one."""
     last = curve.spans[-1]
     return np.append(vertices, vertices[:1] if curve.is_closed else curve.points(last, np.array([last.end])))

@@ -119,7 +119,7 @@ class SpaceBlocks:
         """
         self.space, self.size = space, size
         self._names, self._every, self._kept = frozenset(names), every, kept
-        self._parts = list(space.problem_ranges())
+        self._parts = list(space.design_ranges_by_problem())
         counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
         if numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK_SIZE:
             counts[0] = max(counts[0], 2)  # two threads begin with the first motion, and share the rest evenly
@@ -180,9 +180,9 @@ class SpaceBlocks:
         if self._own:
             own = OwnCurves(self.space, first, last)
             return self._evaluate_by_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
-        return self._evaluate_separately(problem, first, last)
+        return self._evaluate_without_curve_verdicts(problem, first, last)
 
-    def _evaluate_separately(self, problem: Problem, first: int, last: int) -> BlockResult:
+    def _evaluate_without_curve_verdicts(self, problem: Problem, first: int, last: int) -> BlockResult:
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         if self._every:

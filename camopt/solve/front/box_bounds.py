@@ -25,10 +25,10 @@ from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.solve.smallest.enclosure import (
+    assemblable_design_of_each_box,
     constraints_on_present_strokes,
     motion_peak_as_curve,
-    representative_designs,
-    size_mean_constraints,
+    size_dependent_mean_constraints,
     state_with_rounding,
     with_motion_peak_as_curve,
 )
@@ -69,7 +69,7 @@ def is_motion_infeasible(problem: Problem) -> bool:
     """Whether no design of the problem's motion meets the limits, whatever its sizes."""
     if any(limit.is_infinite_on_motion(problem.programme) for limit in problem.limits):
         return True
-    motion_limits = [limit for limit in problem.limits if limit.is_of_motion]
+    motion_limits = [limit for limit in problem.limits if limit.is_decided_by_motion_alone]
     return bool(np.any(_least_size_or_motion_excesses(problem, motion_limits, problem.design) > 0.0))
 
 
@@ -98,7 +98,7 @@ class BoxBounds(NamedTuple):
     @property
     def curve_constraints(self) -> list[Constraint]:
         """The constraints on curves, without those on the motion alone."""
-        on_size = tuple(limit for limit in self.problem.limits if not limit.is_of_motion)
+        on_size = tuple(limit for limit in self.problem.limits if not limit.is_decided_by_motion_alone)
         return constraints_on_present_strokes(
             self.problem,
             [
@@ -110,7 +110,9 @@ class BoxBounds(NamedTuple):
     @np.errstate(all="ignore")
     def boxes_impossible_by_sizes(self, box: Designs) -> Any:
         """Which boxes hold no design that can be assembled, or only designs that break a limit on sizes (n,)."""
-        limits = [limit for limit in self.problem.limits if not limit.constraints and not limit.is_of_motion]
+        limits = [
+            limit for limit in self.problem.limits if not limit.constraints and not limit.is_decided_by_motion_alone
+        ]
         over = _least_size_or_motion_excesses(self.problem, limits, box)
         return self.problem.setup.mechanism.cannot_assemble(box, self.problem.programme) | np.any(
             over > 0.0, axis=0
@@ -119,22 +121,22 @@ class BoxBounds(NamedTuple):
     @np.errstate(all="ignore")
     def bound_costs(self, box: Designs) -> BoxCosts:
         """The lower bounds of all objectives as costs."""
-        inside, exists = representative_designs(self.problem, box, self.free, np.ones(len(box), dtype=bool))
+        inside, exists = assemblable_design_of_each_box(self.problem, box, self.free, np.ones(len(box), dtype=bool))
         objectives, setup = self.problem.objectives, self.problem.setup
         costs, change = np.full((len(box), len(objectives)), -np.inf), np.zeros((len(self.free), len(box)))
         index = np.flatnonzero(exists)
         existing, middle = box.take(index), inside.take(index)
         for k, (name, sign) in enumerate(objectives.items()):
             if runs_on_ranges(require_effect(name, setup), setup):
-                costs[:, k], cost_change = self._bound_size_or_motion_cost(name, sign, box, inside)
+                costs[:, k], cost_change = self._bound_size_motion_cost_and_change(name, sign, box, inside)
                 change = np.maximum(change, cost_change)
             elif index.size:
-                costs[index, k], cost_change = self._bound_curve_cost(name, sign, existing, middle)
+                costs[index, k], cost_change = self._bound_curve_cost_and_change(name, sign, existing, middle)
                 change[:, index] = np.maximum(change[:, index], cost_change)
-        return BoxCosts(costs, np.maximum(change, self._relative_number_widths(box)), inside, exists)
+        return BoxCosts(costs, np.maximum(change, self._relative_box_widths_of_numbers(box)), inside, exists)
 
     @np.errstate(all="ignore")
-    def infeasible_boxes(self, box: Designs, box_costs: BoxCosts) -> tuple[Any, FloatArray]:
+    def infeasible_boxes_and_excess_changes(self, box: Designs, box_costs: BoxCosts) -> tuple[Any, FloatArray]:
         """Which boxes hold only designs that break a limit (n,), and the change of the excesses (free, n).
 
         The change is the largest across each free size, over the limits that some designs of a box may break.
@@ -154,14 +156,14 @@ class BoxBounds(NamedTuple):
     def _curve_and_mean_excesses(self, box: Designs, inside: Designs) -> Iterator[SlopedInterval]:
         """The excesses of boxes over limits on curves, where one design exceeds them the most, and on means."""
         for constraint in self.curve_constraints:
-            goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
-            angle, side = self._most_extreme_angles(constraint.curve, goals, inside)
+            goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs]
+            angle, side = self._most_extreme_angles_and_signs(constraint.curve, goals, inside)
             value, designs, like = self._enclose_curve_at_angles(constraint.curve, angle, box, inside)
             yield as_sloped_interval(relative_excess(constraint, side, as_quotient(value), designs), like)
-        for _, mean in size_mean_constraints(self.problem):
+        for _, mean in size_dependent_mean_constraints(self.problem):
             yield enclose_mean_excess(self.problem, mean, box, inside, self.free)
 
-    def _bound_size_or_motion_cost(
+    def _bound_size_motion_cost_and_change(
         self, name: str, sign: float, box: Designs, inside: Designs
     ) -> tuple[Any, FloatArray]:
         """The least cost of an objective of sizes or the motion alone, and its relative change.
@@ -175,24 +177,26 @@ class BoxBounds(NamedTuple):
             return cost, np.zeros((len(self.free), len(box)))
         value = sign * as_interval(quantities_over_box(self.problem, {name}, box)[name]) + np.zeros(len(box))
         change = _relative_change_across_boxes(sloped.slopes, _box_widths(box, self.free), value.largest_magnitude)
-        return value.low if require_effect(name, self.problem.setup).is_of_sizes else _lower_by_rounding(
+        return value.low if require_effect(name, self.problem.setup).is_of_sizes else _lower_cost_by_rounding_error(
             value.low
         ), change
 
-    def _bound_curve_cost(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _bound_curve_cost_and_change(
+        self, name: str, sign: float, box: Designs, inside: Designs
+    ) -> tuple[Any, FloatArray]:
         """The least cost of an objective that is the peak or mean of curves, and its relative change."""
         form = bounding_peak_or_mean(name, sign, self.problem.setup)
         if isinstance(form, Peak):
-            return self._bound_peak_cost(form, sign, box, inside)
+            return self._bound_peak_cost_and_change(form, sign, box, inside)
         if form is None:
             # the motion and numbers decide the objective: its cost is known for boxes with one value of each number
-            cost, spread = np.full(len(box), -np.inf), np.sign(self._relative_number_widths(box))
+            cost, spread = np.full(len(box), -np.inf), np.sign(self._relative_box_widths_of_numbers(box))
             single = np.flatnonzero(~spread.any(axis=0))
             cost[single] = sign * quantities_over_box(self.problem, {name}, inside.take(single))[name]
             return cost, UNBOUNDED_SLOPE * spread
-        return self._bound_mean_cost(form, sign, box, inside)
+        return self._bound_mean_cost_and_change(form, sign, box, inside)
 
-    def _relative_number_widths(self, box: Designs) -> FloatArray:
+    def _relative_box_widths_of_numbers(self, box: Designs) -> FloatArray:
         """Relative widths of boxes in numbers that are not sizes (free, n); slopes do not contain their scales."""
         numbers: Mapping[str, Any] = box.numbers
         widths = np.zeros((len(self.free), len(box)))
@@ -202,17 +206,19 @@ class BoxBounds(NamedTuple):
                 widths[k] = np.divide(width, largest, out=widths[k], where=width > 0.0)
         return widths
 
-    def _bound_peak_cost(self, peak: Peak, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _bound_peak_cost_and_change(
+        self, peak: Peak, sign: float, box: Designs, inside: Designs
+    ) -> tuple[Any, FloatArray]:
         """The least cost of an objective that is an extreme of curves, and its relative change."""
         extreme = np.full(len(box), 0.0 if peak.goal == LARGEST_MAGNITUDE else -np.inf)
         change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _box_widths(box, self.free)
         for curve, part in self._peak_curves_by_stroke_kind(peak):
-            angle, _ = self._most_extreme_angles(curve, [(part, peak.goal)], inside)
+            angle, _ = self._most_extreme_angles_and_signs(curve, [(part, peak.goal)], inside)
             value, _, like = self._enclose_curve_at_angles(curve, angle, box, inside)
             sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
-            least, at = _box_and_point_extreme_bounds(peak.goal, sloped)
+            least, at = _extreme_lower_bounds_box_and_point(peak.goal, sloped)
             extreme = np.maximum(
-                extreme, _unknown_as_minus_infinity(least - self._kernel_error_bound(sloped, least, at))
+                extreme, _nan_as_minus_infinity(least - self._kernel_error_bound(sloped, least, at))
             )
             change = np.where(
                 at > farthest, _relative_change_across_boxes(sloped.slopes, width, np.abs(at)), change
@@ -221,13 +227,15 @@ class BoxBounds(NamedTuple):
         signed = -extreme if peak.goal == LEAST else extreme
         cost = sign * as_interval(peak.scale.quantity_from_extreme(as_interval(signed), box))
         low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
-        return _lower_by_rounding(low), change
+        return _lower_cost_by_rounding_error(low), change
 
-    def _bound_mean_cost(self, mean: Mean, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _bound_mean_cost_and_change(
+        self, mean: Mean, sign: float, box: Designs, inside: Designs
+    ) -> tuple[Any, FloatArray]:
         sloped = mean.mean_from_power_mean(enclose_mean_power(self.problem, mean, box, inside, self.free))
         cost = sign * as_interval(mean.scale.quantity_from_extreme(sloped.value, box))
         low = np.where(np.isnan(cost.low), -np.inf, cost.low)
-        return _lower_by_rounding(low), _relative_change_across_boxes(
+        return _lower_cost_by_rounding_error(low), _relative_change_across_boxes(
             sloped.slopes, _box_widths(box, self.free), sloped.at.largest_magnitude
         )
 
@@ -250,7 +258,7 @@ class BoxBounds(NamedTuple):
             parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & ALL_STROKES else (kinds,)
             yield from ((motion_peak_as_curve(curve, part), part) for part in parts if np.any(kind & part))
 
-    def _most_extreme_angles(
+    def _most_extreme_angles_and_signs(
         self, curve: Any, goals_by_kind: list[tuple[int, int]], inside: Designs
     ) -> tuple[FloatArray, FloatArray]:
         """The cam angle at which a curve is the most extreme for one design of each box, and its side of 0.
@@ -266,7 +274,7 @@ class BoxBounds(NamedTuple):
         value = curve_value(curve(inside, programme), ..., programme.state(angles))
         goals = np.repeat([goal for _, goal in goals_by_kind], 2)[:, None]
         sides = np.where(goals == LEAST, -1.0, 1.0)
-        distance = _unknown_as_minus_infinity(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
+        distance = _nan_as_minus_infinity(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
         row = np.argmax(distance, axis=0)
         return angles[row, np.arange(row.size)], sides[row, 0]
 
@@ -289,7 +297,7 @@ def _least_size_or_motion_excesses(problem: Problem, limits: list[Limit], design
     return np.array(rows).reshape(len(rows), len(designs))
 
 
-def _box_and_point_extreme_bounds(goal: int, value: SlopedInterval) -> tuple[FloatArray, FloatArray]:
+def _extreme_lower_bounds_box_and_point(goal: int, value: SlopedInterval) -> tuple[FloatArray, FloatArray]:
     """Lower bound of the extreme that a goal names, over each box and at its point; of its negative for LEAST."""
     if goal == LARGEST:
         return value.value.low, value.at.low
@@ -310,11 +318,11 @@ def _relative_change_across_boxes(slopes: Interval, width: FloatArray, scale: Fl
     return _cap_infinite_slopes(slopes.largest_magnitude) * width / np.where(has_scale, scale, 1.0)
 
 
-def _lower_by_rounding(cost: FloatArray) -> FloatArray:
+def _lower_cost_by_rounding_error(cost: FloatArray) -> FloatArray:
     return cost - BOUND_ERROR * np.where(np.isfinite(cost), np.abs(cost), 0.0)
 
 
-def _unknown_as_minus_infinity(least: FloatArray) -> FloatArray:
+def _nan_as_minus_infinity(least: FloatArray) -> FloatArray:
     """Lower bounds, with −∞ for unknown ones."""
     return np.where(np.isnan(least), -np.inf, least)
 

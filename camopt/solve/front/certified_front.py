@@ -15,9 +15,9 @@ import numpy as np
 from camopt.core.engines.progress import Progress
 from camopt.core.engines.threads import Threads
 from camopt.core.numerics.budget import UNLIMITED, Budget
-from camopt.scene.problem.problem import at_rounding_error
+from camopt.scene.problem.problem import with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
-from camopt.scene.problem.settings import with_toleranced_numbers
+from camopt.scene.problem.settings import with_toleranced_numbers_per_design
 from camopt.scene.problem.space import DesignSpace
 from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.solve.front.blocks import SpaceResult, gather_batches
@@ -85,12 +85,14 @@ class ToleranceVerdicts:
 
     def with_proof_column(self, rows: DesignRows) -> DesignRows:
         """The rows with the verdict on each, in the column ``proof``."""
-        names = {*self.space.problem.size_names, "law_rise", "law_return"}
+        names = {*self.space.problem.size_quantity_names, "law_rise", "law_return"}
         keys = [tuple(row.values()) for row in rows.select_columns(names).records()]
         unknown = np.array([place for place, key in enumerate(keys) if key not in self.verdicts], dtype=int)
         for problem, index, designs in self.space.designs_by_setting(rows.take(unknown)):
             for place, number in enumerate(unknown[index].tolist()):
-                cam = with_toleranced_numbers(at_rounding_error(replace(problem, design=designs.take([place]))))
+                cam = with_toleranced_numbers_per_design(
+                    with_rounding_relative_error(replace(problem, design=designs.take([place])))
+                )
                 verdict, errors = certify_over_tolerances(cam, cam.design, self.budget)
                 self.violating_errors += errors
                 self.verdicts[keys[number]] = verdict

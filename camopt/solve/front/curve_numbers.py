@@ -88,7 +88,7 @@ class CurveNumbers(CurveParts):
         designs = space.designs_with_varied_values(
             {field: values.ravel() for field, values in sizes.items()}, numbers.size
         )
-        first, which = _unique_curves(mechanism.standard_profile_designs(designs), mechanism.parallel)
+        first, which = _group_equal_curves(mechanism.standard_profile_reduction(designs), mechanism.parallel)
         whole = [self.shape[i] for i in merged]
         self._which = np.broadcast_to(which.reshape([1 if i in ignored else self.shape[i] for i in merged]), whole)
         radii = space.axes.get(mechanism.parallel, space.problem.design.sizes[mechanism.parallel])
@@ -107,9 +107,9 @@ class CurveNumbers(CurveParts):
     @cached_property
     def pitch_curve_designs(self) -> Designs:  # type: ignore[override]
         numbers = (self._other_numbers[:, None] + self._sum_numbers).ravel()
-        return self._space.problem.setup.mechanism.standard_profile_designs(self._space.designs(numbers))
+        return self._space.problem.setup.mechanism.standard_profile_reduction(self._space.designs(numbers))
 
-    def curves_of_block(self, first: int, last: int) -> BlockCurves:
+    def pitch_curves_of_block(self, first: int, last: int) -> BlockCurves:
         """The pitch curves of designs first … last − 1; they are the same for the next motion."""
         block_curves = self._blocks.get((first, last)) or self._find_block_curves(first, last)
         if len(self._blocks) < BLOCKS_KEPT:
@@ -154,7 +154,7 @@ class OwnCurves(CurveParts):
         mechanism, designs = space.problem.setup.mechanism, space.designs(np.arange(first, last))
         self.shape = tuple(values.size for values in space.axes.values()) or (1,)
         self.pitch_curve_designs, self._radii = (
-            mechanism.standard_profile_designs(designs),
+            mechanism.standard_profile_reduction(designs),
             designs.sizes[mechanism.parallel],
         )
         self.bodies = RadiusRange(self._radii.min(), self._radii.max())
@@ -163,7 +163,7 @@ class OwnCurves(CurveParts):
     def __len__(self) -> int:
         return len(self.pitch_curve_designs)
 
-    def curves_of_block(self, first: int, last: int) -> BlockCurves:
+    def pitch_curves_of_block(self, first: int, last: int) -> BlockCurves:
         """The pitch curves of all designs, whatever the block."""
         count = len(self)
         return BlockCurves(np.arange(count), self._radii, np.arange(-(-count // self.part)))
@@ -174,9 +174,9 @@ def _sizes_summed_in_pitch_curve(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(dict.fromkeys(("size", mechanism.parallel)))
 
 
-def _unique_curves(curves: Designs, parallel: str) -> tuple[IntArray, IntArray]:
+def _group_equal_curves(curves: Designs, remainder_field: str) -> tuple[IntArray, IntArray]:
     """The index of the first of each group of equal pitch curves, and the group of each curve, sorted by size."""
-    keys = _exact_sum_sort_keys(curves.size, getattr(curves, parallel))
+    keys = _exact_sum_sort_keys(curves.size, getattr(curves, remainder_field))
     order = np.lexsort(keys[::-1])
     new = np.ones(order.size, dtype=bool)
     new[1:] = reduce(or_, (np.diff(key[order]) != 0 for key in keys))
@@ -206,7 +206,9 @@ def _exact_sum_sort_keys(sizes: FloatArray, rounding_remainders: FloatArray) -> 
 def shared_pitch_curve_numbers(space: DesignSpace) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None if keeping the curves does not pay, or they are too many."""
     mechanism, limits = space.problem.setup.mechanism, space.problem.limits
-    if mechanism.profile and not all(limit.pitch_curve_quantities == () or limit.is_of_motion for limit in limits):
+    if mechanism.profile and not all(
+        limit.pitch_curve_quantities == () or limit.is_decided_by_motion_alone for limit in limits
+    ):
         return None
     merged = {
         field: values.size

@@ -17,7 +17,7 @@ from camopt.core.numerics.block_filter import (
     DesignBlock,
     PitchVerdicts,
     RadiusRanges,
-    count_held_and_open_designs,
+    block_counts_and_least_costs,
     gather_feasible_designs,
 )
 from camopt.model.effects import find_effect
@@ -104,14 +104,14 @@ class CurveVerdicts:
 
         Without ``keep_dominated``, some dominated designs are left out.
         """
-        curves, bodies, parts = self._numbers.curves_of_block(first, last)
-        self._search_unsearched_parts(parts, self._parts_searched_together(last - first))
+        curves, bodies, parts = self._numbers.pitch_curves_of_block(first, last)
+        self._search_unsearched_parts(parts, self._part_count_searched_together(last - first))
         cost, window = self._single_objective_curve_costs(), self._size_axis_slice(first, last)
         costs = np.zeros_like(self._costs) if cost is None else cost
         pitch = PitchVerdicts(self._exists, self._places, self._sure_bodies, self._possible_bodies, costs)
         sizes = window.stop - window.start
         block = DesignBlock(curves, bodies, first % self._numbers.shape[-1] - window.start)
-        counts, least = count_held_and_open_designs(pitch, block, sizes)
+        counts, least = block_counts_and_least_costs(pitch, block, sizes)
         most = np.full(sizes, np.inf) if cost is None else self._non_dominated_cost_ceilings(least, window)
         held, compared, open_ = gather_feasible_designs(pitch, block, counts, most, keep_dominated)
         held_designs, open_designs = (CurveDesigns(first + i, self._places[curves[i]]) for i in (held, open_))
@@ -144,7 +144,7 @@ class CurveVerdicts:
     def _non_dominated_cost_ceilings(self, least: FloatArray, window: slice) -> FloatArray:
         """The largest cost of a non-dominated design of each size, from the least cost of each size; −∞ if none."""
         sizes = self._space.axes["size"][window] if "size" in self._space.axes else np.zeros(least.size)
-        costs = self._problem.objectives.get(self._problem.size_name, 0.0) * sizes
+        costs = self._problem.objectives.get(self._problem.size_quantity_name, 0.0) * sizes
         order = slice(None) if np.all(costs[:-1] <= costs[1:]) else np.argsort(costs, kind="stable")
         costs = costs[order]
         is_new = np.append(True, costs[1:] != costs[:-1])
@@ -161,7 +161,7 @@ class CurveVerdicts:
         """Whether a quantity is equal for all designs of the motion with the same size of the cam."""
         setup, effect = self._problem.setup, find_effect(name, self._problem.setup)
         of_motion = effect is not None and effect.is_of_motion(setup)
-        return name == self._problem.size_name or (of_motion and not setup.free)
+        return name == self._problem.size_quantity_name or (of_motion and not setup.free)
 
     def evaluate_held_designs(self, held: CurveDesigns, names: frozenset[str]) -> DesignRows:
         """Quantities and verdicts of designs that surely meet all limits."""
@@ -200,25 +200,29 @@ class CurveVerdicts:
         rows = DesignRows(columns, candidates.rows.count, outward, half_width)
         return replace(candidates, rows=rows)
 
-    def _parts_searched_together(self, designs: int) -> int:
+    def _part_count_searched_together(self, design_count: int) -> int:
         """Number of parts that a block of designs searches together: its share, but not too many curves."""
         most = max(CURVES_AT_ONCE // self._numbers.part, 1)
-        return min(max(round(len(self._locks) * designs / prod(self._numbers.shape)), 1), most)
+        return min(max(round(len(self._locks) * design_count / prod(self._numbers.shape)), 1), most)
 
     def _search_unsearched_parts(self, parts: IntArray, parts_together: int) -> None:
         """Search parts that are not known yet: first those that no other thread searches, then the others."""
         for blocking in (False, True):
-            while locked := self._lock_parts(parts[~self._known[parts]].tolist(), parts_together, blocking):
+            while locked := self._lock_consecutive_unsearched_parts(
+                parts[~self._known[parts]].tolist(), parts_together, blocking
+            ):
                 try:
-                    self._filter_curves_in_parts(locked[0], locked[-1] + 1)
+                    self._search_parts_and_store_results(locked[0], locked[-1] + 1)
                 finally:
                     for part in locked:
                         self._locks[part].release()
 
-    def _lock_parts(self, unknown: list[int], most_parts: int, blocking: bool) -> list[int]:
+    def _lock_consecutive_unsearched_parts(
+        self, unsearched_parts: list[int], most_parts: int, blocking: bool
+    ) -> list[int]:
         """Consecutive unknown parts, locked for this thread; at most ``most_parts``."""
         locked: list[int] = []
-        for part in unknown:
+        for part in unsearched_parts:
             if locked and (len(locked) == most_parts or part > locked[-1] + 1):
                 break
             if self._locks[part].acquire(blocking=blocking and not locked):
@@ -228,7 +232,7 @@ class CurveVerdicts:
                     locked.append(part)
         return locked
 
-    def _filter_curves_in_parts(self, first_part: int, end_part: int) -> None:
+    def _search_parts_and_store_results(self, first_part: int, end_part: int) -> None:
         first = first_part * self._numbers.part
         exists, designs = self._numbers.assemblable_designs((first_part, end_part), self._problem)
         filtered = filter_by_pitch_curve_limits(
@@ -265,10 +269,12 @@ def limits_decided_by_pitch_curves(
 
     There are none unless pitch curves decide every other limit too.
     """
-    if any(limit.pitch_curve_quantities is None and not limit.is_of_motion for limit in limits):
+    if any(limit.pitch_curve_quantities is None and not limit.is_decided_by_motion_alone for limit in limits):
         return ()
     decided = (
-        limit for limit in limits if limit.is_of_motion or limit.pitch_curve_quantities != limit.required_quantities
+        limit
+        for limit in limits
+        if limit.is_decided_by_motion_alone or limit.pitch_curve_quantities != limit.required_quantities
     )
     return tuple(limit for limit in decided if not wanted_quantities.issuperset(limit.required_quantities))
 
@@ -276,7 +282,7 @@ def limits_decided_by_pitch_curves(
 def pitch_curves_decide_all_limits(problem: Problem, wanted_quantities: frozenset[str]) -> bool:
     """Whether pitch curves decide all limits, and some of these without their own quantities."""
     mechanism = problem.setup.mechanism
-    own = mechanism.standard_profile_designs is unreduced_designs or mechanism.profile or problem.programme.radii
+    own = mechanism.standard_profile_reduction is unreduced_designs or mechanism.profile or problem.programme.radii
     return not own and bool(limits_decided_by_pitch_curves(problem.limits, wanted_quantities))
 
 
@@ -290,7 +296,9 @@ def feasible_body_radii(curves: Candidates, bodies: RadiusRange) -> FeasibleBodi
         if not limit.constraints or any(constraint in constraints for constraint in limit.constraints)
     ]
     by_limit = [
-        body_radii_for_motion_limit(curves, limit) if limit.is_of_motion else limit.feasible_bodies(block, bodies)
+        body_radii_for_motion_limit(curves, limit)
+        if limit.is_decided_by_motion_alone
+        else limit.sure_and_possible_body_radii(block, bodies)
         for limit in limits
     ]
     feasible = FeasibleBodies()

@@ -47,7 +47,7 @@ def read_design_columns(
     BadInput
         If it is not such a container, has columns of different lengths, has a column twice, or lacks a value.
     """
-    table, labels = _columns_and_labels(designs, known_names, names)
+    table, labels = _columns_and_row_labels(designs, known_names, names)
     arrays = {str(name): _column_array(name, table[name]) for name in table if name in known_names}
     count = _row_count(arrays, len(table)) if labels is None else len(labels)
     values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
@@ -55,7 +55,7 @@ def read_design_columns(
     return DesignColumns(values, others, count, range(count) if labels is None else labels)
 
 
-def _columns_and_labels(
+def _columns_and_row_labels(
     designs: Any, known: Collection[str], names: Iterable[str] | None
 ) -> "tuple[Any, pd.Index[Any] | range | None]":
     """The columns of a container by name, and the labels of its rows, if it has any."""
@@ -66,7 +66,7 @@ def _columns_and_labels(
     if isinstance(designs, Mapping) and (labelled := list(filter(is_pandas_row, designs.values()))):
         designs = labelled[0].to_frame("").assign(**designs)[[*designs]]  # rows of equal labels go together
     if is_pandas(designs):
-        _check_unique(designs.columns)
+        _check_unique_column_names(designs.columns)
         # index levels with known names become columns
         levels = [str(name) for name in designs.index.names if name in known and name not in designs.columns]
         return designs.assign(**{name: designs.index.get_level_values(name) for name in levels}), designs.index
@@ -80,7 +80,7 @@ def _columns_and_labels(
         frame = nw.from_native(designs, eager_only=True, pass_through=True)
     except DuplicateError:
         frame = None
-        _check_unique(designs.column_names)  # pyarrow alone takes a name twice
+        _check_unique_column_names(designs.column_names)  # pyarrow alone takes a name twice
     if isinstance(frame, nw.DataFrame):
         return {name: frame[name] for name in frame.columns}, range(len(frame))
     hint = ": give its .to_pandas()" if hasattr(designs, "to_pandas") else ""
@@ -89,7 +89,7 @@ def _columns_and_labels(
     )
 
 
-def _check_unique(names: Iterable[Any]) -> None:
+def _check_unique_column_names(names: Iterable[Any]) -> None:
     if twice := [str(name) for name, count in Counter(names).items() if count > 1]:
         raise BadInput(Mistake(DESIGNS_LABEL, name, None, "occurs twice", bare=True) for name in twice)
 
@@ -124,7 +124,7 @@ def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
     if array.ndim not in (1, 2) or array.shape[-1] != len(names):
         allowed = f"an array with a column for each of the {len(names)} names; this has the shape {array.shape}"
         raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, allowed)])
-    _check_unique(names)
+    _check_unique_column_names(names)
     return dict(zip(names, array.T, strict=True))
 
 

@@ -132,11 +132,11 @@ def evaluate_designs(
     known = (*columns, *LAW_NAME_COLUMNS)
     if unknown := _check_unknown_columns(scene, known, table, strict=strict):
         warn_of_unknown_columns(unknown, known, table.values, DESIGNS_LABEL)
-    varied = _variables_in(columns, table)
+    varied = _variables_with_table_columns(columns, table)
     rows = _designs_from_table(scene_problem, table, varied)
-    problem = _problem_of_search(scene, scene_problem, varied, table)
-    wanted = problem.evaluated_quantities | problem.size_names | frozenset(VERDICT_COLUMNS)
-    motions = _split_by_motion(scene_problem, problem, table)
+    problem = _problem_varying_table_numbers(scene, scene_problem, varied, table)
+    wanted = problem.evaluated_quantities | problem.size_quantity_names | frozenset(VERDICT_COLUMNS)
+    motions = _problems_and_rows_by_motion(scene_problem, problem, table)
     parts = [part for motion, index in motions for part in _evaluate_rows(motion, rows.take(index), index, wanted)]
     values = scatter_rows(parts, table.count).columns
     quantities = {name: find_quantity(name, scene_problem.setup) for name in in_column_order(wanted)}
@@ -153,12 +153,12 @@ def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
     """BadInput unless the columns that define the designs of a table are valid for a scene; others are ignored."""
     problem = resolve(scene)
     columns = _variables_by_column(problem)
-    if missing := sorted(problem.size_names - {*DERIVED_SIZES, *designs}):
+    if missing := sorted(problem.size_quantity_names - {*DERIVED_SIZES, *designs}):
         raise BadInput([Mistake(DESIGNS_LABEL, name, None, "missing", bare=True) for name in missing])
     table = _read_designs(designs, columns)
-    varied = _variables_in(columns, table)
+    varied = _variables_with_table_columns(columns, table)
     _designs_from_table(problem, table, varied)
-    _problem_of_search(scene, problem, varied, table)
+    _problem_varying_table_numbers(scene, problem, varied, table)
 
 
 @cached_by_identity(maxsize=CACHED_SCENES)
@@ -196,7 +196,7 @@ def _check_unknown_columns(
     return unknown
 
 
-def _variables_in(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
+def _variables_with_table_columns(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
     if "law" in table.values and ("law_rise" in table.values or "law_return" in table.values):
         raise BadInput(
             [Mistake(DESIGNS_LABEL, "law", None, "must stand alone, without law_rise and law_return", bare=True)]
@@ -244,7 +244,7 @@ class _CachedSearch:
 
 
 @cached_by_identity(maxsize=CACHED_SCENES)
-def _cached_searches(scene: Scene) -> dict[frozenset[str], _CachedSearch]:
+def _cached_searches_by_varied_keys(scene: Scene) -> dict[frozenset[str], _CachedSearch]:
     """The cached searches of a scene, by the numbers that they vary.
 
     The quantities of designs do not depend on the ends of a search, so the ends only grow.
@@ -252,7 +252,7 @@ def _cached_searches(scene: Scene) -> dict[frozenset[str], _CachedSearch]:
     return {}
 
 
-def _problem_of_search(
+def _problem_varying_table_numbers(
     scene: Scene, scene_problem: Problem, varied: Mapping[str, Variable], table: DesignColumns
 ) -> Problem:
     """The problem of a scene whose search varies the numbers that a valid table has columns for."""
@@ -260,7 +260,7 @@ def _problem_of_search(
     if not columns:
         return problem_with_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
-    cache = _cached_searches(scene)
+    cache = _cached_searches_by_varied_keys(scene)
     cached = cache.get(frozenset(ends))
     if cached and all(
         cached.ends[key][0] <= low and high <= cached.ends[key][1] for key, (low, high) in ends.items()
@@ -284,7 +284,7 @@ def _problem_of_search(
 
 
 @cache
-def _column_number_type(key: str) -> TypeAdapter[Any]:
+def _type_adapter_of_scene_key(key: str) -> TypeAdapter[Any]:
     table, _, name = key.rpartition(".")
     return TypeAdapter(TABLE_TYPES[table].model_fields[name].rebuild_annotation())
 
@@ -301,14 +301,14 @@ def _column_range_mistakes(key: str, name: str, table: DesignColumns) -> Iterato
             yield Mistake(DESIGNS_LABEL, place, None, "missing", bare=True)
             return
         try:
-            _column_number_type(key).validate_python(value)
+            _type_adapter_of_scene_key(key).validate_python(value)
         except ValidationError as error:
             yield mistakes_from_pydantic(error, TABLE_TYPES[key.rpartition(".")[0]], place, DESIGNS_LABEL)[0]
             return
 
 
 def _law_mistakes(problem: Problem, name: str, table: DesignColumns) -> Iterator[Mistake]:
-    known = {*problem.laws, *_laws_of_scene(problem)}
+    known = {*problem.laws, *_rise_and_return_law_names(problem)}
     for row, law in enumerate(table.values[name].tolist()):
         if not isinstance(law, str) or law not in known:
             place = f"{name}[{table.labels[row]}]"
@@ -316,11 +316,11 @@ def _law_mistakes(problem: Problem, name: str, table: DesignColumns) -> Iterator
             return
 
 
-def _laws_of_scene(problem: Problem) -> tuple[str, str]:
+def _rise_and_return_law_names(problem: Problem) -> tuple[str, str]:
     return problem.programme.law_names(RISE), problem.programme.law_names(RETURN)
 
 
-def _split_by_motion(
+def _problems_and_rows_by_motion(
     scene_problem: Problem, problem: Problem, table: DesignColumns
 ) -> Iterator[tuple[Problem, IndexArray]]:
     """The problem of each pair of laws and each setting of shared numbers, with the rows that have it."""
@@ -330,14 +330,14 @@ def _split_by_motion(
         each for each in problem.search_space.numbers if each.quantity in values and not each.varies_by_design
     ]
     named = [name for name in dict.fromkeys((*strokes, *(each.quantity for each in shared))) if name]
-    for rows in _group_rows([values[name] for name in named], table.count):
+    for rows in _group_rows_with_equal_values([values[name] for name in named], table.count):
         first = {name: values[name].item(rows[0]) for name in named} if rows.size else {}
         motion_problem = problem
         if shared and first:
             setting = {each.key: float(first[each.quantity]) for each in shared}
             (motion_problem,) = problems_in_settings(problem, [setting])
         laws = [name and first.get(name) for name in strokes]
-        pairs = zip(laws, _laws_of_scene(scene_problem), strict=True)
+        pairs = zip(laws, _rise_and_return_law_names(scene_problem), strict=True)
         rise, fall = (None if law == scene_law else law for law, scene_law in pairs)
         if (rise, fall) != (None, None):
             motion = _motion_with_laws(scene_problem, rise, fall)
@@ -350,7 +350,7 @@ def _motion_with_laws(problem: Problem, rise: str | None, fall: str | None) -> P
     return problem.given_motion_with_laws(rise, fall)
 
 
-def _group_rows(columns: Iterable[NDArray[Any]], count: int) -> list[IndexArray]:
+def _group_rows_with_equal_values(columns: Iterable[NDArray[Any]], count: int) -> list[IndexArray]:
     """The rows of each combination of values in some columns."""
     codes = np.zeros(count, dtype=np.intp)
     for values in columns:
@@ -374,14 +374,15 @@ def _evaluate_rows(
         yield rows[existing], DesignRows(evaluated.select_columns(names).columns | excess, existing.size)
     if impossible.size:
         block = EvaluationBlock(problem.setup, problem.programme, designs.take(impossible))
-        sizes = run_effects(block, problem.size_names)
+        sizes = run_effects(block, problem.size_quantity_names)
         missing = {
-            name: UNASSEMBLED_VALUES.get(name, _unassembled_value(name)) for name in names - problem.size_names
+            name: UNASSEMBLED_VALUES.get(name, _column_value_if_not_assembled(name))
+            for name in names - problem.size_quantity_names
         }
         columns = sizes.columns | missing | dict.fromkeys(limits, inf)
         yield rows[impossible], DesignRows(columns, impossible.size)
 
 
-def _unassembled_value(name: str) -> Any:
+def _column_value_if_not_assembled(name: str) -> Any:
     kind = QUANTITIES[name].kind if name in QUANTITIES else float
     return inf if kind is float else kind()

@@ -71,7 +71,7 @@ def estimate_sweep(
     return SweepEstimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 
 
-def check_room(estimate: SweepEstimate, folder: Path) -> None:
+def check_disk_room(estimate: SweepEstimate, folder: Path) -> None:
     """Raise an OSError before hours of work if the disk has no room for the sweep."""
     if estimate.needed_bytes > estimate.free_bytes:
         room = (
@@ -98,4 +98,4 @@ def announce_estimate(store: Store, threads: Threads, engine: Engine, tell: Mess
         if estimate and tell:
             tell(str(estimate))
         if estimate:
-            check_room(estimate, store.folder.parents[1])
+            check_disk_room(estimate, store.folder.parents[1])

@@ -108,7 +108,7 @@ class FrontSearch:
         self, motions: IntArray, number: IntArray, ends: list[int]
     ) -> Iterator[tuple[slice, DesignRows]]:
         """The sizes of the designs of some motions, with the places of each motion's rows."""
-        names = self.space.problem.size_names.intersection(self.names)
+        names = self.space.problem.size_quantity_names.intersection(self.names)
         for (first, last), problem in zip(pairwise(ends), (self.space.problems[i] for i in motions), strict=True):
             block = EvaluationBlock(problem.setup, problem.programme, self.space.designs(number[first:last]))
             yield slice(first, last), run_effects(block, names)
@@ -116,10 +116,12 @@ class FrontSearch:
     def open_first_boxes(self) -> None:
         """Open a box for each motion that may meet the limits, cut into many: bounding few takes as long."""
         infeasible = np.array([is_motion_infeasible(problem) for problem in self.space.problems])
-        boxes = self.take_undecided_boxes(self.grid.whole_box_of_each_motion(len(self.objectives)), ~infeasible)
+        boxes = self.keep_undecided_and_count_decided(
+            self.grid.whole_box_of_each_motion(len(self.objectives)), ~infeasible
+        )
         while 0 < len(boxes) < FIRST_BOXES and np.all(boxes.design_counts > LARGE_RATIO * FEW_DESIGNS):
             boxes = boxes.halve_boxes(np.argmax(boxes.high - boxes.low, axis=1))
-        self.evaluate_designs_by_number(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
+        self.evaluate_and_archive_designs(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
         self.open_boxes.append(boxes)
 
     def halve_or_evaluate_boxes(self) -> None:
@@ -133,21 +135,21 @@ class FrontSearch:
         if not small.all():
             self.open_boxes.append(self.bound_and_halve_boxes(boxes.take(~small)))
         if not self.open_boxes or sum(int(part.design_counts.sum()) for part in self.small_boxes) > PENDING_DESIGNS:
-            self.evaluate_small_boxes(chained_boxes(self.small_boxes))
+            self.evaluate_designs_of_small_boxes(chained_boxes(self.small_boxes))
         done = self.bounded_count + self.finished_count
         halvings = (np.log2(np.maximum(part.design_counts / FEW_DESIGNS, 2.0)).sum() for part in self.open_boxes)
         report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small_boxes)))
 
-    def take_undecided_boxes(self, boxes: GridBoxes, is_undecided: Any) -> GridBoxes:
+    def keep_undecided_and_count_decided(self, boxes: GridBoxes, is_undecided: Any) -> GridBoxes:
         """The kept boxes; the designs of the others count as decided."""
         self.decided += int(boxes.design_counts[~is_undecided].sum())
         return boxes.take(is_undecided)
 
     def bound_and_halve_boxes(self, boxes: GridBoxes) -> GridBoxes:
         """The halves of the boxes that may hold a part of the front."""
-        self.evaluate_designs_by_number(boxes.motion, self.grid.design_numbers(boxes.middle_places))
+        self.evaluate_and_archive_designs(boxes.motion, self.grid.design_numbers_at_places(boxes.middle_places))
         dominators = self.dominators()
-        boxes = self.take_undecided_boxes(boxes, ~dominators.dominate(boxes.costs))
+        boxes = self.keep_undecided_and_count_decided(boxes, ~dominators.mask_dominated_points(boxes.costs))
         self.bounded_count += len(boxes)
         order = np.argsort(boxes.motion, kind="stable")
         parts = [
@@ -158,7 +160,7 @@ class FrontSearch:
             return boxes
         bounded_boxes, are_open, axes = (list(column) for column in zip(*bounded, strict=True))
         open_ = np.concatenate(are_open)
-        return self.take_undecided_boxes(chained_boxes(bounded_boxes), open_).halve_boxes(
+        return self.keep_undecided_and_count_decided(chained_boxes(bounded_boxes), open_).halve_boxes(
             np.concatenate(axes)[open_]
         )
 
@@ -167,17 +169,19 @@ class FrontSearch:
     ) -> tuple[GridBoxes, Any, IntArray]:
         """Boxes of one motion with lower bounds of their costs, which boxes stay open, and the axis to cut."""
         bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.free)
-        designs = self.grid.box_designs(boxes)
+        designs = self.grid.boxes_as_interval_designs(boxes)
         open_, change = ~bounds.boxes_impossible_by_sizes(designs), np.zeros((len(self.grid.free), len(boxes)))
         costs = np.full((len(boxes), len(self.objectives)), -np.inf)
         box_costs = bounds.bound_costs(designs.take(open_))
         costs[open_], change[:, open_] = box_costs.costs, box_costs.change
         costs = np.nan_to_num(costs)
         index = np.flatnonzero(open_)
-        non_dominated = ~dominators.dominate(costs[index])
+        non_dominated = ~dominators.mask_dominated_points(costs[index])
         open_[index[~non_dominated]] = False
         index = index[non_dominated]
-        broken, excess_change = bounds.infeasible_boxes(designs.take(index), box_costs.take(non_dominated))
+        broken, excess_change = bounds.infeasible_boxes_and_excess_changes(
+            designs.take(index), box_costs.take(non_dominated)
+        )
         open_[index[broken]] = False
         change[:, index] = np.maximum(change[:, index], excess_change)
         return replace(boxes, costs=costs), open_, self.choose_cut_axes(boxes, change)
@@ -191,19 +195,21 @@ class FrontSearch:
         share[:, [k for k in range(places.shape[1]) if k not in free]] = -1.0
         return np.asarray(np.argmax(share, axis=1))
 
-    def evaluate_small_boxes(self, boxes: GridBoxes) -> None:
+    def evaluate_designs_of_small_boxes(self, boxes: GridBoxes) -> None:
         """Evaluate all designs of small boxes that may hold a part of the front."""
         boxes = boxes.take(np.argsort(boxes.motion, kind="stable"))
         done = np.cumsum(boxes.design_counts)
         for first in range(0, int(done[-1]) if done.size else 0, PENDING_DESIGNS):
             block = boxes.take((done > first) & (done <= first + PENDING_DESIGNS))
-            block = self.take_undecided_boxes(block, ~self.dominators().dominate(block.costs))
-            self.evaluate_designs_by_number(
+            block = self.keep_undecided_and_count_decided(
+                block, ~self.dominators().mask_dominated_points(block.costs)
+            )
+            self.evaluate_and_archive_designs(
                 np.repeat(block.motion, block.design_counts), self.grid.numbers_in_boxes(block)
             )
         self.small_boxes, self.finished_count = [], self.finished_count + len(boxes)
 
-    def evaluate_designs_by_number(self, motion: IntArray, number: IntArray) -> None:
+    def evaluate_and_archive_designs(self, motion: IntArray, number: IntArray) -> None:
         """Evaluate designs, given by motion and number, and keep those that may be on the front."""
         order = np.argsort(motion, kind="stable")
         blocks = [
@@ -225,7 +231,7 @@ class FrontSearch:
         exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
         filtered = filter_designs(problem, designs.take(exists), frozenset(self.names))
         # sizes that are no objectives follow from the number
-        names = set(filtered.rows.columns) - (problem.size_names - self.objectives.keys())
+        names = set(filtered.rows.columns) - (problem.size_quantity_names - self.objectives.keys())
         columns = {name: filtered.rows.columns[name] for name in names}
         columns[DESIGN_NUMBER] = number[exists][filtered.which] + motion * self.space.designs_per_problem
         rows = non_dominated(DesignRows(columns, filtered.rows.count), self.objectives)

@@ -42,7 +42,7 @@ class Grid:
         high = np.tile(last, (motion.size, 1))
         return GridBoxes(motion, np.zeros_like(high), high, np.full((motion.size, objective_count), -LARGEST_COST))
 
-    def box_designs(self, boxes: "GridBoxes") -> Designs:
+    def boxes_as_interval_designs(self, boxes: "GridBoxes") -> Designs:
         """Boxes as designs of Intervals."""
         fixed = self.space.problem.design
         ends: dict[str, Any] = {}
@@ -53,7 +53,7 @@ class Grid:
             ends[name] = Interval(values[boxes.low[:, k]], values[boxes.high[:, k]])
         return fixed.with_values(ends)
 
-    def design_numbers(self, places: IntArray) -> IntArray:
+    def design_numbers_at_places(self, places: IntArray) -> IntArray:
         """The numbers of designs of a motion in the space, from their places on the axes (designs, axes)."""
         shape = tuple(values.size for values in self.axes.values())
         where = tuple(order[place] for order, place in zip(self.sorted_axis_indices, places.T, strict=True))
@@ -68,7 +68,7 @@ class Grid:
         for k in reversed(range(shape.shape[1])):
             rest, place = np.divmod(rest, shape[box, k])
             places[:, k] = boxes.low[box, k] + place
-        return self.design_numbers(places)
+        return self.design_numbers_at_places(places)
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,7 @@ def cost_scale(costs: FloatArray) -> CostScale:
     return CostScale(np.where(has_finite, ideal, 0.0), np.where(has_finite, nadir, 0.0))
 
 
-def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
+def hypervolume_and_exactness(normalised: FloatArray) -> tuple[float, bool]:
     """Share of the box from 0 to REFERENCE_POINT that points (n, objectives) dominate, and whether it is exact.
 
     Points with an infinite cost dominate nothing. An objective that is 0 for all points does not change the share.
@@ -203,8 +203,10 @@ def summarise_front(rows: DesignRows, objectives: Objectives, grid: DesignRows |
     costs = row_costs(rows, objectives)
     scale = cost_scale(costs)
     normalised = scale.normalise_costs(costs)
-    volume, exact = hypervolume(normalised)
-    before = None if grid is None else hypervolume(scale.normalise_costs(row_costs(grid, objectives)))[0]
+    volume, exact = hypervolume_and_exactness(normalised)
+    before = (
+        None if grid is None else hypervolume_and_exactness(scale.normalise_costs(row_costs(grid, objectives)))[0]
+    )
     return Front(
         points=rows.count,
         hypervolume=volume,

@@ -19,14 +19,14 @@ from camopt.core.storage.manifest import (
     read_manifest,
     read_manifest_or_empty,
 )
-from camopt.core.storage.publishing import publication, published_answer
+from camopt.core.storage.publishing import publication, published_answer_to_same_question
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.scene_notes import notes_on_search
 from camopt.scene.scene import Scene
 from camopt.solve.front.blocks import BlockBatch, SpaceResult, gather_batches
 from camopt.solve.front.estimate import announce_estimate
 from camopt.solve.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_from_manifest, plan_of_key, sweep_plan
-from camopt.solve.front.result import Sweep, counts_of_effort
+from camopt.solve.front.result import Sweep, undecided_and_recheck_counts
 from camopt.solve.front.store import (
     BATCH_FILES,
     QUESTION_FILE,
@@ -121,7 +121,7 @@ class SweepPart(Result):
             "designs": self.designs,
             "impossible": self.impossible,
             "feasible": self.feasible,
-            **counts_of_effort(self.effort),
+            **undecided_and_recheck_counts(self.effort),
             "files": [self.folder],
         }
 
@@ -197,7 +197,7 @@ def sweep_part(  # noqa: PLR0913
     check_count("workers", workers)
     plan, threads = _plan_cut_for_parts(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, question = Path(out) / name_of_part(*part), plan.sweep_key(*part)
-    if not again and (answer := published_answer(folder, PART_COMMAND, question.to_manifest)):
+    if not again and (answer := published_answer_to_same_question(folder, PART_COMMAND, question.to_manifest)):
         with suppress(LookupError, TypeError):  # a manifest may be damaged
             counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
             if tell:
@@ -292,26 +292,26 @@ def merge(
     questions, files, mistakes = _read_parts(_part_folders(places))
     plan = _plan_of_complete_parts(questions, mistakes)
     if out is not None:
-        _check_out_folder(Path(out), plan)
+        _check_no_other_interrupted_sweep(Path(out), plan)
     if out is not None and not again and (done := published_sweep(plan, out, tell)):
         return done
     in_order = sorted(questions, key=lambda folder: questions[folder].part)
 
-    def batches() -> Iterator[BlockBatch]:
+    def read_batches_in_order() -> Iterator[BlockBatch]:
         for folder in in_order:
             for _, path in sorted_batch_files(folder / name for name in files[folder]):
                 try:
                     yield read_batch(path, plan)
                 except BrokenBatch as why:
-                    raise BadInput([_part_mistake(path, f"this is {why}")]) from None
+                    raise BadInput([_incomplete_part_mistake(path, f"this is {why}")]) from None
 
     def gather_parts(store: Store | None, write: Write) -> SpaceResult:
-        return gather_batches(plan.space, batches(), plan.block_size, write, progress)
+        return gather_batches(plan.space, read_batches_in_order(), plan.block_size, write, progress)
 
     return run_and_publish_sweep(plan, out, gather_parts, Threads(os.cpu_count() or 1), progress)
 
 
-def _check_out_folder(folder: Path, plan: SweepPlan) -> None:
+def _check_no_other_interrupted_sweep(folder: Path, plan: SweepPlan) -> None:
     """BadInput if a folder has an interrupted sweep of another question, which would be lost."""
     interrupted = interrupted_key(folder, SWEEP_COMMAND)
     if interrupted and interrupted.differences_but_block(plan.sweep_key()):
@@ -348,40 +348,44 @@ def _read_parts(
         try:
             result = (read_manifest(folder) or Manifest()).results.get(PART_COMMAND)
         except DamagedManifest:
-            mistakes.append(_part_mistake(folder, "its manifest is damaged, or of another version of camopt"))
+            mistakes.append(
+                _incomplete_part_mistake(folder, "its manifest is damaged, or of another version of camopt")
+            )
             continue
         if result is None:
-            mistakes.append(_part_mistake(folder, "it has no manifest, because its sweep has not ended"))
+            mistakes.append(_incomplete_part_mistake(folder, "it has no manifest, because its sweep has not ended"))
             continue
         question = key_from_manifest(result.question)
         if question is None:
-            mistakes.append(_part_mistake(folder, "its manifest does not name its scene and options"))
+            mistakes.append(_incomplete_part_mistake(folder, "its manifest does not name its scene and options"))
             continue
         if question.whole_sweep not in plans:
             plans[question.whole_sweep] = _plan_or_fault(question.whole_sweep)
         plan = plans[question.whole_sweep]
         if isinstance(plan, str):
-            mistakes.append(_part_mistake(folder, plan))
+            mistakes.append(_incomplete_part_mistake(folder, plan))
             continue
         questions[folder], files[folder] = question, result.files
         for name, entry in result.files.items():
             if not (folder / name).exists():
-                mistakes.append(_part_mistake(folder / name, "this is missing"))
+                mistakes.append(_incomplete_part_mistake(folder / name, "this is missing"))
             elif not file_matches_entry(folder / name, entry):
-                mistakes.append(_part_mistake(folder / name, "this is damaged, changed, or from another run"))
-        if not _covers_blocks(result.files, plan.part_blocks(question.part, question.parts)):
-            mistakes.append(_part_mistake(folder, "its files do not cover all of its designs"))
+                mistakes.append(
+                    _incomplete_part_mistake(folder / name, "this is damaged, changed, or from another run")
+                )
+        if not _files_cover_all_blocks_once(result.files, plan.part_blocks(question.part, question.parts)):
+            mistakes.append(_incomplete_part_mistake(folder, "its files do not cover all of its designs"))
     return questions, files, mistakes
 
 
-def _covers_blocks(names: Iterable[str], numbers: range) -> bool:
+def _files_cover_all_blocks_once(names: Iterable[str], block_numbers: range) -> bool:
     """Whether files of batches cover all blocks, each once."""
-    position = numbers.start
+    position = block_numbers.start
     for blocks, _ in sorted_batch_files(map(Path, names)):
         if blocks.start != position:
             return False
         position = blocks.stop
-    return position == numbers.stop
+    return position == block_numbers.stop
 
 
 def _plan_or_fault(key: SweepKey) -> SweepPlan | str:
@@ -393,7 +397,7 @@ def _plan_or_fault(key: SweepKey) -> SweepPlan | str:
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
 
 
-def _part_mistake(path: Path, why: str) -> Mistake:
+def _incomplete_part_mistake(path: Path, why: str) -> Mistake:
     return Mistake("camopt", "part", str(path), f"a complete part of a sweep; {why}")
 
 

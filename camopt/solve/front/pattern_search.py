@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
+from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate_designs
 from camopt.scene.problem.limits import pressure_angle_limits
 from camopt.scene.problem.problem import Problem
 from camopt.solve.front.pareto import objective_costs
@@ -41,7 +41,7 @@ class PatternSearch:
     @property
     def lowers_size(self) -> bool:
         """Whether the objective is the size of the cam, to be lowered."""
-        name = self.problem.size_name
+        name = self.problem.size_quantity_name
         return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
 
     def worst_costs_and_feasibility(self, designs: Designs) -> tuple[FloatArray, Any]:
@@ -88,7 +88,7 @@ def polish_designs(pattern: PatternSearch, designs: Designs, ceilings: FloatArra
     """The designs at their optima under ceilings (designs, objectives), which the designs meet at the start."""
     proved = np.zeros(len(designs), dtype=bool)
     if pattern.lowers_size:
-        designs, proved = smallest_by_closed_form(pattern, designs, ceilings)
+        designs, proved = move_to_closed_form_optima(pattern, designs, ceilings)
     rest = np.flatnonzero(~proved)
     return (
         designs.replace_at(rest, search_by_pattern(pattern, designs.take(rest), ceilings[rest]))
@@ -133,18 +133,20 @@ def _shift_designs(designs: Designs, free: SizeBounds, names: list[str], shares:
     return designs.with_values(values)
 
 
-def smallest_by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
+def move_to_closed_form_optima(
+    pattern: PatternSearch, designs: Designs, ceilings: FloatArray
+) -> tuple[Designs, Any]:
     """The designs, those with a closed form at their proved optimum, and a mask of these.
 
     The linear limits, with the ceilings of the pressure angle, give a design that no allowed one undercuts in size.
     If it is allowed, it is the smallest.
     """
-    bounds = [_closed_form_bound(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
+    bounds = [_closed_form_smallest_design(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
     index = np.flatnonzero([design is not None for design in bounds])
     proved = np.zeros(len(designs), dtype=bool)
     if not index.size:
         return designs, proved
-    least = concatenate([design for design in bounds if design is not None])
+    least = concatenate_designs([design for design in bounds if design is not None])
     open_ = np.arange(index.size)
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)
@@ -158,7 +160,7 @@ def smallest_by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: 
     return designs, proved
 
 
-def _closed_form_bound(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
+def _closed_form_smallest_design(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
     """The smallest design under the linear limits and ceilings; None without a closed form."""
     problem = pattern.problem
     most = dict(zip(problem.objectives, ceilings, strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 from camopt.core.engines import Engine
 from camopt.core.engines.threads import Threads
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
-from camopt.core.quantities import Quantity, in_column_order, motion_quantity
+from camopt.core.quantities import Quantity, in_column_order, motion_peak_name
 from camopt.core.quantities.function import FunctionCall
 from camopt.core.storage.version import camopt_and_kernel_version
 from camopt.model.effects import find_effect, find_quantity
@@ -129,7 +129,7 @@ class SweepPlan:
     def table_columns(self) -> tuple[str, ...]:
         return sweep_columns(self.problem)
 
-    def quantities_of(self, names: Iterable[str]) -> list[Quantity]:
+    def find_quantities(self, names: Iterable[str]) -> list[Quantity]:
         return [find_quantity(name, self.problem.setup) for name in names]
 
     @cached_property
@@ -140,7 +140,7 @@ class SweepPlan:
 
     @property
     def row_quantities(self) -> list[Quantity]:
-        return self.quantities_of(self.row_columns)
+        return self.find_quantities(self.row_columns)
 
     @cached_property
     def uses_boxes(self) -> bool:
@@ -170,17 +170,19 @@ class SweepPlan:
         """The key of the sweep, or of one of several equal parts."""
         text = self.scene.to_toml()
         packages = (law.package for name, law in installed_laws().items() if f'"{name}"' in text)
-        version = " ".join([camopt_and_kernel_version(), *packages, *(each.digest for each in self.function_calls)])
+        version = " ".join(
+            [camopt_and_kernel_version(), *packages, *(each.digest for each in self.quantity_function_calls)]
+        )
         return SweepKey(text, self.keep, self.block_size, version, part, parts)
 
     @property
-    def function_calls(self) -> list[FunctionCall]:
+    def quantity_function_calls(self) -> list[FunctionCall]:
         """The Python functions that are quantities of the scene."""
         return [each.function_call for each in self.problem.setup.own_quantities.values() if each.function_call]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Another process gets the key, and the calls, which pickle the user's functions along."""
-        return plan_of_key, (self.sweep_key(), self.function_calls)
+        return plan_of_key, (self.sweep_key(), self.quantity_function_calls)
 
     def evaluate_blocks(self, numbers: Sequence[int]) -> BlockBatch:
         """The merged results of consecutive blocks."""
@@ -189,7 +191,7 @@ class SweepPlan:
     def evaluate_in_batches(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         """The results of blocks from an engine, in batches and in order."""
         if not isinstance(engine, Threads):
-            for call in self.function_calls:
+            for call in self.quantity_function_calls:
                 call.check_importable()  # an engine's own message would be less clear
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE_BLOCKS, dtype=int)).tolist()
         return engine.results_in_order(self.evaluate_blocks, numbers, sample)
@@ -257,15 +259,15 @@ def with_default_objectives(problem: Problem) -> Problem:
     if problem.objectives:
         return problem
     setup = problem.setup
-    acceleration = motion_quantity("acceleration", "", angular=setup.tool_turns, timed=setup.omega is not None)
-    names = [problem.size_name, acceleration]
+    acceleration = motion_peak_name("acceleration", "", angular=setup.tool_turns, timed=setup.omega is not None)
+    names = [problem.size_quantity_name, acceleration]
     names += [] if setup.mechanism.flat_faced else ["pressure_angle_max_deg"]
     return replace(problem, objectives=dict.fromkeys(names, 1.0))
 
 
 def comparison_columns(problem: Problem) -> tuple[str, ...]:
     """The columns that identify designs and compare them: sizes, objectives and the verdict."""
-    names = problem.size_names | problem.objectives.keys() | set(VERDICT_COLUMNS)
+    names = problem.size_quantity_names | problem.objectives.keys() | set(VERDICT_COLUMNS)
     return tuple(in_column_order(names))
 
 
@@ -274,5 +276,5 @@ def sweep_columns(problem: Problem) -> tuple[str, ...]:
     setup = problem.setup
     numbers = {name for name in problem.required_quantities if find_quantity(name, setup).kind is float}
     outputs = problem.output_quantities if problem.outputs else frozenset()
-    names = problem.size_names | numbers | outputs | setup.own_quantities.keys() | set(VERDICT_COLUMNS)
+    names = problem.size_quantity_names | numbers | outputs | setup.own_quantities.keys() | set(VERDICT_COLUMNS)
     return tuple(in_column_order(names))

@@ -19,8 +19,8 @@ from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget
 from camopt.model.effects import require_effect
-from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate_designs
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows, concatenate_rows
 from camopt.scene.problem.space import DesignSpace, search_boxes
 from camopt.solve.front.pareto import non_dominated, thin_front
@@ -39,16 +39,18 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
 
     No row of the grid's front dominates a row of it. ``progress`` is called with (designs done, designs in all).
     """
-    problem, names = at_rounding_error(space.problem), frozenset(grid.columns)
+    problem, names = with_rounding_relative_error(space.problem), frozenset(grid.columns)
     free = free_ranges(problem)
     decided = [
-        name for name in variable_dependent_objectives(problem) if name != problem.size_name or "size" in free
+        name
+        for name in objectives_of_free_variables(problem)
+        if name != problem.size_quantity_name or "size" in free
     ]
     if not free or not decided or not grid.count:
         return _with_refined_column(grid, False)
-    sized = "size" in free and problem.objectives.get(problem.size_name, 0.0) > 0.0
-    objective = problem.size_name if sized else decided[0]
-    cams = _smallest_cams(space, names) if sized else ()
+    sized = "size" in free and problem.objectives.get(problem.size_quantity_name, 0.0) > 0.0
+    objective = problem.size_quantity_name if sized else decided[0]
+    cams = _feasible_smallest_cams_by_motion(space, names) if sized else ()
     start = non_dominated(concatenate_rows([grid, *cams]), problem.objectives)
     groups = list(space.designs_of_rows(start))
     parts, done, total = [], 0, start.count + CURVE_LEVELS * len(groups)
@@ -62,20 +64,20 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
             report_progress(progress, done, total)
 
     for group_problem, index, designs in groups:
-        pattern = PatternSearch(at_rounding_error(group_problem), free, objective)
+        pattern = PatternSearch(with_rounding_relative_error(group_problem), free, objective)
         _, held = pattern.worst_costs_and_feasibility(designs)
         # rows so near a limit that only intervals decide stay as they are
         parts.append(_with_refined_column(start.take(index[~held]), False))
-        designs = concatenate(
+        designs = concatenate_designs(
             [designs.take(held), *_best_designs_by_objective(pattern, designs.take(held), decided)]
         )
         ceilings = pattern.worst_costs_and_feasibility(designs)[0]
-        designs = concatenate(
+        designs = concatenate_designs(
             block
             for search in _searches_by_objective(pattern, decided)
             for block in polish_in_blocks(search, designs, ceilings)
         )
-        designs = concatenate(
+        designs = concatenate_designs(
             [designs, *polish_in_blocks(pattern, *_level_starts_and_ceilings(pattern, designs, decided))]
         )
         parts.append(_with_refined_column(_feasible_rows(pattern.problem, designs, names), True))
@@ -91,7 +93,7 @@ def free_ranges(problem: Problem) -> SizeBounds:
     return free
 
 
-def variable_dependent_objectives(problem: Problem) -> list[str]:
+def objectives_of_free_variables(problem: Problem) -> list[str]:
     """The objectives that free variables change; others depend on the motion and listed numbers alone."""
     free = [n for n in problem.search_space.numbers if n.key in problem.setup.free and n.is_searched_continuously]
     listed = {number.quantity for number in problem.search_space.numbers if number not in free}
@@ -99,9 +101,9 @@ def variable_dependent_objectives(problem: Problem) -> list[str]:
     return [name for name in names if free or not require_effect(name, problem.setup).is_of_motion(problem.setup)]
 
 
-def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[DesignRows]:
+def _feasible_smallest_cams_by_motion(space: DesignSpace, names: frozenset[str]) -> Iterator[DesignRows]:
     """The smallest cam of each motion and each choice of listed values, within the work of ``optimise``."""
-    end, problems = Budget(OPTIMISE_WORK), [at_rounding_error(problem) for problem in space.problems]
+    end, problems = Budget(OPTIMISE_WORK), [with_rounding_relative_error(problem) for problem in space.problems]
     for done, problem in enumerate(problems):
         until, boxes = end.share(len(problems) - done), search_boxes(problem)
         answers = [
@@ -109,7 +111,7 @@ def _smallest_cams(space: DesignSpace, names: frozenset[str]) -> Iterator[Design
         ]
         cams = [design for design in answers if design is not None]
         if cams:
-            yield _feasible_rows(problem, concatenate(cams), names)
+            yield _feasible_rows(problem, concatenate_designs(cams), names)
 
 
 def _searches_by_objective(pattern: PatternSearch, objective_names: list[str]) -> list[PatternSearch]:
@@ -131,7 +133,7 @@ def _best_designs_by_objective(
     """
     costs, _ = pattern.worst_costs_and_feasibility(designs)
     for name in objective_names if len(designs) else ():
-        if name != pattern.problem.size_name or not pattern.lowers_size:
+        if name != pattern.problem.size_quantity_name or not pattern.lowers_size:
             best = designs.take([int(np.argmin(costs[:, pattern.objective_index(name)]))])
             search = replace(pattern, objective=name)
             yield search_by_pattern(search, best, np.full((1, costs.shape[1]), np.inf))

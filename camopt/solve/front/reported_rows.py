@@ -10,9 +10,9 @@ import numpy as np
 from camopt.core.engines.progress import Progress
 from camopt.core.numerics import IndexArray
 from camopt.core.quantities import in_column_order
-from camopt.model.effects import plan_effects, setup_effects
+from camopt.model.effects import quantities_to_compute_by_effect, setup_effects
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows, concatenate_rows, scatter_rows
 from camopt.scene.problem.space import EDGE_OF_SPACE, DesignSpace
 from camopt.scene.scene import Scene
@@ -53,10 +53,10 @@ def report_rows(plan: SweepPlan, space_result: SpaceResult, progress: Progress |
         rows = refine_front(space, rows, progress)
     rows = rows if search.thin is None else thin_front(rows, objectives, search.thin)
     best = best_row_of_each_law(space_result.best, objectives)
-    index, smaller = next_smaller_cams(space, best)
+    index, smaller = places_and_next_smaller_cams(space, best)
     tables = [best, smaller, rows] + ([] if rows is space_result.front else [space_result.front])
     best, smaller, *fronts = with_reevaluated_columns(space, frozenset(plan.table_columns), *tables)
-    return ReportedRows(fronts[0], fronts[-1], best, active_limits_of(best.count, index, smaller))
+    return ReportedRows(fronts[0], fronts[-1], best, limits_violated_by_smaller_cams(best.count, index, smaller))
 
 
 def best_of_each_law(scene: Scene, reported: ReportedRows) -> dict[str, Design]:
@@ -72,7 +72,7 @@ def with_reevaluated_columns(space: DesignSpace, names: frozenset[str], *tables:
     Columns are in the order of the quantities, wherever the rows come from.
     """
     total = sum(rows.count for rows in tables)
-    sizes = concatenate_rows(rows.select_columns(space.problem.size_names) for rows in tables)
+    sizes = concatenate_rows(rows.select_columns(space.problem.size_quantity_names) for rows in tables)
     evaluated = scatter_rows(_reevaluate_by_motion(space, names, sizes), total)
     ends = np.cumsum([rows.count for rows in tables])
     if not evaluated.columns:
@@ -102,27 +102,32 @@ def reevaluate_designs(problem: Problem, designs: Designs, names: frozenset[str]
     All quantities that ``evaluate`` encloses are enclosed here too, because they change the last digits of others.
     """
     setup = problem.setup
-    planned, effects = plan_effects(names | problem.evaluated_quantities, setup), setup_effects(setup)
+    planned, effects = (
+        quantities_to_compute_by_effect(names | problem.evaluated_quantities, setup),
+        setup_effects(setup),
+    )
     enclosed = (quantities for effect, quantities in planned.items() if not effects[effect].exact)
-    return evaluate_with_verdicts(at_rounding_error(problem), designs, names.union(*enclosed)).select_columns(names)
+    return evaluate_with_verdicts(
+        with_rounding_relative_error(problem), designs, names.union(*enclosed)
+    ).select_columns(names)
 
 
-def next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray, DesignRows]:
+def places_and_next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray, DesignRows]:
     """The rows that are not at the edge of the space, with the next smaller size of the cam.
 
     In a sample the next smaller size is one per cent smaller.
     """
-    name = space.problem.size_name
+    name = space.problem.size_quantity_name
     sizes = [space.next_smaller_size(size) for size in rows.column(name).tolist()]
     inside = np.flatnonzero([size is not None for size in sizes])
     smaller = rows.take(inside)
     return inside, replace(smaller, columns=smaller.columns | {name: np.array([sizes[row] for row in inside])})
 
 
-def active_limits_of(count: int, index: IndexArray, smaller: DesignRows) -> list[str]:
+def limits_violated_by_smaller_cams(row_count: int, index: IndexArray, smaller_cams: DesignRows) -> list[str]:
     """The active limits of rows: those that the next smaller cam exceeds, if there is such a cam."""
-    active = [EDGE_OF_SPACE] * count
-    for row, names in zip(index, smaller.column("violated"), strict=True):
+    active = [EDGE_OF_SPACE] * row_count
+    for row, names in zip(index, smaller_cams.column("violated"), strict=True):
         active[row] = str(names).replace(",", ", ")
     return active
 
@@ -149,6 +154,6 @@ def nearest_miss_of_space(plan: SweepPlan) -> Design | None:
     return Design(row, plan.scene)
 
 
-def largest_half_width(rows: DesignRows) -> float:
+def largest_relative_half_width(rows: DesignRows) -> float:
     """The largest relative half-width of an enclosure of any row."""
     return float(np.max(rows.columns.get("relative_half_width", 0.0), initial=0.0))

@@ -31,7 +31,7 @@ from camopt.solve.verdicts.verdict_words import BROKEN, UNDECIDED
 HYPERVOLUME_NOTE = "It compares fronts of the same objectives, from 0 to 1: higher is better."
 
 
-def counts_of_effort(effort: Effort) -> dict[str, int]:
+def undecided_and_recheck_counts(effort: Effort) -> dict[str, int]:
     """The numbers of designs that stayed undecided, were evaluated again, and were decided by intervals."""
     return {
         "undecided": effort.undecided,
@@ -294,7 +294,7 @@ class Sweep(Result, Drawable):
             "decided_by_boxes": self.decided_by_boxes,
             "impossible": self.impossible,
             "feasible": self.feasible,
-            **counts_of_effort(self.effort),
+            **undecided_and_recheck_counts(self.effort),
             "pareto": self.pareto,
             "front": self.front,
             "files": self.files,

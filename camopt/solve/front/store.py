@@ -106,12 +106,12 @@ class Store:
             except BrokenBatch:
                 path.unlink()  # its blocks are evaluated again
                 continue
-            yield from self._evaluate_missing(range(position, blocks.start), engine)
+            yield from self._evaluate_and_save_blocks(range(position, blocks.start), engine)
             yield batch
             position = blocks.stop
-        yield from self._evaluate_missing(range(position, self.numbers.stop), engine)
+        yield from self._evaluate_and_save_blocks(range(position, self.numbers.stop), engine)
 
-    def _evaluate_missing(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
+    def _evaluate_and_save_blocks(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         self._since = monotonic()
         for batch in self.plan.evaluate_in_batches(numbers, engine) if numbers else ():
             self._pending.append(batch)
@@ -229,7 +229,7 @@ def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
             raise BrokenBatch("not what a sweep of its scene gives")
         starts = np.cumsum([0, *counts]).tolist()
         rows: dict[str, Any] = {
-            kind: _rows_of_table(table.slice(start, count))
+            kind: _design_rows_from_arrow_table(table.slice(start, count))
             for kind, start, count in zip(BATCH_TABLES, starts, counts, strict=False)
         }
         batch = BlockBatch(**{**numbers, "effort": Effort._make(numbers["effort"])}, **rows)
@@ -242,11 +242,11 @@ def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
     return batch
 
 
-def _rows_of_table(table: Any) -> DesignRows:
-    return DesignRows({name: _array_of_column(table[name]) for name in table.column_names}, table.num_rows)
+def _design_rows_from_arrow_table(table: Any) -> DesignRows:
+    return DesignRows({name: _array_from_arrow_column(table[name]) for name in table.column_names}, table.num_rows)
 
 
-def _array_of_column(column: Any) -> Any:
+def _array_from_arrow_column(column: Any) -> Any:
     if column.type != pa.string():
         return column.to_numpy()
     coded = column.combine_chunks().dictionary_encode()

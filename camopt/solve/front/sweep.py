@@ -24,7 +24,7 @@ from camopt.core.engines.progress import Progress, with_progress_bar
 from camopt.core.engines.threads import Threads
 from camopt.core.quantities import QUANTITIES
 from camopt.core.storage.files import write_text
-from camopt.core.storage.publishing import Publication, publication, published_answer
+from camopt.core.storage.publishing import Publication, publication, published_answer_to_same_question
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.space import DesignSpace
@@ -34,7 +34,7 @@ from camopt.solve.front.certified_front import PROOF_COLUMN, certify_front_with_
 from camopt.solve.front.estimate import announce_estimate
 from camopt.solve.front.pareto import Front, summarise_front
 from camopt.solve.front.plan import FRONT_ONLY, TABLED_KEEPS, SweepPlan, sweep_plan
-from camopt.solve.front.reported_rows import best_of_each_law, largest_half_width, nearest_miss_of_space
+from camopt.solve.front.reported_rows import best_of_each_law, largest_relative_half_width, nearest_miss_of_space
 from camopt.solve.front.result import Sweep
 from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, MessageSink, Store, save_batches_on_early_end
 from camopt.solve.tables.cells import to_json
@@ -187,13 +187,13 @@ def run_and_publish_sweep(
             impossible=None if space_result.existing is None else len(space) - space_result.existing,
             feasible=space_result.feasible,
             effort=space_result.effort,
-            reached=max(space_result.reached, largest_half_width(rows), largest_half_width(grid)),
+            reached=max(space_result.reached, largest_relative_half_width(rows), largest_relative_half_width(grid)),
             pareto=rows.count,
             files=_file_paths(plan, unit.folder) if unit else (),
             best=best_of_each_law(scene, reported),
             nearest_miss=miss,
             front=front,
-            obstacle=_assembly_obstacle(space, bool(rows.count or miss)),
+            obstacle=_reason_designs_do_not_assemble(space, bool(rows.count or miss)),
             evaluated=space_result.evaluated,
             boxes=space_result.boxes,
             decided_by_boxes=space_result.decided,
@@ -214,12 +214,12 @@ def run_and_publish_sweep(
     return result
 
 
-def _assembly_obstacle(space: DesignSpace, assembled: bool) -> str:
+def _reason_designs_do_not_assemble(space: DesignSpace, any_assembled: bool) -> str:
     """Why no design can be assembled, or for how many trains none can."""
     mechanisms = [problem.setup.mechanism for problem in space.problems]
     if reasons := [mechanism.assembly for mechanism in mechanisms if mechanism.has_no_assembly]:
         return f"{len(reasons)} of {len(mechanisms)} motions through a train, such as {reasons[0]}"
-    return "" if assembled else space.problem.setup.mechanism.assembly
+    return "" if any_assembled else space.problem.setup.mechanism.assembly
 
 
 def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Publication]:
@@ -233,7 +233,7 @@ def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> Abstract
 def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageSink | None) -> Sweep | None:
     """The result of this sweep in a folder; None if it is not there."""
     question = plan.sweep_key().to_sweep_manifest
-    answer = published_answer(out, SWEEP_COMMAND, question)
+    answer = published_answer_to_same_question(out, SWEEP_COMMAND, question)
     with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may be damaged
         numbers = fields_from_summary(answer, plan.scene)
         if tell:
@@ -258,7 +258,7 @@ def _open_tables(
 ) -> Mapping[str, TableWriter | TableInMemory]:
     """The tables of a sweep by name: files, open until the stack is left, or in memory if there is no folder."""
     scene = plan.scene.to_toml()
-    columns = {table: plan.quantities_of(names) for table, names in _table_columns(plan).items()}
+    columns = {table: plan.find_quantities(names) for table, names in _table_columns(plan).items()}
     if unit is None:
         return {table: TableInMemory(quantities, scene) for table, quantities in columns.items()}
     return {

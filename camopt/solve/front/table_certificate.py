@@ -71,13 +71,13 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     rows = DesignRows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = DesignSpace(problem, problems_by_motion(problem), {})
     with path_to_revise_file(path) as place:
-        verdicts = _row_verdicts(space, rows, progress)
+        verdicts = _certify_each_row(space, rows, progress)
         field = schema_of((QUANTITIES[PROOF_COLUMN],)).field(PROOF_COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
     return TableCertificate(verdicts)
 
 
-def _row_verdicts(space: DesignSpace, rows: DesignRows, progress: Progress | None) -> list[str]:
+def _certify_each_row(space: DesignSpace, rows: DesignRows, progress: Progress | None) -> list[str]:
     verdicts, done = [""] * rows.count, 0
     for problem, index, designs in space.designs_by_setting(rows):
         for row, number in enumerate(index):

@@ -111,7 +111,7 @@ def find_columns_and_unit(
     BadInput
         If the columns are unknown, or if their headings name another meaning or unit.
     """
-    first, second = _column_places(name, table, columns)
+    first, second = _places_by_choice_heading_or_order(name, table, columns)
     if first is None and columns.kind is XY_TABLE:
         raise file_mistake(name, "columns", None, "has one column, and points need both x and y")
     heading = table.names[second]
@@ -120,7 +120,9 @@ def find_columns_and_unit(
     return first, second, unit
 
 
-def _column_places(name: str, table: NumberTable, columns: TableColumns) -> tuple[int | None, int]:
+def _places_by_choice_heading_or_order(
+    name: str, table: NumberTable, columns: TableColumns
+) -> tuple[int | None, int]:
     """Places of the two columns, by choice, by headings, or by order."""
     kind, width = columns.kind, len(table.names)
     if columns.chosen is not None:

@@ -69,10 +69,10 @@ def text_rows(text: str) -> list[NumberedRow]:
             raise ValueError(
                 f"has {len(line)} characters in line {number}; at most {MOST_LINE_CHARACTERS} are allowed"
             )
-    return max((dialect.read_rows(lines) for dialect in TEXT_DIALECTS), key=_reading_score)
+    return max((dialect.read_rows(lines) for dialect in TEXT_DIALECTS), key=_dialect_score)
 
 
-def _reading_score(rows: list[NumberedRow]) -> tuple[int, int]:
+def _dialect_score(rows: list[NumberedRow]) -> tuple[int, int]:
     """Number of numeric rows; then 2 if the first column may be angles, 1 for one column, else 0.
 
     "1,25" in every line may be an angle and a lift, or a lift with a decimal comma.

@@ -70,7 +70,7 @@ def points_on_outline(outline: DrawnOutline) -> ComplexArray:
 
 def _is_profile(outline: DrawnOutline, least_rise: float) -> bool:
     """Whether an outline goes round the axis, and is no circle about it."""
-    points = np.column_stack([outline.vertices, outline.middles]).ravel()
+    points = np.column_stack([outline.vertices, outline.arc_middles]).ravel()
     distances = np.abs(points)
     if not distances.min() > 0.0:
         return False

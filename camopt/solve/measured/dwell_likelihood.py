@@ -49,7 +49,7 @@ def likeliest_dwell(window: FlatWindow, noise: float, likelihood_drop: float, ce
     The shorter one is at most ``likelihood_drop`` below the largest log-likelihood. It is taken if the gain of the
     dwell is at least ``certain_gain``.
     """
-    angles, lifts, variances = _mean_points(window, noise)
+    angles, lifts, variances = _binned_angles_lifts_variances(window, noise)
     starts, ends = (np.linspace(*limits, EDGES) for limits in (window.starts, window.ends))
     inside = (angles >= starts[0]) & (angles <= ends[-1])
     level = float(np.median(lifts[inside])) if inside.any() else float(lifts.mean())
@@ -82,7 +82,7 @@ def likeliest_dwell(window: FlatWindow, noise: float, likelihood_drop: float, ce
     return DwellReading(float(starts[k]), float(ends[j]), gain)
 
 
-def _mean_points(window: FlatWindow, noise: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _binned_angles_lifts_variances(window: FlatWindow, noise: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Angles, lifts and variances of the points, or of means of neighbouring points if there are many."""
     side_count = max(np.sum(window.angles < window.starts[1]), np.sum(window.angles > window.ends[0]))
     group = np.arange(window.angles.size) // max(1, -(-int(side_count) // MOST_BINS))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.model.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
-from camopt.scene.mapping import MOTION_AT_FOLLOWER, given_at_follower
+from camopt.scene.mapping import MOTION_AT_FOLLOWER, is_motion_given_at_follower
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.train import tool_turns, train_stages_in
@@ -28,7 +28,7 @@ from camopt.solve.measured.least_jerk import (
     AllowedDeviation,
     LeastJerkCurve,
     OutlineNode,
-    least_feasible_band,
+    least_band_and_active_points,
     least_jerk_curve,
     least_jerk_motion,
     outline_nodes,
@@ -314,7 +314,7 @@ def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: Measu
     """Unit of the lifts or of a profile: the given one, or deg if the follower or tool turns."""
     follower = tables.get("follower")
     oscillates = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
-    stages = [] if given_at_follower(tables) else train_stages_in(tables)
+    stages = [] if is_motion_given_at_follower(tables) else train_stages_in(tables)
     angular = tool_turns(stages, oscillates) and not profile
     units = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given_unit is not None and given_unit not in units:
@@ -420,7 +420,7 @@ def _fit_gentlest_outline(
     raise Unmet(f"{points.file}: the lift {what}")
 
 
-def _band_margins(band: float) -> Iterator[float]:
+def _trial_band_margin_shares(band: float) -> Iterator[float]:
     """Margins of a band, as shares of it, to try until a motion lies within the whole band."""
     margin, most = max(BAND_MARGINS[0], SOLVER_SHARE / band), BAND_MARGINS[1]
     while margin <= most:
@@ -436,7 +436,7 @@ def _certified_fit(
     build_scene: Callable[[FittedSegments], Scene],
 ) -> Fit | None:
     """The fit whose scene is proved to be within the band; None if these nodes have none."""
-    for margin in _band_margins(allowed.band / float(np.ptp(points.lifts))):
+    for margin in _trial_band_margin_shares(allowed.band / float(np.ptp(points.lifts))):
         motion = least_jerk_motion(points, nodes, allowed.reduce_by(margin), least_jerk.rms_jerk)
         if motion is None:
             return None
@@ -461,7 +461,7 @@ def _unmet_band_error(
     points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, jerk: float
 ) -> Exception:
     """The error for dwells and turns without a motion within the allowed deviation."""
-    least, places = least_feasible_band(points, nodes, jerk)
+    least, places = least_band_and_active_points(points, nodes, jerk)
     if least < allowed.band:
         return Unsolved("the convex solver is not accurate enough for the band")
     rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, QUANTITIES, displacement_unit, motion_quantity
+from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, QUANTITIES, displacement_unit, motion_peak_name
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
@@ -117,7 +117,7 @@ class Fit(Result, Drawable):
         """Name of the quantity that is the largest velocity, acceleration or jerk."""
         timed = self._problem.setup.omega is not None
         part = AT_FOLLOWER if self.at_follower else ""
-        return motion_quantity(derivative, part, angular=self._problem.given_motion_is_angle, timed=timed)
+        return motion_peak_name(derivative, part, angular=self._problem.given_motion_is_angle, timed=timed)
 
     def scale(self, order: int) -> Any:
         """Factor from a derivative of the motion to the unit of its quantity."""

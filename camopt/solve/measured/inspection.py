@@ -43,7 +43,7 @@ from camopt.solve.measured.fit import follow_measured_profile
 from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg, read_points
 from camopt.solve.measured.noise import OUTLIER_OFF, noise_from_neighbours
 from camopt.solve.measured.outline import ANGLE_DIGITS, places_before_gaps
-from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, base_circle_position
+from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_position_on_base_circle
 from camopt.solve.measured.smoothing import smoothing_spline
 from camopt.solve.measured.waves import ProfileHarmonics, ProfileWave, significant_harmonics
 from camopt.solve.tables.cells import number_text, with_unit
@@ -393,7 +393,7 @@ class _DrawnDisc(NamedTuple):
     def follow_points(self, profile: MeasuredProfile, points: MeasuredPoints, aligned: bool) -> "InspectedDisc":
         """The follower on measured points; points of a second disc are mirrored."""
         measured = profile.mirrored(points) if self.disc.mirror < 0.0 else points
-        file, tables = self.disc.problem.file, _disc_tables(self.disc, self.scene)
+        file, tables = self.disc.problem.file, _scene_tables_for_disc(self.disc, self.scene)
         followed = follow_measured_profile(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
         return InspectedDisc(self.disc, self.scene, measured, followed, aligned, self.keep_outliers)
 
@@ -412,10 +412,10 @@ class _DrawnDisc(NamedTuple):
         return ""
 
 
-def _disc_tables(disc: Disc, scene: Scene) -> dict[str, Any]:
+def _scene_tables_for_disc(disc: Disc, scene: Scene) -> dict[str, Any]:
     """Tables of a scene with the follower sizes at one disc, and the rotation of that disc."""
     tables, design = scene.to_dict(), disc.problem.design
-    sizes = {key: float(getattr(design, FIELDS[key])[0]) for key in scene.mechanism.follower_keys(scene.tip)}
+    sizes = {key: float(getattr(design, FIELDS[key])[0]) for key in scene.mechanism.follower_size_keys(scene.tip)}
     tables["cam"] = {**tables["cam"], "rotation": "ccw" if design.sense > 0.0 else "cw"}
     tables["follower"] = {**tables["follower"], **sizes}
     return tables
@@ -440,7 +440,7 @@ def _best_trial_zero_angle(discs: "Sequence[InspectedDisc]") -> float:
 def refine_zero_angle(discs: "Sequence[InspectedDisc]", zero_angle: float) -> float:
     """The angle near ``zero_angle`` that fits all discs best [rad]."""
     for _ in range(PHASE_FITS):
-        all_columns = [disc.response_columns(zero_angle) for disc in discs]
+        all_columns = [disc.responses_to_error_causes(zero_angle) for disc in discs]
         own_columns = block_diag(*(columns[:, 1:] for columns in all_columns))
         columns = np.column_stack([np.concatenate([columns[:, 0] for columns in all_columns]), own_columns])
         errors = np.concatenate([disc.raw_motion_errors_at(zero_angle) for disc in discs])
@@ -567,7 +567,7 @@ class InspectedDisc:
     @cached_property
     def base_position(self) -> float:
         """Position of the follower on the base circle of the drawing [mm or rad]."""
-        return float(base_circle_position(self.problem, self.problem.design)[0])
+        return float(follower_position_on_base_circle(self.problem, self.problem.design)[0])
 
     @cached_property
     def measured_follower_positions(self) -> FloatArray:
@@ -587,7 +587,7 @@ class InspectedDisc:
     def turn_angle(self) -> float:
         return self.problem.programme.strokes[-1].end
 
-    def response_columns(self, zero_angle: float) -> FloatArray:
+    def responses_to_error_causes(self, zero_angle: float) -> FloatArray:
         """Responses of the errors to phase, size and the two directions of the bore (points, 4)."""
         without_train = replace(self.problem, setup=replace(self.problem.setup, train=None))
         response = ToolResponse(without_train, self.cam_angles_at(zero_angle))
@@ -605,7 +605,9 @@ class InspectedDisc:
     def fitted_error_causes(self) -> FloatArray:
         """Causes of the errors: phase, size and the two directions of the bore."""
         return np.asarray(
-            np.linalg.lstsq(self.response_columns(self.zero), self.raw_motion_errors_at(self.zero), rcond=None)[0]
+            np.linalg.lstsq(
+                self.responses_to_error_causes(self.zero), self.raw_motion_errors_at(self.zero), rcond=None
+            )[0]
         )
 
     @cached_property
@@ -620,7 +622,7 @@ class InspectedDisc:
     @cached_property
     def profile_and_bore_responses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Response of the follower to the profile, and to the two directions of the bore."""
-        _, *columns = self.response_columns(self.zero).T
+        _, *columns = self.responses_to_error_causes(self.zero).T
         return columns[0], columns[1], columns[2]
 
     @cached_property

@@ -251,7 +251,7 @@ def least_jerk_motion(
     return model.motion_with_exact_joints() if status in SOLVED_STATUSES else None
 
 
-def least_feasible_band(
+def least_band_and_active_points(
     points: MeasuredPoints, nodes: Sequence[OutlineNode], usual_jerk: float
 ) -> tuple[float, list[int]]:
     """Least band of an outline, and the places of the points at that distance."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray, IndexArray
-from camopt.core.numerics.neighbours import NEIGHBOURS, NORMAL_MEDIAN, neighbour_deviations
+from camopt.core.numerics.neighbours import NEIGHBOURS, NORMAL_MEDIAN, scaled_deviations_from_neighbours
 from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, forward_angle_deg
 from camopt.solve.measured.smoothing import smoothing_spline
 
@@ -74,7 +74,7 @@ def noise_from_neighbours(points: MeasuredPoints) -> float:
 
 def _neighbour_deviations(points: MeasuredPoints) -> FloatArray:
     """Deviations of points from the curve through their neighbours; 0 among equal ones."""
-    deviations = neighbour_deviations(points.angles, points.lifts, TURN_DEG)
+    deviations = scaled_deviations_from_neighbours(points.angles, points.lifts, TURN_DEG)
     return np.where(np.abs(deviations) > EQUAL_LIFTS * np.ptp(points.lifts), deviations, 0.0)
 
 
@@ -108,7 +108,7 @@ def find_outliers(points: MeasuredPoints, noise: float, least_deviation: float =
 
 def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, least_deviation: float) -> list[int]:
     """The furthest outlier among the remaining points, or two near outliers; empty if there is none."""
-    deviations = np.abs(neighbour_deviations(points.angles[kept], points.lifts[kept], TURN_DEG))
+    deviations = np.abs(scaled_deviations_from_neighbours(points.angles[kept], points.lifts[kept], TURN_DEG))
     candidates = [int(place) for place in np.argsort(-deviations) if deviations[place] > least_deviation]
     pairs = [
         [first, second]
@@ -135,5 +135,6 @@ def _neighbours_agree(points: MeasuredPoints, rest: IndexArray, place: int, larg
     angles = forward_angle_deg(points.angles[place] - TURN_DEG / 2.0, points.angles[around])
     middle = slice(3 * NEIGHBOURS, 5 * NEIGHBOURS)
     return bool(
-        np.abs(neighbour_deviations(angles, points.lifts[around], TURN_DEG)[middle]).max() <= largest_deviation
+        np.abs(scaled_deviations_from_neighbours(angles, points.lifts[around], TURN_DEG)[middle]).max()
+        <= largest_deviation
     )

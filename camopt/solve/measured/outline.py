@@ -214,8 +214,8 @@ def _possible_dwell_in_stretch(
     first = points.angles[stretch[0]]
     length = float(forward_angle_deg(first, points.angles[stretch[-1]]))
     level = float(points.lifts[stretch].max() + points.lifts[stretch].min()) / 2.0
-    before, behind, coming = _points_leaving_stretch(points, stretch, -1, level, band)
-    after, ahead, leaving = _points_leaving_stretch(points, stretch, 1, level, band)
+    before, behind, coming = _points_and_angles_leaving_stretch(points, stretch, -1, level, band)
+    after, ahead, leaving = _points_and_angles_leaving_stretch(points, stretch, 1, level, band)
     certain = CERTAIN_DWELL_FACTOR * (behind + ahead) < length
     if not certain and (stretch.size < FEWEST_RESTING or coming + leaving > length):
         return None
@@ -245,7 +245,7 @@ def _possible_dwell_in_stretch(
     return Dwell(start, end, level, stretch[inside], stretch, dwell.gain)
 
 
-def _points_leaving_stretch(
+def _points_and_angles_leaving_stretch(
     points: MeasuredPoints, stretch: IndexArray, direction: int, level: float, band: float
 ) -> tuple[IndexArray, float, float]:
     """The points that leave a stretch, the angle over them, and the angle until they are three bands away."""
@@ -322,7 +322,7 @@ def _turning_points(
 
 
 def _find_reversals(lifts: FloatArray, least_reversal: float) -> Iterator[tuple[int, bool]]:
-    """Places where values turn back by more than ``room`` between their ends, and whether each is a highest."""
+    """Places where values turn back by more than ``least_reversal``, and whether each is a highest."""
     lowest = highest = 0
     way = 0
     for k, value in enumerate(lifts):

@@ -361,14 +361,14 @@ class _ContactPair:
             self.phase_difference,
             self._distance_name,
             "deg" if angular else "mm",
-            unit * self._drawn_distance,
+            unit * self._nominal_contact_distance,
             None
             if tolerance is None
             else unit * tolerance * float(self._sum_over_contacts_at_all_cam_angles(profile_responses).max()),
             np.degrees(self.all_cam_angles),
             unit * self.distance_errors + (np.nan if self._mismatch_reason else 0.0),
             self.scene.drive.interference or 0.0,
-            None if self._mismatch_reason else self._preload,
+            None if self._mismatch_reason else self._preload_with_distance_errors,
             self._needed_preload,
             self._mismatch_reason,
         )
@@ -398,7 +398,7 @@ class _ContactPair:
         return 0.0 if first.aligned else refine_zero_angle(self.discs, first.zero)
 
     @property
-    def _contact_angles(self) -> list[FloatArray]:
+    def _cam_angles_at_each_contact(self) -> list[FloatArray]:
         """Cam angles of the points at each contact [rad]; for a yoke of its disc, and half a turn later."""
         first, *others = (disc.cam_angles_at(self.shared_zero_angle) for disc in self.discs)
         return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
@@ -406,11 +406,11 @@ class _ContactPair:
     @cached_property
     def all_cam_angles(self) -> FloatArray:
         """Cam angles of all points [rad]."""
-        return np.unique(np.concatenate(self._contact_angles))
+        return np.unique(np.concatenate(self._cam_angles_at_each_contact))
 
     def _sum_over_contacts_at_all_cam_angles(self, values: Sequence[FloatArray]) -> FloatArray:
         """Sum over both contacts of values at the points of each disc."""
-        both = zip(self._contact_angles, [*values] * 2, strict=False)
+        both = zip(self._cam_angles_at_each_contact, [*values] * 2, strict=False)
         return np.asarray(sum(np.interp(self.all_cam_angles, *each, period=2.0 * np.pi) for each in both))
 
     @cached_property
@@ -427,14 +427,14 @@ class _ContactPair:
         return "breadth" if self.problem.setup.mechanism.flat_faced else "distance of the rollers"
 
     @property
-    def _drawn_distance(self) -> float:
+    def _nominal_contact_distance(self) -> float:
         """Nominal distance of the contacts along the motion [mm or rad]."""
         first, lift = self.problem.design, self.problem.programme.lift
         start = self.problem.setup.mechanism.start or (lambda designs: designs.size)
         return float((start(first) + start(second_disc_designs(first)) + lift)[0])
 
     @property
-    def _preload(self) -> FloatArray | None:
+    def _preload_with_distance_errors(self) -> FloatArray | None:
         dynamics = self.problem.setup.dynamics
         if dynamics.pair_stiffness is None or dynamics.pair_preload is None:
             return None

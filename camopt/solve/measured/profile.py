@@ -35,7 +35,7 @@ from camopt.core.mistakes import BadInput, Mistake, Unsolved
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IntArray
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.geometry import profile_points
-from camopt.model.mechanisms.oscillating_flat import start_angle_sine
+from camopt.model.mechanisms.oscillating_flat import sine_of_start_face_angle
 from camopt.scene.problem.problem import Problem
 from camopt.solve.measured.columns import PROFILE_KINDS, TableColumns
 from camopt.solve.measured.drawing_points import is_drawing
@@ -70,18 +70,21 @@ def contacts_at_points(problem: Problem, profile: ComplexArray, normals: Complex
         ground = mechanism.trace_and_normal(designs, problem.programme, np.zeros(profile.size))
         directions = (ground.normal, normals) if flat else (ground.trace, trace)
         angles = design.sense * np.angle(directions[0] * directions[1].conjugate())
-        return Contacts(angles, base_circle_position(problem, designs), possible)
+        return Contacts(angles, follower_position_on_base_circle(problem, designs), possible)
 
 
-def base_circle_position(problem: Problem, designs: Designs) -> FloatArray:
+def follower_position_on_base_circle(problem: Problem, designs: Designs) -> FloatArray:
     """Position of the follower on the base circles of designs [mm or rad]."""
     if problem.setup.mechanism.start is not None:
         return np.asarray(problem.setup.mechanism.start(designs))
-    return np.arcsin(start_angle_sine(designs)) if problem.setup.angular else designs.size
+    return np.arcsin(sine_of_start_face_angle(designs)) if problem.setup.angular else designs.size
 
 
 def base_radius_at(problem: Problem, position: float) -> float:
-    """Base radius for a position of the follower on the base circle [mm]; inverse of ``base_circle_position``."""
+    """Base radius for a position of the follower on the base circle [mm].
+
+    Inverse of ``follower_position_on_base_circle``.
+    """
     mechanism, design = problem.setup.mechanism, problem.design
     if mechanism.trace_point is not None:
         return float(np.hypot(*mechanism.trace_point(design, position))[0] - design.roller_radius[0])
@@ -222,13 +225,13 @@ def follower_on_profile(
         _least_jerk_polar_curve(kept_points, allowed),
         1.0 if profile.form == "xy" else problem.design.sense,
     )
-    smooth, normals = _curve_with_normals(curve, points.angles, side)
+    smooth, normals = _polar_curve_points_and_normals(curve, points.angles, side)
     centres = points.lifts * smooth / np.abs(smooth)
     contacts = contacts_at_points(problem, centres - profile.probe * normals, normals)
     for place in np.flatnonzero(~contacts.possible):
         what = f"the follower cannot touch this point: {problem.setup.mechanism.assembly}"
         raise file_mistake(points.file, f"row {points.rows[place]}", None, what)
-    dense, dense_normals = _curve_with_normals(curve, dense_angles, side)
+    dense, dense_normals = _polar_curve_points_and_normals(curve, dense_angles, side)
     around = dense - profile.probe * dense_normals
     is_reached = _cutting_depth(problem, smooth - profile.probe * normals, normals, around) <= (
         allowed.rms or allowed.band
@@ -258,13 +261,13 @@ def _least_jerk_polar_curve(points: MeasuredPoints, allowed: AllowedDeviation) -
         ) from None
 
 
-def _curve_with_normals(
-    curve: LeastJerkCurve, angles: FloatArray, side: float
+def _polar_curve_points_and_normals(
+    curve: LeastJerkCurve, angles: FloatArray, angle_sense: float
 ) -> tuple[ComplexArray, ComplexArray]:
     """Points x + iy of a curve by its distance R from the axis, and outward normals R + R'·i·side."""
-    up = np.exp(1j * (np.pi / 2.0 - side * np.radians(angles)))
+    up = np.exp(1j * (np.pi / 2.0 - angle_sense * np.radians(angles)))
     distances = curve.lifts_at(angles)
-    normals = (distances + 1j * side * curve.slopes_at(angles)) * up
+    normals = (distances + 1j * angle_sense * curve.slopes_at(angles)) * up
     return distances * up, normals / np.abs(normals)
 
 

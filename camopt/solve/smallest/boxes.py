@@ -54,7 +54,7 @@ class DesignBoxes:
         low, high = ({n: np.array([end[k]]) for n, end in variable_ranges.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in variable_ranges.items() if b > a)
         variables = variables or {}
-        units = {n: variables[n].magnitude(scale) if n in variables else scale for n in free}
+        units = {n: variables[n].order_of_magnitude(scale) if n in variables else scale for n in free}
         side = next(free.index(disc) for disc in discs if disc in free)
         return cls(low, high, np.array([side]), free, scale, units, discs)
 
@@ -72,12 +72,12 @@ class DesignBoxes:
         return reduce(np.maximum, (self.high[disc] for disc in self.discs))
 
     @property
-    def is_narrow(self) -> Any:
+    def too_narrow_to_cut(self) -> Any:
         """Which boxes are too narrow to be cut."""
-        return np.all(self._relative_widths < 1.0, axis=0)
+        return np.all(self._widths_over_least_cut_width < 1.0, axis=0)
 
     @property
-    def _relative_widths(self) -> FloatArray:
+    def _widths_over_least_cut_width(self) -> FloatArray:
         """Width of each side over the least width that is cut (sides, boxes)."""
         least = [NARROW_SIDE * np.maximum(self.units[n], np.abs(self.low[n])) for n in self.free]
         widths = np.array([self.high[n] - self.low[n] for n in self.free])
@@ -99,7 +99,7 @@ class DesignBoxes:
         Next ``cut_side`` is cut, or the widest if it is narrow.
         """
         boxes = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=cut_side)
-        widths = boxes._relative_widths
+        widths = boxes._widths_over_least_cut_width
         wide = np.take_along_axis(widths, cut_side[None], axis=0)[0] >= 1.0
         return replace(boxes, side=np.where(wide, cut_side, np.argmax(widths, axis=0)))
 
@@ -109,7 +109,7 @@ class DesignBoxes:
         high = {n: np.concatenate([v, other.high[n]]) for n, v in self.high.items()}
         return replace(self, low=low, high=high, side=np.concatenate([self.side, other.side]))
 
-    def as_designs(self, template_design: Designs) -> Designs:
+    def as_interval_designs(self, template_design: Designs) -> Designs:
         """The boxes as designs of Intervals, with the other fields of the design ``template_design``."""
         return template_design.with_values({n: Interval(self.low[n], self.high[n]) for n in self.low})
 
@@ -164,7 +164,7 @@ class Bisection(ABC):
             boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 
-    def drop_finished(self, boxes: DesignBoxes, done: Any) -> DesignBoxes:
+    def drop_finished_and_lower_floor(self, boxes: DesignBoxes, done: Any) -> DesignBoxes:
         """The boxes without the finished ones, whose least size goes into ``floor``."""
         self.floor = float(np.min(boxes.least_sizes[done], initial=self.floor))
         return boxes.take(~done)

@@ -26,13 +26,13 @@ from camopt.solve.smallest.closed_form import NUDGES, negligible_size
 from camopt.solve.smallest.enclosure import (
     BoxState,
     ProblemConstraint,
+    assemblable_design_of_each_box,
     enclose_limits,
     middle_designs_at_size_share,
-    representative_designs,
     size_constraints_with_variants,
-    size_mean_constraints,
+    size_dependent_mean_constraints,
 )
-from camopt.solve.smallest.excesses import Excesses, choose_cut_side, shrink_boxes_to_feasible
+from camopt.solve.smallest.excesses import Excesses, choose_cut_side, feasible_box_ends_and_empty_boxes
 from camopt.solve.smallest.grid_search import (
     FEW_GRID_VALUES,
     GRID_VALUES,
@@ -46,7 +46,7 @@ from camopt.solve.smallest.result import (
     SmallestCam,
     allowed_proof_gap,
     bisect_first_design_where,
-    empty_crossing_memory,
+    empty_known_crossings,
     first_feasible_design,
     is_provably_feasible,
     largest_disc_sizes,
@@ -93,10 +93,10 @@ def branch_and_bound(
     boxes = DesignBoxes.single_box(
         {**bounds, **ends}, size_scale(problem, bounds), problem.search_space.variables, discs
     )
-    crossings = empty_crossing_memory(problem)
+    crossings = empty_known_crossings(problem)
     constraints: list[ProblemConstraint[AnyConstraint]] = [
         *size_constraints_with_variants(problem),
-        *size_mean_constraints(problem),
+        *size_dependent_mean_constraints(problem),
     ]
     search = BoxSearch(problem, constraints, crossings, look.design, budget, discs)
     bound = search.bisect(boxes, budget)
@@ -137,18 +137,18 @@ class BoxSearch(Bisection):
         self.improve_incumbent(boxes.take(boxes.side == UNKNOWN_SIDE))
         if self.incumbent is not None:
             least = self.sizes_of(self.incumbent)[0]
-            boxes = self.drop_finished(
+            boxes = self.drop_finished_and_lower_floor(
                 boxes, boxes.least_sizes >= least - allowed_proof_gap(self.incumbent)
             ).cap_sizes(least)
         if not len(boxes):
             return boxes
-        designs = boxes.as_designs(self.problem.design)
+        designs = boxes.as_interval_designs(self.problem.design)
         state = enclose_limits(self.problem, self.constraints, designs, list(boxes.free), self.discs)
         unknown = boxes.side == UNKNOWN_SIDE
         side = np.where(unknown, state.side, boxes.side)
         undecidable = self.boxes_undecided_by_rounding(state, state.within_rounding & unknown & ~state.empty)
         boxes, kept = boxes.with_ends_and_cut_side(state.low, state.high, side), ~state.empty
-        return self.drop_finished(boxes.take(kept), (boxes.is_narrow | undecidable)[kept])
+        return self.drop_finished_and_lower_floor(boxes.take(kept), (boxes.too_narrow_to_cut | undecidable)[kept])
 
     def boxes_undecided_by_rounding(self, state: BoxState, within_rounding: Any) -> Any:
         """The boxes ``within_rounding`` in which neither doubles nor intervals prove a design feasible.
@@ -179,9 +179,9 @@ class BoxSearch(Bisection):
         side = np.full(len(boxes), UNKNOWN_SIDE)
         if self.crossings is None or "size" not in boxes.free:
             return replace(boxes, side=side)
-        designs, free = boxes.as_designs(self.problem.design), boxes.free
+        designs, free = boxes.as_interval_designs(self.problem.design), boxes.free
         possible = ~self.problem.setup.mechanism.cannot_assemble(designs, self.problem.programme)
-        inside, exists = representative_designs(self.problem, designs, list(free), possible)
+        inside, exists = assemblable_design_of_each_box(self.problem, designs, list(free), possible)
         low, high = (np.array([ends[n] for n in free]) for ends in (boxes.low, boxes.high))
         empty, index = np.zeros(len(boxes), dtype=bool), np.flatnonzero(exists)
         if index.size:
@@ -192,7 +192,7 @@ class BoxSearch(Bisection):
                     self.crossings.crossing_excess(designs.take(index), inside.take(index), free)
                 )
                 side[index] = np.where(over.at[0] > 0.0, choose_cut_side(over, span), UNKNOWN_SIDE)
-                low[:, index], high[:, index], empty[index] = shrink_boxes_to_feasible(
+                low[:, index], high[:, index], empty[index] = feasible_box_ends_and_empty_boxes(
                     over, low[:, index], high[:, index], point
                 )
         new_low, new_high = (dict(zip(free, end, strict=True)) for end in (low, high))

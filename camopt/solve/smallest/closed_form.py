@@ -44,7 +44,9 @@ def size_lower_bound(problem: Problem, bounds: SizeBounds) -> float:
 def required_profile_radius(problem: Problem) -> float:
     """Least radius of curvature that limits require of convex parts of the profile [mm]."""
     mechanism = problem.setup.mechanism
-    face_radii = [-limit.upper_bound() for limit in constraints_on_curve(problem, mechanism.profile_radius)]
+    face_radii = [
+        -limit.upper_bound_of_each_side() for limit in constraints_on_curve(problem, mechanism.profile_radius)
+    ]
     factors = [constraint.factor for constraint in constraints_on_curve(problem, mechanism.curvature)]
     body_radii = [factor.radius for factor in factors if isinstance(factor, BodyRadiusPlus)]
     return float(max([0.0, *face_radii, *body_radii]))
@@ -61,7 +63,7 @@ def negligible_size(problem: Problem, bounds: SizeBounds) -> float:
 def pressure_tangents_by_stroke(problem: Problem) -> list[tuple[float, int]]:
     """The limits on the pressure angle: tan β and the kinds of stroke that each applies to."""
     constraints = constraints_on_curve(problem, problem.setup.mechanism.pressure)
-    tangents = [(constraint.upper_bound(), constraint.kinds) for constraint in constraints]
+    tangents = [(constraint.upper_bound_of_each_side(), constraint.kinds) for constraint in constraints]
     return [(tangent, kinds) for tangent, kinds in tangents if problem.programme.has_kinds(kinds)]
 
 

@@ -83,16 +83,16 @@ def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, budget: Budget =
             return LinearOptimum(None, inf)
         if floor < least * (1.0 - PLANE_TOLERANCE):
             return LinearOptimum(None, least)
-        worst = _worst_planes(problem, limits, design)
+        worst = _planes_at_worst_cam_angles(problem, limits, design)
         excess = float(-np.min(_plane_margins(worst, point)) / np.linalg.norm(point))
-        inside = _feasible_within_planes(problem, form, bounds, (ranges, planes), excess, floor)
+        inside = _feasible_smallest_cam_in_planes(problem, form, bounds, (ranges, planes), excess, floor)
         if inside is not None or excess < PLANE_TOLERANCE:
             return LinearOptimum(inside, floor)
         planes = np.concatenate([planes, worst[_plane_margins(worst, point) < 0.0]])
     return LinearOptimum(None, floor)
 
 
-def _feasible_within_planes(
+def _feasible_smallest_cam_in_planes(
     problem: Problem,
     form: LinearForm,
     bounds: SizeBounds,
@@ -146,14 +146,14 @@ def _planes_active_at_samples(
     return planes
 
 
-def _sample_motion(programme: Programme, kinds: int) -> FloatArray:
+def _sample_motion(programme: Programme, stroke_kinds: int) -> FloatArray:
     """The motion (y, y', y'') at samples of the strokes of some kinds."""
     shares = (np.arange(PLANE_SAMPLES) + 0.5) / PLANE_SAMPLES
-    angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & kinds])
-    return programme.motion_at(angles[(programme.kinds_at(angles) & kinds) != 0])[:3]
+    angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & stroke_kinds])
+    return programme.motion_at(angles[(programme.kinds_at(angles) & stroke_kinds) != 0])[:3]
 
 
-def _worst_planes(problem: Problem, limits: list[LinearLimit], design: Designs) -> Planes:
+def _planes_at_worst_cam_angles(problem: Problem, limits: list[LinearLimit], design: Designs) -> Planes:
     """The planes of each limit at the cam angles where a design breaks it the most, on both sides of them."""
     block, worst = EvaluationBlock(problem.setup, problem.programme, design), []
     for limit in limits:

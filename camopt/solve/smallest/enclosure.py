@@ -22,19 +22,19 @@ from camopt.core.numerics.load_tables import TrainLoadTable
 from camopt.core.numerics.sloped_interval import as_quotient, as_sloped_interval
 from camopt.core.numerics.state import State, TrainForces
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme, derivative_peak
 from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
+from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.excesses import (
     Excesses,
+    append_size_bounding_weighted_sum,
     chained_excesses,
     choose_cut_side,
-    shrink_boxes_to_feasible,
-    with_weighted_sum,
+    feasible_box_ends_and_empty_boxes,
 )
 from camopt.solve.verdicts.constraint_boxes import relative_excess
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess
@@ -63,7 +63,7 @@ def size_constraints_with_variants(
         ProblemConstraint(variant, constraint_for_cam_with_errors(with_motion_peak_as_curve(constraint), errors))
         for variant, errors in ((problem, {}), *problem.error_variants)
         for limit in variant.limits
-        if not limit.is_of_motion
+        if not limit.is_decided_by_motion_alone
         for constraint in constraints_of_limit(limit)
     ]
 
@@ -74,9 +74,9 @@ def constraint_for_cam_with_errors(constraint: Constraint, errors: NumberErrors)
         return constraint
     curve, factor, unit = constraint.curve, constraint.factor, constraint.unit
     return constraint._replace(
-        curve=lambda designs, programme: curve(add_errors(designs, errors), programme),
-        factor=lambda designs: factor(add_errors(designs, errors)),
-        unit=lambda designs: unit(add_errors(designs, errors)),
+        curve=lambda designs, programme: curve(with_added_errors(designs, errors), programme),
+        factor=lambda designs: factor(with_added_errors(designs, errors)),
+        unit=lambda designs: unit(with_added_errors(designs, errors)),
     )
 
 
@@ -89,23 +89,23 @@ def motion_peak_as_curve(curve: Any, stroke_kinds: int) -> Any:
     """A curve of designs; a derivative of the motion becomes its peak over the strokes, equal for all designs."""
     return (
         partial(_constant_peak_curve, derivative=curve, stroke_kinds=stroke_kinds)
-        if isinstance(curve, Derivative)
+        if isinstance(curve, MotionDerivative)
         else curve
     )
 
 
 def _constant_peak_curve(
-    designs: Designs, programme: Programme, derivative: Derivative, stroke_kinds: int
+    designs: Designs, programme: Programme, derivative: MotionDerivative, stroke_kinds: int
 ) -> Linear:
     """The largest magnitude of a derivative of the motion, as a curve."""
-    peak = derivative_peak(derivative.source_motion(programme), derivative.order, stroke_kinds)
+    peak = derivative_peak(derivative.motion_of_tool_or_follower(programme), derivative.order, stroke_kinds)
     zeros = np.zeros(len(designs))
     return Linear(zeros, zeros, zeros, zeros + peak)
 
 
-def size_mean_constraints(problem: Problem) -> list[ProblemConstraint[TurnMeanConstraint]]:
+def size_dependent_mean_constraints(problem: Problem) -> list[ProblemConstraint[TurnMeanConstraint]]:
     """The constraints on means over the turn that depend on the size of the cam."""
-    means = (limit.mean_constraint for limit in problem.limits if not limit.is_of_motion)
+    means = (limit.mean_constraint for limit in problem.limits if not limit.is_decided_by_motion_alone)
     return [ProblemConstraint(problem, mean) for mean in means if mean is not None]
 
 
@@ -151,7 +151,7 @@ def enclose_limits(
     if no design of the box is known that can be assembled.
     """
     empty = problem.setup.mechanism.cannot_assemble(box, problem.programme)
-    inside, exists = representative_designs(problem, box, free, ~empty)
+    inside, exists = assemblable_design_of_each_box(problem, box, free, ~empty)
     intervals: dict[str, Any] = box.values
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
@@ -163,10 +163,10 @@ def enclose_limits(
             over = _box_excesses(present, box.take(index), inside.take(index), free)
             with_sums = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
-                with_sums = with_weighted_sum(with_sums, span, free.index(disc))
+                with_sums = append_size_bounding_weighted_sum(with_sums, span, free.index(disc))
             level[index] = over.boxes_within_rounding
             side[index] = choose_cut_side(over, span)
-            low[:, index], high[:, index], empty[index] = shrink_boxes_to_feasible(
+            low[:, index], high[:, index], empty[index] = feasible_box_ends_and_empty_boxes(
                 with_sums, low[:, index], high[:, index], point
             )
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
@@ -190,7 +190,7 @@ def _box_excesses(
         if isinstance(constraint, TurnMeanConstraint):
             parts.append(Excesses.from_sloped_value(enclose_mean_excess(problem, constraint, box, inside, free)))
             continue
-        goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
+        goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs]
         block = blocks.setdefault(id(problem), EvaluationBlock(problem.setup, problem.programme, inside))
         angles = problem.programme.one_sided_angles(
             block.extremes(constraint.curve, goals).where, constraint.kinds
@@ -199,7 +199,7 @@ def _box_excesses(
         designs, like = sloped_boxes(box, inside, free, rows)
         state = state_with_rounding(problem.programme.state(angles), problem.programme)
         value = curve_value(constraint.curve(designs, problem.programme), ..., state)
-        sides = np.tile(np.repeat(constraint.sides, count), 2)
+        sides = np.tile(np.repeat(constraint.side_signs, count), 2)
         excess = as_sloped_interval(relative_excess(constraint, sides, as_quotient(value), designs), like)
         parts.append(Excesses.from_sloped_value(excess, rows))
     return chained_excesses(parts)
@@ -218,7 +218,7 @@ def state_with_rounding(state: State, programme: Programme) -> State:
     return State(y, y1, y2, y3, load)
 
 
-def representative_designs(
+def assemblable_design_of_each_box(
     problem: Problem, box: Designs, free: list[str], wanted_boxes: Any
 ) -> tuple[Designs, Any]:
     """A design of each wanted box that can be assembled, and whether there is one.

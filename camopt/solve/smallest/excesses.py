@@ -94,7 +94,7 @@ def feasible_span(over: Excesses, span: Interval) -> Interval:
     return Interval(low, high)
 
 
-def shrink_boxes_to_feasible(
+def feasible_box_ends_and_empty_boxes(
     over: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
 ) -> tuple[FloatArray, FloatArray, Any]:
     """The ends (d, n) of boxes cut to ``feasible_span``, rounded outwards, and which boxes are empty (n,).
@@ -107,7 +107,7 @@ def shrink_boxes_to_feasible(
     return low, high, over.boxes_surely_exceeded | np.any(low > high, axis=0)
 
 
-def with_weighted_sum(over: Excesses, span: Interval, size_index: int) -> Excesses:
+def append_size_bounding_weighted_sum(over: Excesses, span: Interval, size_index: int) -> Excesses:
     """Excesses (m, n), followed by their weighted sum that best bounds a size in the first box.
 
     The weights are valid for all boxes, and best for those near the first. ``span`` is each box relative to its

@@ -18,7 +18,7 @@ from camopt.core.numerics.budget import Budget
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
+from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.result import SmallestCam, allowed_proof_gap
 from camopt.solve.verdicts.effect_runs import columns_for_limits
 from camopt.solve.verdicts.feasible_filter import feasible_designs
@@ -89,6 +89,6 @@ def _worsen_violation(problem: Problem, limit: Limit, design: Designs, errors: N
 def _cam_excess(problem: Problem, limit: Limit, design: Designs, errors: NumberErrors) -> float:
     """Relative excess of a cam with these errors over a limit."""
     shared_errors, cam_errors = problem.split_train_and_design_errors(errors)
-    variant, cam = problem.with_number_errors(shared_errors), add_errors(design, cam_errors)
+    variant, cam = problem.with_number_errors(shared_errors), with_added_errors(design, cam_errors)
     limits = [other for other in variant.limits if (other.name, other.bound) == (limit.name, limit.bound)]
     return float(excesses(limits, columns_for_limits(variant, limits, cam), cam).max())

@@ -82,10 +82,12 @@ class FreeVariables:
     @cached_property
     def scales(self) -> FloatArray:
         """Order of magnitude of each variable, for the prime radius of the cam."""
-        return np.array([each.magnitude(float(self.problem.design.prime_radius[0])) for each in self.variables])
+        return np.array(
+            [each.order_of_magnitude(float(self.problem.design.prime_radius[0])) for each in self.variables]
+        )
 
     @cached_property
-    def directions(self) -> FloatArray:
+    def independent_change_directions(self) -> FloatArray:
         """Independent scaled directions of change (variables, directions).
 
         Changes of angles keep the angles' sum.
@@ -98,7 +100,7 @@ class FreeVariables:
         return np.delete(steps, longest, axis=1)
 
     @cached_property
-    def disc_indices(self) -> list[int]:
+    def indices_of_disc_sizes(self) -> list[int]:
         """The indices of the variables that are sizes of discs; both of a pair, the larger one first."""
         discs = [k for k, variable in enumerate(self.design_variables) if variable.field in ("size", SECOND_SIZE)]
         return sorted(discs, key=lambda k: -float(self.values[k]))
@@ -119,7 +121,10 @@ class FreeVariables:
         A variable within four steps of its lower bound is raised first, so that no step falls below the bound.
         """
         least = np.array([each.least_allowed_value for each in self.variables])
-        values = np.maximum(self.values, least + 4.0 * EXCESS_STEP * self.scales) + steps @ self.directions.T
+        values = (
+            np.maximum(self.values, least + 4.0 * EXCESS_STEP * self.scales)
+            + steps @ self.independent_change_directions.T
+        )
         excesses = np.empty((len(limits), len(values)))
         motions, trains = values[:, len(self.design_variables) :], [each.key for each in self.train_variables]
         for motion in dict.fromkeys(map(tuple, motions)):

@@ -17,7 +17,7 @@ from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
 from camopt.solve.smallest.result import (
-    empty_crossing_memory,
+    empty_known_crossings,
     first_feasible_design,
     is_provably_feasible,
     largest_disc_sizes,
@@ -60,7 +60,7 @@ def search_coarse_grid(
     points = coarse_grid(problem, bounds, problem.programme.lift, values_per_variable)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
     points = points.take(np.argsort(largest_disc_sizes(points, minimised_disc_fields(bounds)), kind="stable"))
-    crossings = empty_crossing_memory(problem)
+    crossings = empty_known_crossings(problem)
     for block in _split_blocks(points, budget):
         design = first_feasible_design(problem, block, crossings, budget)
         if design is not None:
@@ -129,7 +129,9 @@ def _split_blocks(points: Designs, budget: Budget) -> Iterator[Designs]:
 
 
 def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
-    motion_problem = replace(problem, limits=tuple(limit for limit in problem.limits if limit.is_of_motion))
+    motion_problem = replace(
+        problem, limits=tuple(limit for limit in problem.limits if limit.is_decided_by_motion_alone)
+    )
     return _is_infeasible_at_every_size(
         motion_problem, quantities_with_excess_bounds(motion_problem, design, frozenset()).inner
     )
@@ -137,7 +139,7 @@ def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
 
 def _is_infeasible_at_every_size(problem: Problem, excess: FloatArray) -> bool:
     for limit, over in zip(problem.limits, excess, strict=True):
-        if limit.is_of_motion and np.all(over > 0.0):
+        if limit.is_decided_by_motion_alone and np.all(over > 0.0):
             return True
         if limit.required_quantities and problem.programme.corners and np.all(over == inf):
             return True
@@ -148,7 +150,7 @@ def _is_infeasible_at_every_size(problem: Problem, excess: FloatArray) -> bool:
 
 def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, budget: Budget = UNLIMITED) -> Designs:
     """A design near a given one that exceeds its limits the least; the best so far once the budget is spent."""
-    return _zoom_grids(
+    return _best_design_on_zoomed_grids(
         problem, bounds, design, lambda designs, excess: index_of_least_excess(excess), NEAR_ZOOMS, budget
     )
 
@@ -164,11 +166,11 @@ def shrink_on_grids(
         size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
         return int(np.lexsort((worst, size))[0])  # at equal sizes the least excess
 
-    best = _zoom_grids(problem, bounds, design, smallest_feasible_index, zooms, budget)
+    best = _best_design_on_zoomed_grids(problem, bounds, design, smallest_feasible_index, zooms, budget)
     return best if feasible_designs(problem, best)[0] else None
 
 
-def _zoom_grids(
+def _best_design_on_zoomed_grids(
     problem: Problem,
     bounds: SizeBounds,
     design: Designs,

@@ -14,7 +14,7 @@ from camopt.core.numerics.irreducible import irreducible_set
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.scene.problem.limit import Limit
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.solve.smallest.grid_search import FEW_GRID_VALUES, coarse_grid, search_coarse_grid
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.tables.cells import number_text, with_unit
@@ -53,8 +53,11 @@ def find_infeasibility(problem: Problem, bounds: SizeBounds, budget: Budget = UN
 
     Once the budget is spent, the set named together may be larger than needed.
     """
-    problem = at_rounding_error(problem)
-    return replace(_feasible_beyond_range(problem, bounds, budget), cause=_blocking_limits(problem, bounds, budget))
+    problem = with_rounding_relative_error(problem)
+    return replace(
+        _infeasibility_with_cam_beyond(problem, bounds, budget),
+        cause=_blocking_limits_in_words(problem, bounds, budget),
+    )
 
 
 def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
@@ -73,7 +76,7 @@ def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
     return "; ".join(texts)
 
 
-def _blocking_limits(problem: Problem, bounds: SizeBounds, budget: Budget) -> str:
+def _blocking_limits_in_words(problem: Problem, bounds: SizeBounds, budget: Budget) -> str:
     grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_GRID_VALUES)
     if not problem.setup.mechanism.can_assemble(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}"
@@ -88,7 +91,7 @@ def _blocking_limits(problem: Problem, bounds: SizeBounds, budget: Budget) -> st
     return f"{join_names(names)} together{late}"
 
 
-def _feasible_beyond_range(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
+def _infeasibility_with_cam_beyond(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
     """The range of the size, if there is one and a cam beyond it is feasible; without a cause."""
     low, high = bounds["size"]
     answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, budget) if high < inf else None

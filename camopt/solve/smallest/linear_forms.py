@@ -156,7 +156,7 @@ def _arm_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[str
 
 def _linear_face_limits(problem: Problem) -> list[LinearLimit]:
     mechanism, sense, limits = oscillating_flat.MECHANISM, problem.design.sense, []
-    if not oscillating_flat.least_turning_rate(sense, problem.programme) > 0.0:
+    if not oscillating_flat.least_relative_turning_rate(sense, problem.programme) > 0.0:
         return []  # no face of any size stays in contact
     for tangent, kinds in pressure_tangents_by_stroke(problem):
 
@@ -169,7 +169,7 @@ def _linear_face_limits(problem: Problem) -> list[LinearLimit]:
     for constraint in constraints_on_curve(problem, mechanism.profile_radius):
 
         def curvature_radius_plane(
-            sign: float, y: Any, y1: Any, y2: Any, least: float = -constraint.upper_bound()
+            sign: float, y: Any, y1: Any, y2: Any, least: float = -constraint.upper_bound_of_each_side()
         ) -> tuple[Any, ...]:
             s, c, q = np.sin(y), np.cos(y), 1.0 + sense * y1
             a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
@@ -179,7 +179,7 @@ def _linear_face_limits(problem: Problem) -> list[LinearLimit]:
     for constraint in (each for each in constraints_on_curve(problem, mechanism.reach) if each.goal != LEAST):
 
         def reach_plane(
-            sign: float, y: Any, y1: Any, y2: Any, most: float = constraint.upper_bound()
+            sign: float, y: Any, y1: Any, y2: Any, most: float = constraint.upper_bound_of_each_side()
         ) -> tuple[Any, ...]:
             return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
 

@@ -21,16 +21,16 @@ from camopt.scene.problem.problem import Problem
 from camopt.solve.smallest.boxes import Bisection, DesignBoxes
 from camopt.solve.smallest.excesses import (
     Excesses,
+    append_size_bounding_weighted_sum,
     chained_excesses,
     choose_cut_side,
-    shrink_boxes_to_feasible,
-    with_weighted_sum,
+    feasible_box_ends_and_empty_boxes,
 )
 from camopt.solve.smallest.grid_search import size_scale
 from camopt.solve.smallest.result import (
     SmallestCam,
     allowed_proof_gap,
-    empty_crossing_memory,
+    empty_known_crossings,
     first_feasible_design,
 )
 from camopt.solve.smallest.smallest import solve_small_cam_unproved
@@ -75,11 +75,11 @@ class MotionSearch(Bisection):
         """The ranges of sizes, and of numbers that define the motion, that may hold a smaller cam."""
 
     @abstractmethod
-    def problem_at_first_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Any]:
+    def problem_and_motion_at_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Any]:
         """The problem with the motion in the middle of the first box, and that motion's description."""
 
     @abstractmethod
-    def add_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
         """Store the cam angles where a design in the middle of a box exceeds limits the most."""
 
     @abstractmethod
@@ -118,14 +118,14 @@ class MotionSearch(Bisection):
     def contract_by_limits(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam, without the parts that limits exclude, with the side to cut."""
         if self.best.design is not None:
-            boxes = self.drop_finished(
+            boxes = self.drop_finished_and_lower_floor(
                 boxes, boxes.low["size"] >= self.best.size - allowed_proof_gap(self.best.design)
             )
             boxes = boxes.cap_sizes(self.best.size)
         if not len(boxes):
             return boxes
         inside = boxes.middle_designs(self.problem.design)
-        sloped, like = sloped_boxes(boxes.as_designs(self.problem.design), inside, list(boxes.free), 1)
+        sloped, like = sloped_boxes(boxes.as_interval_designs(self.problem.design), inside, list(boxes.free), 1)
         middle = np.array([inside.values[name] for name in boxes.free])
         low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
         with np.errstate(all="ignore"):
@@ -134,19 +134,19 @@ class MotionSearch(Bisection):
             if not limits:
                 return boxes.with_ends_and_cut_side({}, {}, np.argmax(reach.high, axis=0))
             over = chained_excesses([*limits, *others])
-            low, high, empty = shrink_boxes_to_feasible(
-                with_weighted_sum(over, reach, boxes.free.index("size")), low, high, middle
+            low, high, empty = feasible_box_ends_and_empty_boxes(
+                append_size_bounding_weighted_sum(over, reach, boxes.free.index("size")), low, high, middle
             )
             side = choose_cut_side(chained_excesses([*limits, *guides]), reach)
         new_low, new_high = (dict(zip(boxes.free, end, strict=True)) for end in (low, high))
         boxes = boxes.with_ends_and_cut_side(new_low, new_high, side).take(~empty)
-        return self.drop_finished(boxes, boxes.is_narrow)
+        return self.drop_finished_and_lower_floor(boxes, boxes.too_narrow_to_cut)
 
     def try_middle_of_first_box(self, boxes: DesignBoxes, *, closely: bool) -> None:
         """Try cams in the middle of the first box, and store where they exceed limits the most."""
         design = boxes.take(slice(1)).middle_designs(self.problem.design)
-        problem, motion = self.problem_at_first_box_middle(boxes)
-        self.add_worst_places(design, problem)
+        problem, motion = self.problem_and_motion_at_box_middle(boxes)
+        self.add_worst_excess_places(design, problem)
         if problem.setup.mechanism.has_no_assembly:
             return
         design = design.without_numbers(self.motion_fields)
@@ -158,7 +158,7 @@ class MotionSearch(Bisection):
         for _ in range(LADDER_ROUNDS):
             sizes = np.linspace(low, high, LADDER_SIZES)
             ladder = replace(design.take(np.zeros(LADDER_SIZES, dtype=int)), size=sizes)
-            cam = first_feasible_design(problem, ladder, empty_crossing_memory(problem), self.budget)
+            cam = first_feasible_design(problem, ladder, empty_known_crossings(problem), self.budget)
             if cam is None:
                 return
             self.update_best(SmallestCam(cam, 0.0), motion)

@@ -87,13 +87,13 @@ def active_constraints(freedom: FreeVariables) -> list[ActiveConstraint]:
 def _active_range_ends(freedom: FreeVariables) -> Iterator[ActiveConstraint]:
     for end in freedom.range_ends:
         if end.side * (freedom.values[end.variable] - end.value) > -ACTIVE_DISTANCE * freedom.scales[end.variable]:
-            gradient = end.side * freedom.directions[[end.variable]]
+            gradient = end.side * freedom.independent_change_directions[[end.variable]]
             yield ActiveConstraint(end.key, end.value, end.unit, end.relation, gradient, -end.side)
 
 
 def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterator[FloatArray]:
     """The gradients of each limit's excess by central differences: at the cam, or around it if there is a kink."""
-    count = freedom.directions.shape[1]
+    count = freedom.independent_change_directions.shape[1]
     around = np.random.default_rng(0).normal(size=(KINK_LINES * count, count))
     around *= KINK_STEPS * EXCESS_STEP / np.linalg.norm(around, axis=1, keepdims=True)
     centres = np.vstack([np.zeros(count), around, -around])
@@ -117,12 +117,12 @@ def price_rates(
 ) -> dict[str, PriceRates]:
     """The price of each bound, by its key, and of the numbers in ``other_derivatives`` (derivatives of each c)."""
     names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(other_derivatives or {})
-    larger, *other = freedom.disc_indices
-    goal = freedom.directions[larger]
+    larger, *other = freedom.indices_of_disc_sizes
+    goal = freedom.independent_change_directions[larger]
     if other and freedom.values[larger] - freedom.values[other[0]] <= ACTIVE_DISTANCE * freedom.scales[larger]:
         bounds = [
             *bounds,
-            ActiveConstraint("", 0.0, "mm", "≤", freedom.directions[other] - goal, 0.0),
+            ActiveConstraint("", 0.0, "mm", "≤", freedom.independent_change_directions[other] - goal, 0.0),
         ]  # the other disc is not the larger one
         slopes = {key: np.append(by_bound, 0.0) for key, by_bound in slopes.items()}
     slopes = {
@@ -133,7 +133,7 @@ def price_rates(
     lengths[lengths == 0.0] = 1.0
     columns = columns / lengths
     bound_indices = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
-    weights, residual = _fit_multipliers(columns, goal)
+    weights, residual = _multipliers_and_residual(columns, goal)
     if residual > GRADIENT_RESIDUAL * np.linalg.norm(goal):
         return dict.fromkeys(slopes, PriceRates(nan, nan))
     error = float(residual + KINK_ERROR * np.linalg.norm(goal))
@@ -142,7 +142,11 @@ def price_rates(
         slope = by_bound[bound_indices] / lengths
         price = float(weights @ slope)
         low, high = sorted(
-            (_least_price(slope, columns, goal, error), -_least_price(-slope, columns, goal, error)), key=abs
+            (
+                _least_price_within_residual(slope, columns, goal, error),
+                -_least_price_within_residual(-slope, columns, goal, error),
+            ),
+            key=abs,
         )
         noise = error * np.abs(slope).max()
         if abs(price) <= noise and abs(high) <= FAINT_FACTOR * noise:
@@ -153,22 +157,32 @@ def price_rates(
     return rates
 
 
-def _fit_multipliers(columns: FloatArray, goal: FloatArray) -> tuple[FloatArray, float]:
+def _multipliers_and_residual(
+    constraint_gradients: FloatArray, size_gradient: FloatArray
+) -> tuple[FloatArray, float]:
     """The multipliers λ ≥ 0 of least residual |∇R + Σ λ·∇c|, and this residual."""
-    if not columns.size:
+    if not constraint_gradients.size:
         return np.zeros(0), inf
-    if columns.shape == (1, 1):  # one variable and one limit need no scipy, which is slow to import
-        weights = np.maximum(-goal / columns[0], 0.0)
-        return weights, float(np.abs(goal + columns[0] * weights)[0])
-    weights, residual = scipy.optimize.nnls(columns, -goal)
+    if constraint_gradients.shape == (1, 1):  # one variable and one limit need no scipy, which is slow to import
+        weights = np.maximum(-size_gradient / constraint_gradients[0], 0.0)
+        return weights, float(np.abs(size_gradient + constraint_gradients[0] * weights)[0])
+    weights, residual = scipy.optimize.nnls(constraint_gradients, -size_gradient)
     return weights, residual
 
 
-def _least_price(slopes: FloatArray, columns: FloatArray, goal: FloatArray, error: float) -> float:
+def _least_price_within_residual(
+    slopes: FloatArray, constraint_gradients: FloatArray, size_gradient: FloatArray, largest_residual: float
+) -> float:
     """The least Σ λ·slope over all multipliers whose residuals are within an error; −∞ if it is unbounded."""
-    if columns.shape == (1, 1):
-        middle, reach = -goal[0] / columns[0, 0], error / abs(columns[0, 0])
+    if constraint_gradients.shape == (1, 1):
+        middle, reach = (
+            -size_gradient[0] / constraint_gradients[0, 0],
+            largest_residual / abs(constraint_gradients[0, 0]),
+        )
         return float(min(slopes[0] * max(middle + side * reach, 0.0) for side in (-1.0, 1.0)))
-    both, most = np.vstack([columns, -columns]), np.concatenate([error - goal, error + goal])
+    both, most = (
+        np.vstack([constraint_gradients, -constraint_gradients]),
+        np.concatenate([largest_residual - size_gradient, largest_residual + size_gradient]),
+    )
     answer = scipy.optimize.linprog(slopes, both, most)
     return float(answer.fun) if answer.status == 0 else -inf

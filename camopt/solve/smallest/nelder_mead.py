@@ -91,7 +91,7 @@ class NelderMead:
         """The best turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
             self.descend_from_best(self.size_of_turn, 0.05, ROUGH_END)
-            self.trade_angles(self.size_of_turn, self.best.freed_angles)
+            self.trade_angles_between_segments(self.size_of_turn, self.best.freed_angles)
             self.descend_from_best(partial(self.size_of_turn, closely=True), 1e-3, FINE_END)
         return self.best
 
@@ -118,7 +118,7 @@ class NelderMead:
     def descend_by_closed_form(self) -> bool:
         """Descend by the closed form; True if the cam at the end meets all other limits too."""
         for reach in (0.05, 1e-3):
-            turn = self.trade_angles(
+            turn = self.trade_angles_between_segments(
                 self.closed_form_size, self.descend_from_best(self.closed_form_size, reach, FINE_END)
             )
             least, answer = self.closed_form_size(turn), self.solve_small_cam_of_turn(turn)
@@ -136,7 +136,7 @@ class NelderMead:
         shifted[segment_order[-1]] -= lengths.sum()
         return shifted
 
-    def trade_angles(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
+    def trade_angles_between_segments(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
         """The turn after moving degrees from one segment to another for as long as that reduces the cost.
 
         Pairs of segments follow the edges of the box of turns, and stay exactly on an end of a range.

@@ -16,14 +16,14 @@ from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.limits import unset_build_limits
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
+from camopt.scene.problem.problem import Problem, resolve, with_rounding_relative_error
 from camopt.scene.problem.settings import (
     given_profile_mistakes,
+    law_pair_by_programme,
     problem_with_numbers_per_design,
-    programmes_of_law_choices,
 )
 from camopt.scene.problem.space import describe_listed_values, search_boxes
-from camopt.scene.problem.tolerance_zones import NumberErrors, train_entries
+from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
 from camopt.scene.problem.variables import variation_mistakes
 from camopt.solve.smallest.closed_form import negligible_size
 from camopt.solve.smallest.exchange import CAM_EXCHANGES, certify_robust_answer, violating_cam_errors
@@ -105,7 +105,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     (54.5395, True)
     """
     scene = scene_from(scene)
-    problem, end = at_rounding_error(resolve(scene)), search_budget(seconds, OPTIMISE_WORK)
+    problem, end = with_rounding_relative_error(resolve(scene)), search_budget(seconds, OPTIMISE_WORK)
     shared = [number for number in problem.search_space.numbers if number.role == "shared"]
     mistakes = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
     if mistakes := [*given_profile_mistakes(problem, "the base radius"), *mistakes]:
@@ -116,7 +116,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     sizes: dict[str, float] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
-    out_of_time, programmes = False, programmes_of_law_choices(problem)
+    out_of_time, programmes = False, law_pair_by_programme(problem)
     for done, (programme, pair) in enumerate(programmes.items()):
         report_progress(progress, done, len(programmes))
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
@@ -180,7 +180,7 @@ def solve_all_trains_and_boxes(
         If nothing limits the size.
     """
     corner_errors = problem.robust_errors
-    if train_entries(problem.zones):  # few of the many trains at corners matter; the proof finds these
+    if entries_of_train_numbers(problem.zones):  # few of the many trains at corners matter; the proof finds these
         problem, turns = _with_robust_errors(problem, turns, ())
     for _ in range(CAM_EXCHANGES if problem.zones else 1):
         answers = list(solve_each_train(problem, turns, budget))
@@ -281,7 +281,7 @@ def _train_range_mistakes(problem: Problem) -> Iterator[Mistake]:
         yield Mistake(problem.file, number.search_key, None, why, bare=True)
 
 
-def _idle_numbers(problem: Problem, active_limit_names: Sequence[str]) -> Iterator[str]:
+def _free_numbers_changing_no_limit(problem: Problem, active_limit_names: Sequence[str]) -> Iterator[str]:
     """The keys of free numbers that change no active limit of the problem's design."""
     limits = [limit for limit in problem.without_deferred_limits.limits if limit.name in active_limit_names]
     for number in problem.search_space.numbers:
@@ -303,7 +303,7 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
     if (ranges := free_train_numbers(problem)) and not best["proved"]:
         numbers = join_names(number.key for number in ranges)
         yield f"this is the best of the trains tried in the ranges of {numbers}; no proof covers the others"
-    if idle := [*_idle_numbers(problem, best["binding"])]:
+    if idle := [*_free_numbers_changing_no_limit(problem, best["binding"])]:
         names = join_names(idle)
         remedy = f"sweep with {names} as an objective to find the best"
         yield f"the size does not depend on {names} here: camopt shows one feasible value of many; {remedy}"
@@ -316,7 +316,7 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
 
 def _miss_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
     """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
-    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_names)
+    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_quantity_names)
     excess = worst_excesses_over_variants(problem, problem.limits, design)
     values = rows.records()[0]
     if problem.robust_errors:
@@ -328,7 +328,7 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -
     """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
-    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_names)
+    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_quantity_names)
     excess = worst_excesses_over_variants(problem, problem.limits, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in in_column_order(values)}
@@ -339,7 +339,7 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -
         for limit, over in zip(problem.limits, excess, strict=True)
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
-    clear = _clear_above_size(problem, answer, budget)
+    clear = _size_above_which_cams_hold(problem, answer, budget)
     return {
         **quantities,
         "binding": binding,
@@ -359,7 +359,7 @@ def _nominal_optimum(problem: Problem, turns: SegmentAngles, budget: Budget) -> 
     return least and least.answer
 
 
-def _clear_above_size(problem: Problem, answer: SmallestCam, budget: Budget) -> float:
+def _size_above_which_cams_hold(problem: Problem, answer: SmallestCam, budget: Budget) -> float:
     """Least size above which no larger cam of a geometric grid breaks a limit [mm]; infinite if the largest does.
 
     The other sizes are those of the optimum. If both discs of a pair are free, both grow by the same length, and

@@ -125,7 +125,7 @@ class Optimum(Result):
             yield from nearest_miss_sections(self.nearest_miss)
 
     def _larger_cam_sentences(self) -> Iterator[str]:
-        size_name = resolve(self.scene).size_name
+        size_name = resolve(self.scene).size_quantity_name
         for law, row in self.by_law.items():
             clear = row["clear_above_mm"]
             if clear > row[size_name]:

@@ -17,8 +17,8 @@ from camopt.core.numerics.budget import Budget, search_budget
 from camopt.model.effects.effect_numbers import NO_BAND, ErrorBand, ToleranceBands
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.limit import Limit
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
-from camopt.scene.problem.settings import problem_with_numbers_per_design, programmes_of_law_choices
+from camopt.scene.problem.problem import Problem, resolve, with_rounding_relative_error
+from camopt.scene.problem.settings import law_pair_by_programme, problem_with_numbers_per_design
 from camopt.scene.problem.tolerance_zones import initial_robust_errors
 from camopt.scene.tolerances import ToleranceZone
 from camopt.solve.smallest.free_variables import FreeVariables
@@ -195,19 +195,19 @@ def prices_of_smallest(optimum: Optimum, seconds: float | None = None) -> Prices
     """The prices of the smallest cam of each law, with the cams without each limit; see ``prices``."""
     end = search_budget(seconds, OPTIMISE_WORK)
     cams = dict(_free_variables_by_law(optimum))
-    prices_by_law = {law: _active_prices(cams[law]) for law in optimum.by_law}
+    prices_by_law = {law: _prices_of_active_limits(cams[law]) for law in optimum.by_law}
     remaining = sum(len(law_prices) for law_prices in prices_by_law.values())
     for law, law_prices in prices_by_law.items():
         for number, price in enumerate(law_prices):
-            law_prices[number] = _with_next_optimum(price, cams[law], end.share(remaining))
+            law_prices[number] = _with_optimum_without_limit(price, cams[law], end.share(remaining))
             remaining -= 1
     return Prices(prices_by_law)
 
 
 def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariables]]:
     """The free variables of the smallest cam of each law, from its quantities: its scene may not be resolvable."""
-    problem = problem_with_numbers_per_design(at_rounding_error(resolve(optimum.scene)))
-    for programme, pair in programmes_of_law_choices(problem).items():
+    problem = problem_with_numbers_per_design(with_rounding_relative_error(resolve(optimum.scene)))
+    for programme, pair in law_pair_by_programme(problem).items():
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         row = optimum.by_law.get(laws)
         if row is None:
@@ -222,13 +222,13 @@ def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariable
         yield laws, FreeVariables(replace(turn_problem, design=problem.design.with_values(values)), turns, freed)
 
 
-def _active_prices(cam: FreeVariables) -> list[Price]:
+def _prices_of_active_limits(cam: FreeVariables) -> list[Price]:
     """The prices of the active limits of a smallest cam, without the cams that lack them."""
     bounds = active_constraints(cam)
     tolerances = {tolerance.key: tolerance for tolerance in nonzero_tolerances(cam.problem)}
     slopes = {key: _constraint_slopes_by_tolerance(tolerance, cam, bounds) for key, tolerance in tolerances.items()}
     rates = price_rates(cam, bounds, slopes)
-    binding = _significant_constraints(bounds, rates)
+    binding = _drop_range_ends_without_price(bounds, rates)
     priced = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
     rows = [(key, bound.value, bound.unit, bound.relation) for key, bound in priced.items()]
     rows += [
@@ -248,7 +248,7 @@ def _constraint_slopes_by_tolerance(
     return np.array([0.0 if bound.limit is None else next(slopes) for bound in bounds])
 
 
-def _significant_constraints(
+def _drop_range_ends_without_price(
     bounds: list[ActiveConstraint], rates: Mapping[str, PriceRates]
 ) -> list[ActiveConstraint]:
     return [bound for bound in bounds if bound.limit is not None or rates[bound.key] != ZERO_RATES]
@@ -258,7 +258,7 @@ def _finite_price(value: float) -> float | None:
     return value + 0.0 if isfinite(value) else None  # no −0
 
 
-def _with_next_optimum(price: Price, cam: FreeVariables, budget: Budget) -> Price:
+def _with_optimum_without_limit(price: Price, cam: FreeVariables, budget: Budget) -> Price:
     """The price with the smallest cam without its limit, if that cam is proved within the budget."""
     limits = [limit for limit in cam.problem.limits if limit.key == price.key]
     tolerance = next((each for each in nonzero_tolerances(cam.problem) if each.key == price.key), None)
@@ -280,7 +280,7 @@ def _with_next_optimum(price: Price, cam: FreeVariables, budget: Budget) -> Pric
         return price
     other = FreeVariables(replace(least.problem, design=least.answer.design), turns, least.freed_angles)
     bounds = active_constraints(other)
-    next_keys = (bound.key for bound in _significant_constraints(bounds, price_rates(other, bounds)))
+    next_keys = (bound.key for bound in _drop_range_ends_without_price(bounds, price_rates(other, bounds)))
     holds_to = _bound_active_at_cam(price, limits, other) if limits else None
     return replace(price, size_without=least.answer.size, holds_to=holds_to, next=tuple(dict.fromkeys(next_keys)))
 

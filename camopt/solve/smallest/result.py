@@ -108,7 +108,7 @@ def is_provably_feasible(problem: Problem, design: Designs, budget: Budget = UNL
     )
 
 
-def empty_crossing_memory(problem: Problem) -> KnownCrossings | None:
+def empty_known_crossings(problem: Problem) -> KnownCrossings | None:
     """An empty memory of places where cams cross themselves; None if no limit is deferred."""
     return KnownCrossings(problem.setup, problem.programme) if problem.has_deferred_limits else None
 

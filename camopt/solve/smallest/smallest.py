@@ -17,7 +17,7 @@ from math import inf
 
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.solve.smallest.branch_and_bound import branch_and_bound, disc_size_lower_bound
 from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, nudge_to_feasible, size_lower_bound
 from camopt.solve.smallest.cutting_planes import LINEAR_WORK, LinearOptimum, cutting_plane_optimum
@@ -40,7 +40,7 @@ def solve_smallest_cam(problem: Problem, bounds: SizeBounds, budget: Budget = UN
 
     Once the budget is spent, it is the best so far, not proved. Deferred limits get half of the budget.
     """
-    problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
+    problem, bounds = with_rounding_relative_error(problem), _tighten_size_range(problem, bounds)
     answer = _solve_without_deferred_limits(
         problem.without_deferred_limits,
         bounds,
@@ -68,7 +68,7 @@ def solve_small_cam_unproved(
     If the linear limits alone decide, it is the smallest one. Otherwise grids search near the design ``near``, if
     there is one and it can be made feasible, else around the best design of a coarse grid.
     """
-    problem, bounds = at_rounding_error(problem), _tighten_bounds(problem, bounds)
+    problem, bounds = with_rounding_relative_error(problem), _tighten_size_range(problem, bounds)
     linear = _solve_linear_limits(problem, bounds, budget)
     discs = minimised_disc_fields(bounds)
     if linear.design is not None or linear.floor == inf:
@@ -108,7 +108,11 @@ def _shrink_unproved_on_grids(
 ) -> SmallestCam:
     """The answer made smaller by grids, if some limit has no formula that boxes can enclose."""
     enclosed = all(
-        each.constraints or each.mean_constraint or each.decider or each.is_of_motion or each.is_on_base_circle
+        each.constraints
+        or each.mean_constraint
+        or each.single_design_decider
+        or each.is_decided_by_motion_alone
+        or each.is_on_base_circle
         for each in problem.limits
     )
     if answer.design is None or answer.is_proved or enclosed:
@@ -160,7 +164,7 @@ def _shrink_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: st
     return branch_and_bound(problem, ends, 0.0, budget, discs=(disc,), start=design)
 
 
-def _tighten_bounds(problem: Problem, bounds: SizeBounds) -> SizeBounds:
+def _tighten_size_range(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     """The bounds cut to the least and largest size that may be feasible; an empty range becomes one of its ends."""
     low, high = bounds["size"]
     most = max(min([high, *(limit.most_size for limit in problem.limits)]), low)

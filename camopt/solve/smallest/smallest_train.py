@@ -24,7 +24,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.mechanisms.design import Designs, SizeBounds
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.sample import SAMPLERS
 from camopt.scene.problem.settings import NumberSetting
 from camopt.scene.problem.variables import Variable
@@ -61,7 +61,7 @@ class TrainBoxSearch(MotionSearch):
     """Branch and bound over the trains of a problem, below the best cam so far."""
 
     def __init__(self, problem: Problem, bounds: SizeBounds, best: TrainOptimum, budget: Budget) -> None:
-        self.problem, self.bounds, self.budget = at_rounding_error(problem), bounds, budget
+        self.problem, self.bounds, self.budget = with_rounding_relative_error(problem), bounds, budget
         self.best, self.best_motion = best.answer, best.problem
         self.limits = TrainLimits.from_problem(self.problem.with_keys_per_design(self.motion_fields))
 
@@ -76,15 +76,15 @@ class TrainBoxSearch(MotionSearch):
         trains = {each.key: each.range_ends for each in self.problem.search_space.trains if each.has_range}
         return {**self.bounds, **trains, "size": (least, most)}
 
-    def problem_at_first_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Problem]:
+    def problem_and_motion_at_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Problem]:
         numbers = {key: float(boxes.low[key][0] + boxes.high[key][0]) / 2.0 for key in self.motion_fields}
         problem = self.problem.with_numbers(numbers)
         return problem, problem
 
-    def add_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
         mechanism = problem.setup.mechanism
         if not mechanism.has_no_assembly and mechanism.can_assemble(design, problem.programme)[0]:
-            self.limits.add_worst_places(design, problem)
+            self.limits.add_worst_excess_places(design, problem)
 
     def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         with np.errstate(all="ignore"):
@@ -137,7 +137,7 @@ class TrainOptimiser:
     def find_smallest_cam(self) -> TrainOptimum:
         """The smallest cam of all trains tried, with the lower bound over all trains."""
         spread, rough, boxes = (self.budget.share(1.0 / part) for part in PHASE_SHARES)
-        for shares in self._trial_shares():
+        for shares in self._trial_train_shares():
             self.size_of_train(shares, solve_small_cam_unproved, spread)
         for start in self._range_positions_of_best_tried_trains(TRAIN_DESCENTS):
             self.descend_from_train(start, ROUGH_DESCENT, rough)
@@ -146,7 +146,7 @@ class TrainOptimiser:
             return bounded
         for start in self._range_positions_of_best_tried_trains(1):
             self.descend_from_train(start, FINE_DESCENT, self.budget)
-        best = min(bounded, self._best_train, key=lambda train: train.answer.size)
+        best = min(bounded, self._best_train_optimum, key=lambda train: train.answer.size)
         return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=boxes.is_spent)
 
     def _bound_all_trains(self, budget: Budget) -> TrainOptimum:
@@ -156,10 +156,10 @@ class TrainOptimiser:
         trains, and give the bound.
         """
         if not self.problem.programme.given_at_follower:
-            search = TrainBoxSearch(self.problem, self.bounds, self._best_train, budget)
+            search = TrainBoxSearch(self.problem, self.bounds, self._best_train_optimum, budget)
             answer = search.find_smallest_cam()
             return TrainOptimum(search.best_motion, answer)
-        best, floor, train = self._best_train, 0.0, self.problem.setup.train
+        best, floor, train = self._best_train_optimum, 0.0, self.problem.setup.train
         if train is None or not train.carried:
             limits = tuple(
                 limit
@@ -170,7 +170,7 @@ class TrainOptimiser:
         return best._replace(answer=replace(best.answer, floor=floor))
 
     @property
-    def _best_train(self) -> TrainOptimum:
+    def _best_train_optimum(self) -> TrainOptimum:
         return min(
             self.optima.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.has_no_assembly)
         )
@@ -203,7 +203,7 @@ class TrainOptimiser:
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
 
-    def _trial_shares(self) -> Iterator[FloatArray]:
+    def _trial_train_shares(self) -> Iterator[FloatArray]:
         """The shares of the scene's train, of the corners of few ranges, and of a sample of all ranges."""
         numbers = free_train_numbers(self.problem)
         count = len(numbers)

@@ -38,16 +38,18 @@ def smallest_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum
     )
     floors = []
     for kind in turns.with_and_without_lowest_dwell:
-        best = _with_floor(best, size_bound_if_convex(kind, bounds, best))
+        best = _with_size_lower_bound(best, size_bound_if_convex(kind, bounds, best))
         if not best.answer.is_proved:
             search = TurnBoxSearch(kind, bounds, best)
             best = TurnOptimum(search.find_smallest_cam(), search.best_motion)
         floors.append(best.answer.floor)
-    best = _with_floor(best, min(floors))
+    best = _with_size_lower_bound(best, min(floors))
     if best.answer.is_proved:
         return best
     descended = (NelderMead(kind, bounds, best).find_best_turn() for kind in turns.with_and_without_lowest_dwell)
-    return _with_floor(_solve_best_turn(turns, bounds, reduce(better_turn, descended, best)), min(floors))
+    return _with_size_lower_bound(
+        _solve_best_turn(turns, bounds, reduce(better_turn, descended, best)), min(floors)
+    )
 
 
 def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> TurnOptimum:
@@ -58,7 +60,7 @@ def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum
     return better_turn(best, TurnOptimum(answer, best.freed_angles))
 
 
-def _with_floor(turn: TurnOptimum, floor: float) -> TurnOptimum:
+def _with_size_lower_bound(turn: TurnOptimum, floor: float) -> TurnOptimum:
     return TurnOptimum(replace(turn.answer, floor=floor), turn.freed_angles)
 
 

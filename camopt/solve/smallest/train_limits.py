@@ -28,15 +28,15 @@ from camopt.core.numerics.sloped_interval import (
 )
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.model.motion.tool_drive import tool_travel
+from camopt.model.motion.tool_drive import tool_travel_range
 from camopt.scene.problem.constraints import Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem, strictest_constraints
-from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
+from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.enclosure import constraints_on_present_strokes, motion_peak_as_curve
 from camopt.solve.smallest.excesses import UNBOUNDED_SLOPE, Excesses
 from camopt.solve.smallest.motion_boxes import BoxExcesses
@@ -61,7 +61,7 @@ SCAN_ANGLES, SCAN_ZOOMS = (
 ADDED_ANGLES = 96  # most further places, where designs tried so far exceed a limit the most
 
 
-def _angle_of_largest(function: Callable[[FloatArray], FloatArray]) -> float:
+def _cam_angle_of_largest_value(function: Callable[[FloatArray], FloatArray]) -> float:
     """The cam angle at which a function of cam angles is largest over the turn."""
     middle, half = pi, pi
     for _ in range(SCAN_ZOOMS):
@@ -73,12 +73,12 @@ def _angle_of_largest(function: Callable[[FloatArray], FloatArray]) -> float:
 def _derivative_order(constraint: Constraint) -> int:
     """The order of the derivative of the follower's motion that a constraint limits; 0 for another curve."""
     curve: Any = constraint.curve
-    return curve.order if isinstance(curve, Derivative) and curve.at_follower else 0
+    return curve.order if isinstance(curve, MotionDerivative) and curve.at_follower else 0
 
 
 def _largest_derivative_angle(turn: Programme, order: int, side: float, kinds: int) -> float:
     """The cam angle at which a derivative of a follower's motion, times a side, is largest over some strokes."""
-    return _angle_of_largest(
+    return _cam_angle_of_largest_value(
         lambda at: np.where(turn.kinds_at(at) & kinds, side * turn.motion_at(at)[order], -np.inf)
     )
 
@@ -130,7 +130,7 @@ class TrainLimits:
         terms = max([MOTION_TERMS, *(_derivative_order(constraint) + 1 for constraint in self.constraints)])
         return ToolPlaces.at_angles(self.problem.programme, both.ravel(), terms)
 
-    def add_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
         """Add the cam angles at which a cam, and its robust variants, exceed limits the most."""
         for variant, cam in problem.nominal_and_error_variants(design):
             programme = variant.programme
@@ -139,21 +139,23 @@ class TrainLimits:
                     if order := _derivative_order(constraint):
                         angles = [
                             _largest_derivative_angle(programme, order, side, constraint.kinds)
-                            for side in constraint.sides
+                            for side in constraint.side_signs
                         ]
                     else:
-                        goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
+                        goals = [
+                            (constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs
+                        ]
                         block = EvaluationBlock(variant.setup, programme, cam)
                         angles = block.extremes(constraint.curve, goals).where.ravel().tolist()
                     self.added_angles += [angle for angle in angles if angle not in self.added_angles]
                 for constraint, side in self._train_constraint_sides:
                     self.added_angles.append(
-                        _angle_of_largest(partial(self._train_excess_at_angles, constraint, side, cam))
+                        _cam_angle_of_largest_value(partial(self._train_excess_at_angles, constraint, side, cam))
                     )
 
     @property
     def _train_constraint_sides(self) -> list[tuple[Constraint, float]]:
-        return [(constraint, side) for constraint in self.train_constraints for side in constraint.sides]
+        return [(constraint, side) for constraint in self.train_constraints for side in constraint.side_signs]
 
     def _train_excess_at_angles(
         self, constraint: Constraint, side: float, design: Designs, angles: FloatArray
@@ -187,38 +189,40 @@ class TrainLimits:
             key: np.full(len(designs), self.problem.nominal_numbers[key])
             for key in errors.keys() - designs.values.keys()
         }
-        return add_errors(designs.with_values(nominal), errors)
+        return with_added_errors(designs.with_values(nominal), errors)
 
     def _excesses_of_cam(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         places, count = self.evaluation_places, template_interval.size
-        near = list(self._worst_places(inside, places))
+        near = list(self._worst_excess_places(inside, places))
         where = np.array([worst.place for worst in near] or [np.zeros(count, dtype=int)])
         radicands, copies = list[SlopedInterval](), boxes.take(np.tile(np.arange(count), len(where)))
         driven = driven_motion_over_boxes(self.problem, copies, places, where.ravel(), radicands)
         limits = []
         for number, (constraint, side, place) in enumerate(near):
-            part = driven.part(slice(number * count, (number + 1) * count))
+            part = driven.take_trains(slice(number * count, (number + 1) * count))
             excess = Excesses.from_sloped_value(
                 as_sloped_interval(_motion_excess(constraint, side, part, boxes), template_interval)
             )
             kinds = np.where(part.sense > 0.0, places.kinds[place], places.against[place])
             kinds = np.where(part.sense == 0.0, 0, kinds)  # the followers' direction is unknown
-            limits.append(_mask_unknown(excess, kinds & constraint.kinds != 0))
-        motion: Any = driven.part(slice(0, count))
+            limits.append(_unbounded_where_unknown(excess, kinds & constraint.kinds != 0))
+        motion: Any = driven.take_trains(slice(0, count))
         margins = self.problem.setup.mechanism.assembly_margins(boxes, motion)
         assembly = [_assembly_excess(margin, 1) for margin in margins if isinstance(margin, SlopedInterval)]
         assembly += [_assembly_excess(radicand, len(where)) for radicand in radicands]
-        for constraint, side, place in self._worst_train_places(inside, places):
+        for constraint, side, place in self._worst_train_excess_places(inside, places):
             radicands = list[SlopedInterval]()
             part = driven_motion_over_boxes(self.problem, boxes, places, place, radicands)
             excess = Excesses.from_sloped_value(
                 as_sloped_interval(_train_excess(constraint, side, part, boxes), template_interval)
             )
-            limits.append(_mask_unknown(excess, part.sense != 0.0))
+            limits.append(_unbounded_where_unknown(excess, part.sense != 0.0))
             assembly += [_assembly_excess(radicand, 1) for radicand in radicands]
         for mean in self.mean_constraints:
             limits.append(
-                _mask_unknown(*mean_excess_and_known_boxes(self.problem, mean, boxes, inside, template_interval))
+                _unbounded_where_unknown(
+                    *mean_excess_and_known_boxes(self.problem, mean, boxes, inside, template_interval)
+                )
             )
         # boxes are first cut until the direction of their followers is known
         unknown = np.where(motion.sense == 0.0, UNBOUNDED_SLOPE, -np.inf)[None]
@@ -228,18 +232,18 @@ class TrainLimits:
             [Excesses.from_sloped_value(as_sloped_interval(motion.moved, template_interval))._replace(at=unknown)],
         )
 
-    def _worst_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
+    def _worst_excess_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
         """For both sides of each near constraint, the place where one design of each box exceeds it the most."""
         motion = driven_motion_at_places(self.problem, inside, places)
         kinds = np.where(motion.sense > 0.0, places.kinds[:, None], places.against[:, None])
         for constraint in self.constraints:
-            for side in constraint.sides:
+            for side in constraint.side_signs:
                 over = _motion_excess(constraint, side, motion, inside) + np.zeros(kinds.shape)
                 over = np.where(kinds & constraint.kinds, np.nan_to_num(over, nan=-np.inf), -np.inf)
                 if np.max(over) > TRAIN_IDLE_EXCESS:
                     yield WorstPlaces(constraint, side, np.argmax(over, axis=0))
 
-    def _worst_train_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
+    def _worst_train_excess_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
         if not self.train_constraints:
             return
         motion = driven_motion_at_places(self.problem, inside, places)
@@ -261,7 +265,7 @@ def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, desi
     return relative_excess(constraint, side, as_quotient(value), designs)
 
 
-def _mask_unknown(over: Excesses, known: Any) -> Excesses:
+def _unbounded_where_unknown(over: Excesses, known: Any) -> Excesses:
     """Excesses that are unbounded for boxes where they are not known."""
     unbounded = np.full(known.shape, np.inf)
     least, at = (np.where(known, excess, -unbounded) for excess in (over.least, over.at))
@@ -283,7 +287,7 @@ def enclosable_mean_constraints(problem: Problem) -> list[TurnMeanConstraint]:
     return [
         limit
         for limit in means
-        if limit.mean.smooth is None and not isinstance(limit.mean.curves[0][0], Derivative)
+        if limit.mean.smooth is None and not isinstance(limit.mean.curves[0][0], MotionDerivative)
     ]
 
 
@@ -299,14 +303,16 @@ def mean_excess_and_known_boxes(
     table = turn.tool.table
     copies = np.tile(np.arange(count), len(table.centre))
     designs, panels = boxes.take(copies), np.repeat(np.arange(len(table.centre)), count)
-    zero = tool_travel(turn)[0] - turn.tool.levels[0]  # panels hold the tool's motion; trains count it from here
+    zero = (
+        tool_travel_range(turn)[0] - turn.tool.lowest_and_highest_displacement[0]
+    )  # panels hold the tool's motion; trains count it from here
     low, high, error = (rows[panels, :MOTION_TERMS].T.copy() for rows in (table.low, table.high, table.error))
     low[0], high[0] = low[0] + zero, high[0] + zero
     ranges = [Interval(a - e, b + e) for a, b, e in zip(low, high, error, strict=True)]
     driven = driven_motion_over_ranges(problem, designs, ranges, _stroke_kinds_of_panels(problem)[panels])
     known = np.all(driven.sense.reshape(-1, count) != 0.0, axis=0)
     parts = [
-        _curve_contribution_to_mean(
+        _mean_range_and_slopes_of_curve(
             problem, constraint.mean, number, designs, driven, template_interval[copies], count
         )
         for number in range(len(constraint.mean.curves))
@@ -324,7 +330,7 @@ def _stroke_kinds_of_panels(problem: Problem) -> Any:
     return np.repeat(table.kind, np.diff(table.first_panel))
 
 
-def _curve_contribution_to_mean(
+def _mean_range_and_slopes_of_curve(
     problem: Problem,
     mean: Mean,
     curve_index: int,

@@ -24,13 +24,13 @@ from camopt.core.numerics.curves import LOADED_CURVES, curve_value
 from camopt.core.numerics.sloped_interval import SlopedInterval, as_quotient, as_sloped_interval
 from camopt.core.numerics.state import State
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, Stroke
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import size_lower_bound
 from camopt.solve.smallest.enclosure import size_constraints_with_variants, state_with_rounding
@@ -71,13 +71,13 @@ class StrokeLimit:
             constraint, stroke, turn, name, _one_sided_motion(stroke, shares, constraint.kinds), np.empty((4, 0))
         )
 
-    def add_worst_place(self, problem: Problem, design: Designs) -> None:
+    def add_worst_excess_place(self, problem: Problem, design: Designs) -> None:
         """Add the place at which one design exceeds the limit the most."""
         angle = (
             self.stroke.angle if self.angle_name is None else float(np.radians(design.numbers[self.angle_name][0]))
         )
         stroke, kinds = replace(self.stroke, angle=angle), self.constraint.kinds
-        goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.constraint.sides]
+        goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.constraint.side_signs]
         where = (
             EvaluationBlock(problem.setup, Programme((stroke,)), design)
             .extremes(lambda designs, _: self.constraint.curve(designs, self.turn), goals)
@@ -93,7 +93,7 @@ class StrokeLimit:
         """
         places, count = np.concatenate([self.even_motion, self.added_motion], axis=1), template_interval.size
         points = inside.take(np.tile(np.arange(count), places.shape[1]))
-        for side in self.constraint.sides:
+        for side in self.constraint.side_signs:
             state = np.repeat(places, count, axis=1)
             excess = self._constraint_excess(side, state, points)
             excess = np.nan_to_num(excess + np.zeros(len(points)), nan=-np.inf).reshape(-1, count)
@@ -134,7 +134,7 @@ class TurnBoxSearch(MotionSearch):
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> None:
         self.turns, self.bounds, self.budget = turns, bounds, turns.budget
         self.best, self.best_motion = best
-        self.problem, self.box = at_rounding_error(turns.problem), turns.angle_box
+        self.problem, self.box = with_rounding_relative_error(turns.problem), turns.angle_box
         self.longest = turns.programme_with_angles(self.box.high)
         """The strokes at their longest angles; together they exceed a turn, but each occurs in some turn."""
         self.lift = self.longest.lift
@@ -149,7 +149,7 @@ class TurnBoxSearch(MotionSearch):
             if variant.programme is not self.problem.programme:
                 longest = replace(self.turns, problem=variant).programme_with_angles(self.box.high)
             for _, constraint in group:
-                for stroke, name in self.strokes_with_angle_fields(longest).items():
+                for stroke, name in self.angle_field_of_each_stroke(longest).items():
                     limit = StrokeLimit.from_constraint(constraint, stroke, longest, name)
                     if limit.even_motion.size:  # the constraint applies to the stroke
                         yield variant, limit
@@ -173,7 +173,7 @@ class TurnBoxSearch(MotionSearch):
         angles = enumerate(self.turns.variables)
         return {each.field: k for k, each in angles if self.turns.segments[each.segment].segment != "dwell"}
 
-    def strokes_with_angle_fields(self, turn: Programme) -> dict[Stroke, str | None]:
+    def angle_field_of_each_stroke(self, turn: Programme) -> dict[Stroke, str | None]:
         """The strokes and dwells of the longest turn.
 
         Each stroke with the field of its angle, each dwell with None.
@@ -197,14 +197,14 @@ class TurnBoxSearch(MotionSearch):
         slack = SIDE_ROUNDING * total
         return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
 
-    def problem_at_first_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, FloatArray]:
+    def problem_and_motion_at_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, FloatArray]:
         freed = self.angles_at_first_box_middle(boxes)
         return self.problem.with_programme(self.turns.programme_with_angles(freed)), freed
 
-    def add_worst_places(self, design: Designs, problem: Problem) -> None:
+    def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
         if self.problem.setup.mechanism.can_assemble(design, self.longest)[0]:
             for variant, limit in self.limits:
-                limit.add_worst_place(variant, design)
+                limit.add_worst_excess_place(variant, design)
 
     def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         excesses = [
@@ -215,7 +215,7 @@ class TurnBoxSearch(MotionSearch):
     def search_ranges(self) -> SizeBounds:
         least = size_lower_bound(self.problem.with_programme(self.longest), self.bounds)
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
-        strokes = self.strokes_with_angle_fields(self.longest)
+        strokes = self.angle_field_of_each_stroke(self.longest)
         low = {name: self.least_stroke_angle_deg(stroke) for stroke, name in strokes.items() if name}
         angles = {
             name: (min(max(low[name], self.box.low[k]), self.box.high[k]), self.box.high[k])
@@ -227,13 +227,15 @@ class TurnBoxSearch(MotionSearch):
         """Least angle of a stroke that meets the limits on velocity, acceleration and jerk [deg]."""
         least = 0.0
         for constraint in self.problem.constraints:
-            if not isinstance(constraint.curve, Derivative):
+            if not isinstance(constraint.curve, MotionDerivative):
                 continue
-            source = constraint.curve.source_motion(self.longest).strokes[self.longest.strokes.index(stroke)]
+            source = constraint.curve.motion_of_tool_or_follower(self.longest).strokes[
+                self.longest.strokes.index(stroke)
+            ]
             if constraint.kinds & source.kind:
                 order = constraint.curve.order
                 ends = weighted_derivative_range(Programme((source,)), (0.0,) * order + (1.0,), ALL_STROKES)
-                share = max(-ends[0], ends[1]) / constraint.upper_bound()
+                share = max(-ends[0], ends[1]) / constraint.upper_bound_of_each_side()
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)
 

@@ -20,7 +20,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.solve.synthesis.cams import (
     motion_holds_limits,
-    objective_term,
+    objective_term_value,
     programme_with_laws,
     scene_with_laws,
     smallest_cam_for_laws,
@@ -232,9 +232,14 @@ class AxisMinimiser:
 
     def _cam_row(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
         """The row of a cam: its axes, its quantities and its scene."""
-        programme, size = programme_with_laws(self.problem, laws), cam.design[self.problem.scene_problem.size_name]
+        programme, size = (
+            programme_with_laws(self.problem, laws),
+            cam.design[self.problem.scene_problem.size_quantity_name],
+        )
         terms = {
-            axis: objective_term(self.problem, programme, axis, size) for axis in self.axes if axis in AXIS_TERMS
+            axis: objective_term_value(self.problem, programme, axis, size)
+            for axis in self.axes
+            if axis in AXIS_TERMS
         }
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
@@ -249,7 +254,7 @@ class AxisMinimiser:
         The smallest cam for the laws is no smaller, apart from margins, and takes long to find if a load decides.
         """
         problem, prime = self.problem, self._prime_radius(laws)
-        scene, name = scene_with_laws(self.scene, problem, laws), problem.scene_problem.size_name
+        scene, name = scene_with_laws(self.scene, problem, laws), problem.scene_problem.size_quantity_name
         solved = problem.design_of_sizes(*(problem.size_unit * size for size in laws[:2])).sizes
         sizes = {f"{size}_mm": float(solved[size][0]) for size in ("offset", "arm_length", "roller_radius")}
         for increase in SIZE_INCREASES:

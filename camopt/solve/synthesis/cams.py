@@ -87,15 +87,15 @@ def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
 
 def known_cam_with_objective_terms(problem: SynthesisProblem, row: Design) -> Design:
     """The cam of a known law with its objective terms; ``within`` says if it meets all limits of the free laws."""
-    programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_name]
-    terms = {name: objective_term(problem, programme, name, size) for name in problem.objective}
+    programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_quantity_name]
+    terms = {name: objective_term_value(problem, programme, name, size) for name in problem.objective}
     columns: dict[str, Any] = {**terms, **row, "within": not limits_broken_by_cam(problem, row)}
     return Design(columns, row.searched)
 
 
 def limits_broken_by_cam(problem: SynthesisProblem, row: Design) -> list[str]:
     """Names of the free laws' limits that the cam of a known law breaks: limits, jumps and the size."""
-    programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_name]
+    programme, size = _programme_of_design(problem, row), row[problem.scene_problem.size_quantity_name]
     jumps = {DERIVATIVE_NAMES[jump.order] for jump in programme.jumps if jump.order <= problem.rest}
     broken = [f"no jump of {name}" for name in sorted(jumps)] + list(limits_broken_by_motion(problem, programme))
     return list(
@@ -146,7 +146,7 @@ def smallest_or_nearest_design(scene_problem: Problem, objective: Collection[str
 
 def nothing_depends_on_size(scene_problem: Problem, objective: Collection[str]) -> bool:
     """Whether the size stays the scene's own: no search, no limit and no objective depends on it."""
-    is_limited = any(limit.set_by_scene and not limit.is_of_motion for limit in scene_problem.limits)
+    is_limited = any(limit.set_by_scene and not limit.is_decided_by_motion_alone for limit in scene_problem.limits)
     is_variable = "size" in scene_problem.search_space.variables or "size" in objective
     return not (is_limited or is_variable or isnan(scene_problem.design.size[0]))
 
@@ -207,7 +207,7 @@ def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> 
                 yield DERIVATIVE_NAMES[order]
     if (
         problem.residual_limit is not None
-        and objective_term(problem, programme, residual.RESIDUAL_TERM, 0.0) > problem.residual_limit
+        and objective_term_value(problem, programme, residual.RESIDUAL_TERM, 0.0) > problem.residual_limit
     ):
         yield residual.RESIDUAL_TERM
     origin_shift = problem.strokes[0].low - programme.strokes[0].low  # the base circle may differ
@@ -227,7 +227,7 @@ def _meets_condition(problem: SynthesisProblem, stroke: Stroke, origin_shift: fl
 def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws under every limit of the scene; None if there is none."""
     scene = scene_with_laws(original_scene, problem, iterate)
-    best, size = smallest_cams_or_own_size(scene).best, problem.scene_problem.size_name
+    best, size = smallest_cams_or_own_size(scene).best, problem.scene_problem.size_quantity_name
     if best is not None and problem.has_convex_size and _is_undecided(scene.with_row(best)):
         larger = scene.replace(**{f"search.{size.removesuffix('_mm')}": [best[size] * (1.0 + STEP_BACK)]})
         best = smallest_cams_or_own_size(larger).best or best
@@ -236,7 +236,8 @@ def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iter
     # evaluated from the motion itself, not taken from the solver
     programme = programme_with_laws(problem, iterate)
     objective = sum(
-        weight * objective_term(problem, programme, name, best[size]) for name, weight in problem.objective.items()
+        weight * objective_term_value(problem, programme, name, best[size])
+        for name, weight in problem.objective.items()
     )
     return Synthesis(original_scene, scene.with_row(best), best, objective)
 
@@ -250,20 +251,22 @@ def _is_undecided(scene: Scene) -> bool:
     )
 
 
-def objective_term(problem: SynthesisProblem, programme: Programme, name: str, size: float) -> float:
+def objective_term_value(problem: SynthesisProblem, programme: Programme, name: str, size: float) -> float:
     """An objective term in its own unit, from the motion itself or the size."""
     if name == "size":
         return size
     if name == residual.RESIDUAL_TERM:
         return float(
-            problem.term_factors[name]
+            problem.term_unit_factors[name]
             * vibration_extremes(programme, *problem.train_frequency_and_damping).residual
         )
     if name == CROSSING_JERK:
-        return problem.term_factors[name] * crossing_jerk(programme, problem.crossing_window, problem.crossings)
+        return problem.term_unit_factors[name] * crossing_jerk(
+            programme, problem.crossing_window, problem.crossings
+        )
     if name == LOST_AREA:
         area = 2.0 * pi * derivative_power_mean(programme, 0, 1)
-        return problem.term_factors[name] * (problem.largest_area - area)
+        return problem.term_unit_factors[name] * (problem.area_under_highest_displacement - area)
     if name in TERM_ORDERS:
-        return problem.term_factors[name] * derivative_peak(programme, TERM_ORDERS[name], ALL_STROKES)
-    return problem.term_factors[name] * derivative_root_mean_square(programme, RMS_TERM_ORDERS[name])
+        return problem.term_unit_factors[name] * derivative_peak(programme, TERM_ORDERS[name], ALL_STROKES)
+    return problem.term_unit_factors[name] * derivative_root_mean_square(programme, RMS_TERM_ORDERS[name])

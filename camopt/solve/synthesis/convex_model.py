@@ -89,7 +89,9 @@ class ConvexModel:
             ends = [motion.end_derivative(3, last) for motion in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
             jumps = [after - before for before, after in joints]
-            jerk = cp.norm1(cp.hstack([*jumps, *(v for motion in self.motions for v in motion.jerk_variation())]))
+            jerk = cp.norm1(
+                cp.hstack([*jumps, *(v for motion in self.motions for v in motion.jerk_variation_vectors())])
+            )
         else:
             jerk = _root_integral_of_squares(self.motions, 3)
         return cp.Problem(
@@ -139,7 +141,7 @@ def build_convex_model(
         ):  # a larger jerk would allow no more
             constraints.append(peak_variables[CROSSING_JERK] <= abs(jerk_limit) / problem.motion_unit)
     for one, other in problem.opposed_pairs:
-        motions[one].impose_sum(motions[other], problem.sum_of_starts(one, other))
+        motions[one].impose_displacement_sum(motions[other], problem.sum_of_start_displacements(one, other))
     for motion in motions:
         constraints += motion.constraints
     constraints += [terms[name] <= bound for name, bound in term_bounds.items()]
@@ -185,7 +187,7 @@ def _lowest_displacement(problem: SynthesisProblem, motions: list[StrokeMotion])
     """Displacement where the follower is lowest, in units of the lift; 0 if the scene gives its lowest position."""
     if problem.lowest_angle is None:
         return 0.0
-    number, x = problem.stroke_place(problem.lowest_angle)
+    number, x = problem.stroke_number_and_x_at_angle(problem.lowest_angle)
     return motions[number].displacement_at(x)
 
 
@@ -201,7 +203,7 @@ def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -
             before.impose_rest(problem.rest, True)
             continuity = 0
         else:
-            continuity = problem.continuity_at(last.end)
+            continuity = problem.required_continuity_at_joint(last.end)
         for order in range(0 if stroke.is_move or last.is_move else 1, continuity + 1):
             end, start = before.end_derivative(order, True), motion.end_derivative(order, False)
             if end is not None and start is not None:
@@ -214,16 +216,16 @@ def _term_magnitude(problem: SynthesisProblem, name: str) -> float:
     if name == "size":
         return problem.size_unit
     if name == LOST_AREA:
-        return problem.largest_area * problem.term_factors[name]
+        return problem.area_under_highest_displacement * problem.term_unit_factors[name]
     shortest = min(stroke.angle for stroke in problem.free_strokes)
     if name == residual.RESIDUAL_TERM:
         return (
             problem.motion_unit
-            * problem.term_factors[name]
+            * problem.term_unit_factors[name]
             / (1.0 + (problem.train_frequency_and_damping[0] * shortest) ** 2)
         )
     order = {**TERM_ORDERS, **RMS_TERM_ORDERS, CROSSING_JERK: 3}[name]
-    return problem.motion_unit * problem.term_factors[name] / shortest**order
+    return problem.motion_unit * problem.term_unit_factors[name] / shortest**order
 
 
 def _term_expression(
@@ -238,12 +240,14 @@ def _term_expression(
     if name == "size":
         return problem.size_unit * sizes.prime - problem.prime_less_cam_radius
     if name == residual.RESIDUAL_TERM:
-        return problem.term_factors[name] * _largest_residual_vibration(motions)
-    factor = problem.motion_unit * problem.term_factors[name]
+        return problem.term_unit_factors[name] * _largest_residual_vibration(motions)
+    factor = problem.motion_unit * problem.term_unit_factors[name]
     if name in peak_variables:
         return factor * peak_variables[name]
     if name == LOST_AREA:
-        return problem.largest_area * problem.term_factors[name] - factor * _lift_area_expression(motions, lowest)
+        return problem.area_under_highest_displacement * problem.term_unit_factors[
+            name
+        ] - factor * _lift_area_expression(motions, lowest)
     return factor / sqrt(2.0 * pi) * _root_integral_of_squares(motions, RMS_TERM_ORDERS[name])
 
 

@@ -45,7 +45,7 @@ BOUND_PANELS = 48  # panels of a stroke, for a bound
 SEARCH_PIECES = 24  # most pieces of a stroke during the search
 
 
-def with_best_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
+def with_best_crossings_and_bound(problem: SynthesisProblem) -> tuple[SynthesisProblem, float | None]:
     """The problem with the best crossing in each free stroke, and a bound for any crossing.
 
     Raises
@@ -60,7 +60,7 @@ def with_best_crossings(problem: SynthesisProblem) -> tuple[SynthesisProblem, fl
             continue
         crossing = _image_crossing(problem, crossings, number)
         if crossing is None:
-            crossing, bound = _best_crossing(problem, number)
+            crossing, bound = _best_crossing_and_lower_bound(problem, number)
             bounds.append(bound)
         crossings.append(crossing)
     known_bounds = [bound for bound in bounds if bound is not None]
@@ -79,7 +79,9 @@ def _image_crossing(
     return None
 
 
-def _best_crossing(problem: SynthesisProblem, stroke_number: int) -> tuple[StrokeCrossing, float | None]:
+def _best_crossing_and_lower_bound(
+    problem: SynthesisProblem, stroke_number: int
+) -> tuple[StrokeCrossing, float | None]:
     """The best crossing of a stroke, and a lower bound of the objective for any crossing in it."""
     coarse_splines = replace(problem.splines, pieces=min(problem.splines.pieces, SEARCH_PIECES))
     coarse = replace(problem, splines=coarse_splines)
@@ -95,7 +97,7 @@ def _best_crossing(problem: SynthesisProblem, stroke_number: int) -> tuple[Strok
         except Unsolved:
             return inf
 
-    def lower_bound(low: float, high: float) -> float:
+    def objective_lower_bound(low: float, high: float) -> float:
         """Lower bound for a crossing from ``low`` to ``high``; 0 if the solver gives none."""
         trial = replace(problem, crossings=(problem.stroke_crossing(stroke_number, low, high),))
         relaxed = build_convex_model(tighten_limits(trial, -SOLVER_ERROR), partial(RelaxedMotion, BOUND_PANELS))
@@ -110,7 +112,7 @@ def _best_crossing(problem: SynthesisProblem, stroke_number: int) -> tuple[Strok
         )
 
     ends = np.linspace(0.0, 1.0, FIRST_STROKE_PARTS + 1).tolist()
-    parts = [(lower_bound(low, high), low, high) for low, high in pairwise(ends)]
+    parts = [(objective_lower_bound(low, high), low, high) for low, high in pairwise(ends)]
     best, best_x = inf, 0.5
     for _ in range(MOST_STROKE_PARTS):
         lowest = min(parts)[0]
@@ -122,7 +124,7 @@ def _best_crossing(problem: SynthesisProblem, stroke_number: int) -> tuple[Strok
         middle = (low + high) / 2.0
         if (value := objective_at(middle)) < best:
             best, best_x = value, middle
-        parts += [(max(bound, lower_bound(*ends)), *ends) for ends in ((low, middle), (middle, high))]
+        parts += [(max(bound, objective_lower_bound(*ends)), *ends) for ends in ((low, middle), (middle, high))]
     step = 0.5 / FIRST_STROKE_PARTS
     while min(parts)[0] < best * (1.0 - CLOSE_BOUND_GAP) < inf and step > LEAST_PLACE_STEP:
         step /= 2.0

@@ -26,7 +26,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.quantities.function import FunctionCall
 from camopt.model.effects import available_quantities, missing_keys_by_quantity
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
-from camopt.scene.problem.limits import limited_quantity
+from camopt.scene.problem.limits import limited_quantity_name
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
@@ -201,7 +201,7 @@ def _check_axes_and_add_outputs(scene: Scene, axes: Sequence[str]) -> tuple[Scen
     missing_keys, loads = missing_keys_by_quantity(scene_problem.setup), load_limit_keys_by_quantity(scene_problem)
     available_loads = [name for name in loads if name in available_quantities(scene_problem.setup)]
     for axis in axes:
-        name = limited_quantity(axis, scene_problem.setup) if axis == residual.RESIDUAL_TERM else axis
+        name = limited_quantity_name(axis, scene_problem.setup) if axis == residual.RESIDUAL_TERM else axis
         if name in missing_keys and (axis in AXIS_TERMS or axis in loads):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(missing_keys[name])}", bare=True))
         elif axis not in AXIS_TERMS and axis not in available_loads:

@@ -9,7 +9,7 @@ from camopt.core.mistakes import NOTHING_FEASIBLE
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.scene.scene import Scene
-from camopt.solve.synthesis.problem_from_scene import default_peaks
+from camopt.solve.synthesis.problem_from_scene import default_peak_factors
 from camopt.solve.synthesis.result_sentences import (
     OWN_MOVES,
     default_limit_differences_in_words,
@@ -89,7 +89,7 @@ class Frontier(Result, Drawable):
 
     def sections(self) -> Iterator[Table | str]:
         """The free laws along the frontier, the known laws, and the least value of each axis."""
-        defaults = default_peaks(self.scene, self.axes)
+        defaults = default_peak_factors(self.scene, self.axes)
         yield self.table() or f"{self.scene.name}: the frontier"
         yield "Each known law is on its smallest cam within the limits."
         if not all(row["within"] for row in self.known):
@@ -109,7 +109,7 @@ class Frontier(Result, Drawable):
             "scene": self.scene.name,
             "axes": self.axes,
             "local": self.local,
-            "default_peaks": default_peaks(self.scene, self.axes),
+            "default_peaks": default_peak_factors(self.scene, self.axes),
             "least": {
                 term: {"free_laws": least, "any_motion": bound, "local": term in self.local}
                 for term, (least, bound) in self.least.items()

@@ -82,7 +82,7 @@ def _impose_opposition(problem: SynthesisProblem, coefficients: Sequence[FloatAr
         stroke, partner = problem.strokes[one], problem.strokes[other]
         if stroke.is_law_replaceable:
             (low, change), (partner_low, partner_change) = map(problem.law_offset_and_scale, (stroke, partner))
-            total = problem.sum_of_starts(one, other)
+            total = problem.sum_of_start_displacements(one, other)
             mean = (
                 low + change * by_stroke[stroke] + total - partner_low - partner_change * by_stroke[partner]
             ) / 2.0
@@ -101,7 +101,7 @@ def _join_strokes(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeL
     """Make two consecutive strokes meet with the required continuity: free strokes change, in place."""
     if before.coefficients is None and after.coefficients is None:
         return
-    count = 1 + problem.continuity_at(before.stroke.end)
+    count = 1 + problem.required_continuity_at_joint(before.stroke.end)
     state = _state_at_joint(problem, before, after, count)
     for side, last in ((before, True), (after, False)):
         if side.coefficients is not None:

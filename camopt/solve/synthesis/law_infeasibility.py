@@ -16,7 +16,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.synthesis.cams import largest_cam_size, limits_broken_by_cam
-from camopt.solve.synthesis.problem_from_scene import GENTLE_LAW, MOVE_PEAK_FACTOR, default_peaks
+from camopt.solve.synthesis.problem_from_scene import GENTLE_LAW, MOVE_PEAK_FACTOR, default_peak_factors
 from camopt.solve.synthesis.synthesis_problem import SIZE_WORDS, TERM_ORDERS, SynthesisProblem
 from camopt.solve.synthesis.term_units import term_unit
 from camopt.solve.tables.cells import quantity_text, shown_column_name, with_unit
@@ -65,7 +65,7 @@ def _default_limits_and_remedy_in_words(scene: Scene, problem: SynthesisProblem)
     default_limits = []
     for name in _default_limit_names(scene, problem):
         ends = [abs(end) for row in problem.derivative_ranges for end in row.get(TERM_ORDERS[name], ())]
-        largest = with_unit(max(ends, default=0.0) * problem.term_factors[name], term_unit(name, scene))
+        largest = with_unit(max(ends, default=0.0) * problem.term_unit_factors[name], term_unit(name, scene))
         default_limits.append(f"{name} of at most {largest}")
     if not default_limits:
         return ""
@@ -80,7 +80,7 @@ def _limits_missed_by_nearest_cam(problem: SynthesisProblem, search: Optimum) ->
         broken = str(miss["violated"]).split(",")
         limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
         return {limit_key(limit): _largest_miss_over_quantities(limit, miss) for limit in limits}
-    largest_size, name = largest_cam_size(problem), problem.scene_problem.size_name
+    largest_size, name = largest_cam_size(problem), problem.scene_problem.size_quantity_name
     if search.best is None or search.best[name] <= largest_size:
         return {}
     size_text = f"{shown_column_name(name)} = {quantity_text(name, search.best[name])}"
@@ -142,7 +142,7 @@ def contradiction_error(scene: Scene, problem: SynthesisProblem, objective_lower
 
 def _default_limit_names(scene: Scene, problem: SynthesisProblem) -> list[str]:
     """Names of the limits that hold by default only."""
-    return [name.removeprefix("peak_") for name in default_peaks(scene, problem.objective)]
+    return [name.removeprefix("peak_") for name in default_peak_factors(scene, problem.objective)]
 
 
 def _source_of_defaults_in_words(scene: Scene) -> str:

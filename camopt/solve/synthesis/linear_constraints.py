@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 from camopt.model.effects import force
 from camopt.model.effects.necessary_conditions import LeastForce
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import cylindrical, translating, translating_flat
 from camopt.model.mechanisms.pairs import CONTACT_CURVES
 from camopt.model.motion.load import ExternalLoad, ReflectedLoad, TrainLoad
@@ -35,14 +35,14 @@ from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint, MeanConstraint, SynthesisProblem
-from camopt.solve.synthesis.through_train import constant_train_ratio, constraint_at_tool
+from camopt.solve.synthesis.through_train import constant_train_ratio, linear_constraint_on_tool_motion
 
 
 def linear_constraints_of(scene_problem: Problem) -> list[LinearConstraint]:
     """The linear constraints of a scene, without repetitions. The smallest cam for the laws meets the others."""
     merged: dict[LinearConstraint, LinearConstraint] = {}
     for constraint in map(
-        partial(constraint_at_tool, scene_problem),
+        partial(linear_constraint_on_tool_motion, scene_problem),
         _linear_constraints_by_limit(scene_problem) if constant_train_ratio(scene_problem) else (),
     ):
         unnamed = replace(constraint, name="", kinds=0)
@@ -80,11 +80,11 @@ def convex_mean_constraints(scene_problem: Problem) -> Iterator[MeanConstraint]:
     """
     for limit in scene_problem.limits:
         constraint = limit.mean_constraint
-        if constraint is None or not isinstance(curve := constraint.mean.curves[0][0], Derivative):
+        if constraint is None or not isinstance(curve := constraint.mean.curves[0][0], MotionDerivative):
             continue
         power, side = constraint.mean.power, constraint.side
         if power == 1 or side > 0.0:
-            bound = constraint.mean.mean_from_power_mean(constraint.upper_bound())
+            bound = constraint.mean.mean_from_power_mean(constraint.upper_bound_of_each_side())
             yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
 
 
@@ -94,7 +94,7 @@ def is_linear(scene_problem: Problem, constraint: Constraint) -> bool:
     Behind a train of changing ratio, only constraints on the tool itself are linear.
     """
     curve, second = constraint.curve, _linear_second_contact(scene_problem)
-    if isinstance(curve, Derivative):
+    if isinstance(curve, MotionDerivative):
         return not curve.at_follower or constant_train_ratio(scene_problem) is not None
     if second and second.first_contact_curve(constraint) in LINEAR_CURVES:
         return True
@@ -167,25 +167,29 @@ def _linear_second_contact(scene_problem: Problem) -> _SecondContact | None:
     if searched or size_names - design.second.keys():
         return None
     second = contact.local_designs(design)
-    return _SecondContact(curves, -1.0, lift, 0.0, float(second.lead[0]), float(mechanism.start(second)[0]))
+    return _SecondContact(
+        curves, -1.0, lift, 0.0, float(second.signed_offset[0]), float(mechanism.start(second)[0])
+    )
 
 
 def _trace_point_pressure_constraints(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """|y' − e| ≤ T·(s₀ + y), with T the tangent of the pressure angle."""
-    tangent = constraint.upper_bound()
+    tangent = constraint.upper_bound_of_each_side()
     yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=constraint.kinds)
     yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=constraint.kinds)
 
 
 def _groove_pressure_constraints(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """|y'| ≤ T·R_m, with T the tangent of the pressure angle."""
-    for side in constraint.sides:
-        yield LinearConstraint(name, 0.0, -side, height=constraint.upper_bound(), kinds=constraint.kinds)
+    for side in constraint.side_signs:
+        yield LinearConstraint(
+            name, 0.0, -side, height=constraint.upper_bound_of_each_side(), kinds=constraint.kinds
+        )
 
 
 def _flat_face_radius_constraint(name: str, constraint: Constraint) -> Iterator[LinearConstraint]:
     """R_b + y + y'' ≥ ρ."""
-    yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=constraint.upper_bound())
+    yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=constraint.upper_bound_of_each_side())
 
 
 def _flat_face_reach_constraints(
@@ -204,7 +208,7 @@ LINEAR_CURVES: dict[Any, Callable[[str, Constraint], Iterator[LinearConstraint]]
     ),  # the face is square to its motion: β is 0
     translating_flat.MECHANISM.profile_radius: _flat_face_radius_constraint,
     translating_flat.MECHANISM.reach: lambda name, constraint: _flat_face_reach_constraints(
-        name, constraint.upper_bound(), constraint.sides
+        name, constraint.upper_bound_of_each_side(), constraint.side_signs
     ),
 }
 
@@ -253,7 +257,8 @@ def _tighten_by_worst_shift(
 ) -> LinearConstraint:
     """A linear constraint tightened by the worst of some shifts (δe, δs).
 
-    The constraint is of a train with one ratio, in units for another ratio (``through_train.constraint_at_tool``).
+    The constraint is of a train with one ratio, in units for another ratio
+    (``through_train.linear_constraint_on_tool_motion``).
     """
     worst = min(
         constraint.lead * lead_shift + constraint.height * height_shift for lead_shift, height_shift in shifts

@@ -16,18 +16,18 @@ from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.state import State
 from camopt.core.quantities import AT_MOST, QUANTITIES
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF, Stroke
 from camopt.scene.problem.constraints import Constraint
-from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
+from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity_name
 from camopt.scene.problem.problem import Problem, strictest_constraints
-from camopt.scene.problem.tolerance_zones import NumberErrors, add_errors
+from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.synthesis.linear_constraints import is_linear, repeats_first_contact
 from camopt.solve.synthesis.residual import RESIDUAL_TERM
 from camopt.solve.synthesis.synthesis_problem import SynthesisProblem
-from camopt.solve.synthesis.through_train import constraint_about_tool, follower_states
+from camopt.solve.synthesis.through_train import constraint_with_tool_stroke_kinds, follower_states
 
 PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # least samples of a piece, and of a stroke
 DWELL_SAMPLES = 24  # samples of a dwell, over which a load may change
@@ -40,8 +40,8 @@ LeadAndHeight = tuple[float, float]
 
 def load_limit_keys_by_quantity(scene_problem: Problem) -> dict[str, str]:
     """Key in [limits] of each quantity that is the largest value of a curve."""
-    keys = {limited_quantity(key, scene_problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
-    return {name: key for name, key in keys.items() if QUANTITIES[name].relation == AT_MOST}
+    keys = {limited_quantity_name(key, scene_problem.setup): key for key in LOAD_LIMITS if key != RESIDUAL_TERM}
+    return {name: key for name, key in keys.items() if QUANTITIES[name].relation_to_limit == AT_MOST}
 
 
 def nonconvex_constraints_of(problem: SynthesisProblem) -> tuple[Constraint, ...]:
@@ -54,9 +54,9 @@ def nonconvex_constraints_of(problem: SynthesisProblem) -> tuple[Constraint, ...
     )
     nonconvex = (constraint for constraint in strictest if not is_linear(scene_problem, constraint))
     return tuple(
-        constraint_about_tool(scene_problem, constraint)
+        constraint_with_tool_stroke_kinds(scene_problem, constraint)
         for constraint in nonconvex
-        if constraint.upper_bound() > 0.0 or constraint.goal == LEAST
+        if constraint.upper_bound_of_each_side() > 0.0 or constraint.goal == LEAST
     )
 
 
@@ -65,9 +65,9 @@ def load_constraints_at(scene_problem: Problem, key: str, bound: float) -> tuple
     limited = scene_problem.with_numbers({f"limits.{key}": bound})
     constraints = next(limit.constraints for limit in limited.limits if limit.name == key)
     return tuple(
-        constraint_about_tool(scene_problem, constraint)
+        constraint_with_tool_stroke_kinds(scene_problem, constraint)
         for constraint in constraints
-        if constraint.upper_bound() > 0.0
+        if constraint.upper_bound_of_each_side() > 0.0
     )
 
 
@@ -138,7 +138,7 @@ class SampledConstraints:
     ) -> FloatArray:
         """As ``ratios_to_bounds``, for a state of the follower."""
         designs, programme = (
-            add_errors(self.problem.design_of_sizes(*sizes), self.errors),
+            with_added_errors(self.problem.design_of_sizes(*sizes), self.errors),
             self.scene_problem.programme,
         )
         outward = direction_state[1] >= 0.0
@@ -148,10 +148,10 @@ class SampledConstraints:
                 value = _curve_value(constraint.curve, designs, programme, follower_state) * constraint.factor(
                     designs
                 )
-                if constraint.upper_bound() <= 0.0:  # a lower bound, which may be 0
-                    value = 1.0 - (constraint.upper_bound() + value) / self.problem.size_unit
+                if constraint.upper_bound_of_each_side() <= 0.0:  # a lower bound, which may be 0
+                    value = 1.0 - (constraint.upper_bound_of_each_side() + value) / self.problem.size_unit
                 else:
-                    value = constraint.sides[0] * value / constraint.upper_bound()
+                    value = constraint.side_signs[0] * value / constraint.upper_bound_of_each_side()
                 value = np.nan_to_num(np.broadcast_to(value, outward.shape), nan=np.inf)
                 value = np.where(np.where(outward, *self._limits_outward_and_inward(constraint)), value, 0.0)
                 rows += [value, -value] if constraint.goal == LARGEST_MAGNITUDE else [value]
@@ -213,7 +213,9 @@ class SampledConstraints:
 def _curve_value(curve: Any, designs: Designs, programme: Programme, state: State) -> Any:
     """Value of a curve, or of a derivative of the follower, in a state."""
     return (
-        state[curve.order] if isinstance(curve, Derivative) else curve_value(curve(designs, programme), ..., state)
+        state[curve.order]
+        if isinstance(curve, MotionDerivative)
+        else curve_value(curve(designs, programme), ..., state)
     )
 
 

@@ -32,11 +32,11 @@ from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
-    default_peaks,
+    default_peak_factors,
     objective_weights,
     split_by_offset,
 )
-from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relax_motion
+from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, solve_relaxed_optimum
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
@@ -142,7 +142,9 @@ def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
     problems = _robust_problem_per_offset(scene, sizes)
     if result.convex:
-        problems = [_problem_with_splines_of(result, problem, relax_motion(scene, problem)) for problem in problems]
+        problems = [
+            _problem_with_splines_of(result, problem, solve_relaxed_optimum(scene, problem)) for problem in problems
+        ]
     for margin in LIMIT_MARGINS:
         models = [_tightened_convex_model(problem, margin) for problem in problems]
         try:
@@ -200,7 +202,11 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
             (values - problem.zero) * stroke.size / problem.motion_unit if stroke.is_move else values
         )
     row, own_arm = result.design, float(problem.scene_problem.design.arm_length[0])
-    sizes = row[problem.scene_problem.size_name], row.get("offset_mm", 0.0), row.get("arm_length_mm", own_arm)
+    sizes = (
+        row[problem.scene_problem.size_quantity_name],
+        row.get("offset_mm", 0.0),
+        row.get("arm_length_mm", own_arm),
+    )
     return Iterate(*problem.sizes_of_cam(*sizes), tuple(coefficients))
 
 
@@ -208,7 +214,7 @@ def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> 
     """Derivative of the Lagrangian by a bound at an optimum; one-sided if necessary."""
     step = BOUND_STEP * (abs(bound.value) or 1.0)
 
-    def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
+    def objective_and_constraints_at_change(change: float) -> tuple[float, float, list[FloatArray]] | None:
         """A change of the bound, with the objective and the constraints there."""
         try:
             values = optimum.objective_and_constraints_in_scene(bound.scene_with_value(scene, bound.value + change))
@@ -216,7 +222,10 @@ def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> 
             return None
         return values and (change, *values)
 
-    last, first = side(step) or side(0.0), side(-step) or side(0.0)
+    last, first = (
+        objective_and_constraints_at_change(step) or objective_and_constraints_at_change(0.0),
+        objective_and_constraints_at_change(-step) or objective_and_constraints_at_change(0.0),
+    )
     if last is None or first is None or last[0] == first[0]:
         return 0.0
     change = last[1] - first[1]
@@ -237,7 +246,7 @@ def _with_numeric_peaks(scene: Scene) -> Scene:
         if isinstance(law, str)
     }
     return scene.replace(
-        **{f"synthesis.{name}": peak for name, peak in (peaks_of_laws | default_peaks(scene)).items()}
+        **{f"synthesis.{name}": peak for name, peak in (peaks_of_laws | default_peak_factors(scene)).items()}
     )
 
 

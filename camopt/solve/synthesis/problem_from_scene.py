@@ -5,10 +5,10 @@ from dataclasses import replace
 from math import inf, isnan, radians
 
 from camopt.core.mistakes import BadInput, Mistake, Unmet
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import translating, translating_flat
 from camopt.model.motion import LAWS
-from camopt.model.motion.move_joints import join_moves
+from camopt.model.motion.move_joints import strokes_with_move_laws
 from camopt.model.motion.programme import LAW_PEAKS, Programme, law_peaks, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE, Condition, Stroke
 from camopt.scene.mapping import MOTION_AT_FOLLOWER
@@ -35,7 +35,11 @@ from camopt.solve.synthesis.synthesis_problem import (
     SynthesisProblem,
     prime_less_cam_radius,
 )
-from camopt.solve.synthesis.through_train import constant_train_ratio, constraint_about_tool, reverses_motion
+from camopt.solve.synthesis.through_train import (
+    constant_train_ratio,
+    constraint_with_tool_stroke_kinds,
+    reverses_motion,
+)
 
 PEAK_ORDERS = {"peak_acceleration": 2, "peak_jerk": 3}
 LEAST_POINT_DISTANCE = 1e-4  # least distance between points, as a share of the stroke
@@ -115,7 +119,7 @@ def problem_from_settings(
         ),
         linear_constraints=tuple(linear_constraints_of(scene_problem)),
         mean_constraints=tuple(convex_mean_constraints(scene_problem)),
-        residual_limit=_residual_limit(scene_problem),
+        residual_limit=_residual_vibration_limit(scene_problem),
         rest=settings.rest,
         monotone=settings.monotone
         or (isinstance(settings.peak_velocity, tuple) and settings.peak_velocity[0] == 0.0),
@@ -144,7 +148,7 @@ def _check_rest_for_finite_jerk(
 ) -> None:
     """BadInput if the jerk is limited or minimised but the acceleration may jump."""
     limited = any(
-        isinstance(constraint.curve, Derivative) and constraint.curve.order == 3
+        isinstance(constraint.curve, MotionDerivative) and constraint.curve.order == 3
         for constraint in scene_problem.constraints
     )
     bounded = limited or settings.peak_jerk is not None
@@ -166,7 +170,7 @@ def _check_residual_vibration_applies(scene_problem: Problem, objective: Mapping
     """BadInput if residual vibration counts but the scene has no train, speed or dwell for it."""
     setup = scene_problem.setup
     key = "synthesis.minimise" if residual.RESIDUAL_TERM in objective else f"limits.{residual.RESIDUAL_TERM}"
-    if residual.RESIDUAL_TERM not in objective and _residual_limit(scene_problem) is None:
+    if residual.RESIDUAL_TERM not in objective and _residual_vibration_limit(scene_problem) is None:
         return
     speed = () if setup.omega is not None else ("cam.rpm",)
     frequency = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
@@ -181,7 +185,7 @@ def _check_residual_vibration_applies(scene_problem: Problem, objective: Mapping
         raise BadInput([Mistake(scene_problem.file, key, residual.RESIDUAL_TERM, what, bare=True)])
 
 
-def _residual_limit(scene_problem: Problem) -> float | None:
+def _residual_vibration_limit(scene_problem: Problem) -> float | None:
     """Largest residual vibration that the limits allow [mm or deg]; None if it is not limited."""
     return next((limit.bound for limit in scene_problem.limits if limit.name == residual.RESIDUAL_TERM), None)
 
@@ -319,12 +323,12 @@ def _derivative_limits(scene_problem: Problem, stroke_kind: int) -> dict[int, Lo
     bounds: dict[int, LowHigh] = {}
     ratio = constant_train_ratio(scene_problem)
     for constraint in (
-        constraint_about_tool(scene_problem, candidate)
+        constraint_with_tool_stroke_kinds(scene_problem, candidate)
         for candidate in scene_problem.constraints
         if is_linear(scene_problem, candidate)
     ):
-        if isinstance(constraint.curve, Derivative) and constraint.kinds & stroke_kind:
-            order, largest = constraint.curve.order, constraint.upper_bound()
+        if isinstance(constraint.curve, MotionDerivative) and constraint.kinds & stroke_kind:
+            order, largest = constraint.curve.order, constraint.upper_bound_of_each_side()
             largest *= abs(ratio) if ratio and constraint.curve.at_follower else 1.0
             bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
     return bounds
@@ -354,7 +358,7 @@ def _default_move_ranges(
         replace(stroke, named=False) if stroke.is_move else stroke
         for stroke in scene_problem.programme.tool.strokes
     ]
-    least_jerk_moves = Programme(tuple(stroke for stroke in join_moves(strokes) if stroke.is_move))
+    least_jerk_moves = Programme(tuple(stroke for stroke in strokes_with_move_laws(strokes) if stroke.is_move))
     orders = (
         []
         if _has_motion_limits(scene_problem)
@@ -371,7 +375,7 @@ def _default_move_ranges(
 def _has_motion_limits(scene_problem: Problem) -> bool:
     """Whether [limits] bounds an acceleration or a jerk."""
     return any(
-        isinstance(constraint.curve, Derivative) and constraint.curve.order > 1
+        isinstance(constraint.curve, MotionDerivative) and constraint.curve.order > 1
         for constraint in scene_problem.constraints
     )
 
@@ -383,7 +387,7 @@ def _default_peak_names(scene_problem: Problem, settings: SynthesisSettings, min
     return [name for name, order in PEAK_ORDERS.items() if order <= settings.rest + 1 and order not in minimised]
 
 
-def default_peaks(scene: Scene, terms: Iterable[str] | None = None) -> dict[str, float]:
+def default_peak_factors(scene: Scene, terms: Iterable[str] | None = None) -> dict[str, float]:
     """Default peak factors of free laws, for a scene that limits neither acceleration nor jerk.
 
     ``terms`` are the minimised terms, in place of the scene's objective.

@@ -97,11 +97,11 @@ class RelaxedMotion(StrokeMotion):
         limit, panels = limit.scale_by(self.angle**order), slice(nodes.start, nodes.stop - 1)
         h, (y, v, a) = self.h[panels], (each[nodes] for each in (self.y, self.v, self.a))
         if order < 3:
-            self._limit_values((y, v, a)[order], limit)
+            self._impose_value_range((y, v, a)[order], limit)
         if not h.size:
             return
         if order == 1:
-            self._limit_values(cp.multiply(1 / h, cp.diff(y)), limit)
+            self._impose_value_range(cp.multiply(1 / h, cp.diff(y)), limit)
         elif order == 2:
             self._impose_second_derivative_range(y, v, h, limit)
         elif order == 3:
@@ -155,7 +155,7 @@ class RelaxedMotion(StrokeMotion):
             change = velocity * cp.diff(y) + acceleration * cp.diff(v)
             self.constraints.append(mean + area_error + change + h * size_part >= 0.0)
 
-    def _limit_values(self, values: Any, limit: DerivativeRange) -> None:
+    def _impose_value_range(self, values: Any, limit: DerivativeRange) -> None:
         """Keep values within a range whose ends may be infinite."""
         if limit.low == limit.high:
             self.constraints.append(values == limit.low * limit.unit)
@@ -195,7 +195,7 @@ class RelaxedMotion(StrokeMotion):
             along_first, along_last = (cp.multiply(h, each) for each in (v[:-1], v[1:]))
             self.constraints += [cp.diff(v) >= 0.0, cp.diff(y) >= along_first, cp.diff(y) <= along_last]
 
-    def impose_sum(self, other: "RelaxedMotion", total: float) -> None:
+    def impose_displacement_sum(self, other: "RelaxedMotion", total: float) -> None:
         """Make the sums equal at the nodes, if both strokes have the same nodes.
 
         A condition on one stroke alone makes the nodes differ.

@@ -27,7 +27,7 @@ class RelaxedOptimum(NamedTuple):
     """The problem with splines whose optimum comes near to the bound, with few pieces first."""
 
 
-def relax_motion(scene: Scene, problem: SynthesisProblem) -> RelaxedOptimum:
+def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOptimum:
     """The optimum of the relaxation.
 
     An optimal motion within convex limits follows one limit after the other. Its jerk jumps where the next limit

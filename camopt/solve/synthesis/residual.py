@@ -17,7 +17,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import is_resonant
 from camopt.model.effects.effect import Setup
-from camopt.model.effects.vibration import steady_response
+from camopt.model.effects.vibration import steady_vibration_wave
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.solve.synthesis.splines import Splines
@@ -60,7 +60,7 @@ def residual_response(
                 for n, stroke in enumerate(strokes)
             )
         )
-        wave, starts = steady_response(turn, ratio, damping), turn.piece_starts
+        wave, starts = steady_vibration_wave(turn, ratio, damping), turn.piece_starts
         pieces = [int(np.abs(starts - stroke.start).argmin()) for stroke in strokes if stroke.kind == DWELL]
         dwells = turn.table.first_panel[pieces]
         return np.stack([wave.cosine[0, dwells], wave.sine[0, dwells]], axis=1)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.conditions import displacements_from_lowest_position
-from camopt.solve.synthesis.problem_from_scene import MOVE_PEAK_FACTOR, default_peaks, objective_weights
+from camopt.solve.synthesis.problem_from_scene import MOVE_PEAK_FACTOR, default_peak_factors, objective_weights
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.synthesis.through_train import constant_train_ratio
 from camopt.solve.tables.cells import with_unit
@@ -119,7 +119,7 @@ def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
 def default_limit_differences_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
     """Sentences on default limits that ``synthesise`` and a frontier of the same scene do not share."""
     why = "Axes and minimised terms have no default limit. So synthesise, which minimises"
-    minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peaks(scene)
+    minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peak_factors(scene)
     more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()
     for peaks, words in ((more, "also limits"), (fewer, "does not limit")):
         if peaks:

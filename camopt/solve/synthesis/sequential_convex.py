@@ -127,7 +127,7 @@ class SequentialConvex:
         minimised_constraints: Sequence[Constraint] = (),
     ) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
-        self._load_solution(start)
+        self._set_variables_to_iterate(start)
         iterate = iterate_of(self.model) if solve(self.nearest) in SOLVED_STATUSES else start
         minimised_constraints = _scale_bounds(
             minimised_constraints,
@@ -158,7 +158,7 @@ class SequentialConvex:
         if cost == inf:
             return iterate, radius, False
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
-        self.step.compile_parameters()
+        self.step.compile_to_matrices()
         for _ in range(MOST_CONVEX_STEPS):
             if radius < LEAST_TRUST_RADIUS:  # the planes do not fit at any distance: no penalty helps
                 return iterate, radius, True
@@ -190,11 +190,11 @@ class SequentialConvex:
         """
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, ())
         self.penalty.value = PENALTIES[-1]
-        self.step.compile_parameters()
+        self.step.compile_to_matrices()
         status, self.penalty.value = self._solve_step(iterate, FIRST_TRUST_RADIUS, planes), PENALTIES[0]
         if status not in SOLVED_STATUSES or self.excess.value > BOUND_MARGIN:
             return None
-        self.step.unpack_values()
+        self.step.set_variables_and_multipliers()
         rows = sum(block.row_count for block in self.blocks)
         curves, radius_multipliers = np.split(self.step.row_multipliers, [rows])
         ends = np.cumsum([block.row_count for block in self.blocks])
@@ -202,7 +202,7 @@ class SequentialConvex:
 
     def curve_ratios_to_bounds(self, iterate: Iterate, held_constraints: Sequence[Constraint]) -> list[FloatArray]:
         """Ratios of all curves to their bounds at a solution, block by block."""
-        self._load_solution(iterate)
+        self._set_variables_to_iterate(iterate)
         scale, vector = self.model.problem.motion_unit, _solution_vector(iterate)
         return [
             block.constraints.ratios_to_bounds(
@@ -231,7 +231,7 @@ class SequentialConvex:
 
         return sorted(starts, key=penalised_objective_of_start)
 
-    def _load_solution(self, iterate: Iterate) -> None:
+    def _set_variables_to_iterate(self, iterate: Iterate) -> None:
         """Set the variables, and the centre of the search for the nearest motion, to a solution."""
         self.model.sizes.lead.value, self.model.sizes.height.value = iterate.lead, iterate.height
         for motion, values in zip(free_stroke_motions(self.model), iterate.coefficients, strict=True):
@@ -317,7 +317,7 @@ class SequentialConvex:
         self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[float, float]:
         """The penalised objective at a solution, and the largest ratio of a held curve to its bound."""
-        self._load_solution(iterate)
+        self._set_variables_to_iterate(iterate)
         top, level = self._largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)
         model, problem = self.model, self.model.problem
         trace_radius = np.hypot(iterate.lead, iterate.height) if problem.has_trace_point else iterate.height
@@ -338,5 +338,6 @@ def _scale_bounds(constraints: Sequence[Constraint], curve_level: float) -> tupl
     """Constraints with bounds scaled so that curves at ``curve_level`` are at 1."""
     scale = curve_level if 0.0 < curve_level < inf else 1.0
     return tuple(
-        constraint._replace(bound=ConstantBound(constraint.upper_bound() * scale)) for constraint in constraints
+        constraint._replace(bound=ConstantBound(constraint.upper_bound_of_each_side() * scale))
+        for constraint in constraints
     )

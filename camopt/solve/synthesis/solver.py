@@ -55,14 +55,14 @@ class CompiledProgramme:
         self.row_multipliers = np.empty(0)
         """Fall of the least objective per unit of slack in each row."""
 
-    def compile_parameters(self) -> None:
+    def compile_to_matrices(self) -> None:
         """Write the programme as matrices, with the present values of its parameters."""
         self._data, self._chain, self._inverse = self.programme.get_problem_data(cp.CLARABEL, solver_opts={})
         first = self._data["param_prob"].var_id_to_col
         self._columns = np.concatenate([first[each.id] + np.arange(each.size) for each in self.variables])
 
     def solve(self, rows: sparse.csr_array, upper_bounds: FloatArray) -> str:
-        """Solve with rows·variables ≤ most, set the variables, and return the status."""
+        """Solve with rows·variables ≤ ``upper_bounds``, set the variables, and return the solver's status."""
         data, entries = self._data, rows.tocoo()
         shape = (upper_bounds.size, data["c"].size)
         row_matrix = sparse.csc_array((entries.data, (entries.row, self._columns[entries.col])), shape=shape)
@@ -86,6 +86,6 @@ class CompiledProgramme:
                 start += variable.size
         return status
 
-    def unpack_values(self) -> None:
+    def set_variables_and_multipliers(self) -> None:
         """Set all variables and multipliers of constraints from the last solution."""
         self.programme.unpack_results(self._solution, self._chain, self._inverse)

@@ -131,11 +131,11 @@ class SplineMotion(StrokeMotion):
         _, high, soon, _ = crossing.ends
         return float(np.abs(self._solved_derivative(self._derivative_matrix_on_part(3, high, soon), 3)).max())
 
-    def impose_sum(self, other: "SplineMotion", total: float) -> None:
+    def impose_displacement_sum(self, other: "SplineMotion", total: float) -> None:
         displacements = [motion.change * motion.coefficients + motion.low for motion in (self, other)]
         self.constraints.append(displacements[0] + displacements[1] == total)
 
-    def jerk_variation(self) -> list[cp.Expression]:
+    def jerk_variation_vectors(self) -> list[cp.Expression]:
         """The variation of the jerk's Bernstein coefficients, which is no less than that of the jerk."""
         coefficients = self.splines.bernstein_matrix(3)
         return [self._derivative_expression(coefficients[1:] - coefficients[:-1], 3)]
@@ -171,7 +171,7 @@ class SplineMotion(StrokeMotion):
         return [self._derivative_expression(sparse.diags_array(share) @ self.splines.value_matrix(x, order), order)]
 
     def lift_area(self) -> cp.Expression:
-        return self.stroke.angle * (self.change * self.splines.integrals @ self.coefficients + self.low)
+        return self.stroke.angle * (self.change * self.splines.coefficient_integrals @ self.coefficients + self.low)
 
     def residual_response(self) -> list[cp.Expression]:
         response, place = self.problem.residual_response, self.problem.free_strokes.index(self.stroke)

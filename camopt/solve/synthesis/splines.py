@@ -68,7 +68,7 @@ class Splines:
         return self.knots.size - self.degree - 1
 
     @property
-    def integrals(self) -> FloatArray:
+    def coefficient_integrals(self) -> FloatArray:
         """Integral over the stroke per unit of each coefficient: its support divided by degree + 1."""
         return (self.knots[self.degree + 1 :] - self.knots[: self.count]) / (self.degree + 1)
 
@@ -99,7 +99,7 @@ class Splines:
         """As ``bernstein_matrix``, with a derivative as polynomials of ``degree`` and without repeated rows."""
         return _distinct_bernstein(self, order, degree)
 
-    def distinct_rows(self, order: int, degree: int) -> IndexArray:
+    def distinct_coefficient_indices(self, order: int, degree: int) -> IndexArray:
         """Numbers of the Bernstein coefficients of a derivative that do not repeat the one before.
 
         Where the derivative is continuous, the first coefficient of a part equals the last of the part before.
@@ -157,7 +157,9 @@ def drop_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
 @cache
 def _distinct_bernstein(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
     own = splines.degree - order
-    return elevate_degree(splines.bernstein_matrix(order), own, degree - own)[splines.distinct_rows(order, degree)]
+    return elevate_degree(splines.bernstein_matrix(order), own, degree - own)[
+        splines.distinct_coefficient_indices(order, degree)
+    ]
 
 
 def elevate_degree(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":

@@ -77,10 +77,10 @@ class StrokeMotion:
     def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
         """Change the sign of the force at a crossing, with a bounded jerk until the clearance is crossed."""
 
-    def impose_sum(self, other: Any, total: float) -> None:
+    def impose_displacement_sum(self, other: Any, total: float) -> None:
         """Make the displacements of this and another motion add up to a constant, in units of the lift."""
 
-    def jerk_variation(self) -> list[Expression]:
+    def jerk_variation_vectors(self) -> list[Expression]:
         """Vectors whose magnitudes add up to the variation of the jerk over the stroke, or to more."""
         return []
 

@@ -331,7 +331,7 @@ class SynthesisProblem:
         """Pairs of opposed strokes, by number, each with the stroke of the first half turn first."""
         return [(one, other) for one, other in enumerate(self.opposed_strokes or ()) if one < other]
 
-    def sum_of_starts(self, one: int, other: int) -> float:
+    def sum_of_start_displacements(self, one: int, other: int) -> float:
         """Sum of the displacements at which two strokes start, in units of the lift."""
         return (self.strokes[one].low + self.strokes[other].low) / self.motion_unit
 
@@ -346,13 +346,13 @@ class SynthesisProblem:
             else (stroke.low / self.motion_unit, (stroke.high - stroke.low) / self.motion_unit)
         )
 
-    def stroke_place(self, angle: float) -> tuple[int, float]:
+    def stroke_number_and_x_at_angle(self, angle: float) -> tuple[int, float]:
         """Number of the stroke at a cam angle, and x there, from 0 to 1."""
         number = next((n for n, stroke in enumerate(self.strokes) if angle < stroke.end), len(self.strokes) - 1)
         stroke = self.strokes[number]
         return number, min(max((angle - stroke.start) / stroke.angle, 0.0), 1.0)
 
-    def continuity_at(self, angle: float) -> int:
+    def required_continuity_at_joint(self, angle: float) -> int:
         """Number of continuous derivatives where two moving strokes meet at a cam angle."""
         orders = (condition.order for condition in self.conditions if condition.start == condition.end == angle)
         return max(self.rest, *orders, 0)
@@ -363,7 +363,7 @@ class SynthesisProblem:
         return [stroke for stroke in self.strokes if stroke.is_law_replaceable]
 
     @property
-    def term_factors(self) -> dict[str, float]:
+    def term_unit_factors(self) -> dict[str, float]:
         """Factor of each objective term from mm or rad per radᵏ to the unit of [limits]."""
         setup = self.scene_problem.setup
         factors = {name: motion_unit_factor(setup, order) for name, order in TERM_ORDERS.items()}
@@ -373,7 +373,7 @@ class SynthesisProblem:
         return {"size": 1.0, **factors, residual.RESIDUAL_TERM: displacement, LOST_AREA: degrees(displacement)}
 
     @property
-    def largest_area(self) -> float:
+    def area_under_highest_displacement(self) -> float:
         """Area under the highest displacement of the scene's own motion, over the whole turn [mm·rad or rad²]."""
         return 2.0 * pi * self.scene_problem.programme.tool.lift
 
@@ -396,7 +396,7 @@ def tighten_limits(problem: SynthesisProblem, margin: float) -> SynthesisProblem
     factor = 1.0 - margin
     return replace(
         problem,
-        conditions=tuple(condition.widen_range(max(0.0, -margin)) for condition in problem.conditions),
+        conditions=tuple(condition.with_widened_range(max(0.0, -margin)) for condition in problem.conditions),
         derivative_ranges=tuple(
             {order: (factor * low, factor * high) for order, (low, high) in ranges.items()}
             for ranges in problem.derivative_ranges

@@ -14,7 +14,7 @@ from camopt.scene import tables
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.solve.smallest.price import Price, price_table
-from camopt.solve.synthesis.problem_from_scene import default_peaks
+from camopt.solve.synthesis.problem_from_scene import default_peak_factors
 from camopt.solve.synthesis.result_sentences import (
     best_known_in_words,
     bound_in_words,
@@ -98,7 +98,7 @@ class Synthesis(Result, Drawable):
         yield self.table()
         if self.known and self.known.broken_limits:
             yield f"* breaks limits of the free laws: {broken_limits_in_words(self.known.broken_limits)}"
-        yield from default_limits_in_words(self.asked, default_peaks(self.asked))
+        yield from default_limits_in_words(self.asked, default_peak_factors(self.asked))
         yield from filter(None, (size_limit_in_words(self), robust_verdict_and_cost_in_words(self.design)))
         if self.known:
             yield best_known_in_words(self, self.known)
@@ -119,7 +119,7 @@ class Synthesis(Result, Drawable):
             "gap": self.gap,
             "convex": self.convex,
             "peaks": self.peaks,
-            "default_peaks": default_peaks(self.asked),
+            "default_peaks": default_peak_factors(self.asked),
             **laws,
             **({} if prices is None else {"prices": prices}),
         }

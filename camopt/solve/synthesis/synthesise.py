@@ -32,14 +32,14 @@ from camopt.solve.synthesis.cams import (
     smallest_or_nearest_design,
 )
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
-from camopt.solve.synthesis.crossings import with_best_crossings
+from camopt.solve.synthesis.crossings import with_best_crossings_and_bound
 from camopt.solve.synthesis.iterate import Iterate, iterate_of, without_solver_error
 from camopt.solve.synthesis.law_infeasibility import contradiction_error, no_cam_error
 from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.prices import shadow_prices_of_free_laws
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
-from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relax_motion, relaxation_bound
+from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxation_bound, solve_relaxed_optimum
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
@@ -102,10 +102,10 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     scene = scene_from(scene)
     problems = split_by_offset(build_synthesis_problem(scene))
     if CROSSING_JERK in problems[0].objective:
-        crossed = [with_best_crossings(problem) for problem in problems]
+        crossed = [with_best_crossings_and_bound(problem) for problem in problems]
         problems, optima = [problem for problem, _ in crossed], [RelaxedOptimum(bound) for _, bound in crossed]
     else:
-        optima = [relax_motion(scene, problem) for problem in problems]
+        optima = [solve_relaxed_optimum(scene, problem) for problem in problems]
     feasible = [pair for pair in zip(problems, optima, strict=True) if pair[1].bound != inf]
     if not feasible:
         raise contradiction_error(scene, problems[0], relaxation_bound)

@@ -11,9 +11,9 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.motion.stroke import reversed_kinds
-from camopt.model.motion.tool_drive import tool_travel
+from camopt.model.motion.tool_drive import tool_travel_range
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint
@@ -28,11 +28,13 @@ def reverses_motion(scene_problem: Problem) -> bool:
     """Whether the follower moves inward while the tool moves outward."""
     train = scene_problem.setup.train
     return train is not None and bool(
-        np.diff(train.follower_displacement_at(np.array(tool_travel(scene_problem.programme))))[0] < 0.0
+        np.diff(train.follower_displacement_at(np.array(tool_travel_range(scene_problem.programme))))[0] < 0.0
     )
 
 
-def constraint_at_tool(scene_problem: Problem, linear_constraint: LinearConstraint) -> LinearConstraint:
+def linear_constraint_on_tool_motion(
+    scene_problem: Problem, linear_constraint: LinearConstraint
+) -> LinearConstraint:
     """A linear constraint on the follower's motion, as one on the tool's motion, at a constant ratio.
 
     The result is |i| times the constraint, because its sizes are in a unit that is |i| times smaller
@@ -52,9 +54,9 @@ def constraint_at_tool(scene_problem: Problem, linear_constraint: LinearConstrai
     )
 
 
-def constraint_about_tool(scene_problem: Problem, constraint: Constraint) -> Constraint:
+def constraint_with_tool_stroke_kinds(scene_problem: Problem, constraint: Constraint) -> Constraint:
     """The same constraint, with the stroke kinds of the tool in place of those of the follower."""
-    is_about_tool = isinstance(constraint.curve, Derivative) and not constraint.curve.at_follower
+    is_about_tool = isinstance(constraint.curve, MotionDerivative) and not constraint.curve.at_follower
     return (
         constraint
         if is_about_tool or not reverses_motion(scene_problem)
@@ -74,5 +76,5 @@ def follower_states(scene_problem: Problem, zero: float, state: FloatArray) -> F
     with np.errstate(all="ignore"):
         follower = train.follower_displacement(Taylor([zero * programme.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
     states = np.array([np.broadcast_to(follower.derivative(order), z.shape) for order in range(len(state))])
-    states[0] -= train.follower_displacement_at(np.array(tool_travel(programme))).min()
+    states[0] -= train.follower_displacement_at(np.array(tool_travel_range(programme))).min()
     return states

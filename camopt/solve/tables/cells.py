@@ -25,7 +25,7 @@ SHOWN_AS_ZERO = dict.fromkeys(("deg", "mm", "N"), 1e-9)
 def unit_of_column(name: str, unit: str | None = None) -> str:
     """Unit of a column: ``unit``, or else that of the quantity with this name, or that at the end of the name."""
     if unit is None:
-        at_end = (known for known in ("mm", "mm³", "N") if name.endswith(suffix_of(known)))
+        at_end = (known for known in ("mm", "mm³", "N") if name.endswith(column_suffix_of_unit(known)))
         return QUANTITIES[name].unit if name in QUANTITIES else next(at_end, "")
     return unit
 
@@ -47,7 +47,7 @@ def shown_column_name(name: str) -> str:
 def name_in_shown_unit(name: str, unit: str) -> str:
     """A name that ends in ``unit``, with the unit in which the number is shown."""
     shown = unit_in_shown_system(unit)
-    return name if shown == unit else name.removesuffix(suffix_of(unit)) + suffix_of(shown)
+    return name if shown == unit else name.removesuffix(column_suffix_of_unit(unit)) + column_suffix_of_unit(shown)
 
 
 def with_unit(value: float | None, unit: str) -> str:
@@ -65,7 +65,7 @@ def duration_text(seconds: float) -> str:
 def heading(name: str, unit: str | None = None) -> str:
     """Heading of a column: its name, one word a line, then its unit as it is shown; see ``unit_of_column``."""
     unit = unit_of_column(name, unit)
-    stem = name.removesuffix(suffix_of(unit)) if unit else name
+    stem = name.removesuffix(column_suffix_of_unit(unit)) if unit else name
     return "\n".join([*stem.split("_"), *([unit_in_shown_system(unit)] if unit else [])])
 
 
@@ -76,7 +76,7 @@ def axis_label(name: str, unit: str | None = None) -> str:
     return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)
 
 
-def suffix_of(unit: str) -> str:
+def column_suffix_of_unit(unit: str) -> str:
     """Suffix of names for a unit: _m_s2 for m/s², _N_per_mm for N/mm, _rpm for rev/min."""
     plain = unit.replace("rev/min", "rpm").translate(str.maketrans("²³⁴·µ", "234_u")).replace("/s", "_s")
     return "_" + plain.replace("1/", "per_").replace("/", "_per_")

@@ -27,7 +27,7 @@ from camopt.core.storage.tables import (
     write_table,
 )
 from camopt.core.storage.version import VERSION
-from camopt.scene.design_rows import LAW_NAME_COLUMNS, values_of_index
+from camopt.scene.design_rows import LAW_NAME_COLUMNS, index_level_values_at_place
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 
@@ -245,7 +245,7 @@ def values_of_table_row(table: Any, row: Any, table_name: str) -> dict[str, Any]
             allowed += f"; {places.size} rows have this label: number them again with .reset_index(drop=True)"
         raise BadInput([Mistake("camopt", "row", row, allowed)])
     place = int(places[0])
-    levels = {} if labels is None else values_of_index(labels, place)
+    levels = {} if labels is None else index_level_values_at_place(labels, place)
     known = {level: value for level, value in levels.items() if level in QUANTITIES or level in LAW_NAME_COLUMNS}
     return known | frame[place : place + 1].rows(named=True)[0]
 

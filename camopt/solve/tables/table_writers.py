@@ -61,7 +61,7 @@ class TableWriter:
     def append(self, rows: DesignRows) -> None:
         """Add rows."""
         if rows.count:
-            self._submit(lambda: self._open_groups().append(rows))
+            self._submit(lambda: self._opened_row_group_writer().append(rows))
 
     def take_no_more_rows(self) -> None:
         """Take no more rows; the thread writes the remaining ones while other work goes on."""
@@ -83,14 +83,14 @@ class TableWriter:
             while len(self._writing) > most_pending:
                 self._writing.popleft().result()
 
-    def _open_groups(self) -> "RowGroupWriter":
+    def _opened_row_group_writer(self) -> "RowGroupWriter":
         if self._groups is None:
             rows = import_table_module().open_row_group_writer(self._partial, self._quantities, self._about)
             self._groups = self._open_file.enter_context(rows)
         return self._groups
 
     def _finish_file(self) -> None:
-        self._open_groups().write_last_group()
+        self._opened_row_group_writer().write_last_group()
         self._open_file.close()
 
 

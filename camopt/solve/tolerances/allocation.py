@@ -43,11 +43,11 @@ from camopt.scene.iso286 import GRADE_WIDTHS, limit_deviations
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.tolerance_zones import number_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import RADIUS_KEYS, moves_tool
+from camopt.scene.tolerances import RADIUS_KEYS, does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
-from camopt.solve.tolerances.errors import error_keys, error_ranges
-from camopt.solve.tolerances.response import separation_by_key
+from camopt.solve.tolerances.errors import error_keys_at_contacts, error_ranges_at_one_contact
+from camopt.solve.tolerances.response import separation_range_by_key
 from camopt.solve.tolerances.turn_errors import Contribution, TurnErrors, tolerance_contributions, worst_case_range
 from camopt.solve.tolerances.worst_case import DISPLACEMENT_GAP, WorstCase, WorstSearch, make_worst_cam_search
 
@@ -251,7 +251,7 @@ def allocate(
         why = "has a motion whose velocity jumps: no bound of its errors is proved"
         raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
     return _GradeSearch(
-        scene, problem, float(within), grade_costs(costs, keys), search_budget(seconds, ALLOCATION_WORK)
+        scene, problem, float(within), grade_costs_by_key(costs, keys), search_budget(seconds, ALLOCATION_WORK)
     ).find_cheapest_grades()
 
 
@@ -341,7 +341,7 @@ class _GradeSearch:
         if not self.least_mounting_interference:
             return 0.0
         low = self.least_ungraded_separation + sum(
-            self.least_separations_by_grade[key][grade] for key, grade in grades.items()
+            self.least_separations_by_key_and_grade[key][grade] for key, grade in grades.items()
         )
         unit = degrees(1.0) if self.problem.setup.angular else 1.0
         return max(-(self.least_mounting_interference + unit * float(low.min())), 0.0)
@@ -350,7 +350,7 @@ class _GradeSearch:
         zones = {
             each: self.zones_by_key_and_grade[key][g]
             for key, g in grades.items()
-            for each in error_keys(self.problem, key)
+            for each in error_keys_at_contacts(self.problem, key)
         }
         return make_worst_cam_search(self.turn_errors, changed_error_ranges=zones)
 
@@ -406,7 +406,7 @@ class _GradeSearch:
     def zones_by_key_and_grade(self) -> dict[str, dict[int, tuple[float, float]]]:
         """Zone of each tolerance by key and grade [mm]."""
         return {
-            key: {grade: error_ranges(scene, self.problem)[key] for grade, scene in scenes.items()}
+            key: {grade: error_ranges_at_one_contact(scene, self.problem)[key] for grade, scene in scenes.items()}
             for key, scenes in self.scenes_by_key_and_grade.items()
         }
 
@@ -434,7 +434,7 @@ class _GradeSearch:
         return self.problem.nominal_numbers[key] + (zone.lower if zone else 0.0)
 
     @cached_property
-    def least_separations_by_grade(self) -> dict[str, dict[int, FloatArray]]:
+    def least_separations_by_key_and_grade(self) -> dict[str, dict[int, FloatArray]]:
         """Least separation that each graded tolerance makes, by key and grade."""
         return {
             key: {grade: self._least_separations_by_key(scene)[key] for grade, scene in scenes.items()}
@@ -448,12 +448,12 @@ class _GradeSearch:
         return sum(others, np.zeros(self.turn_errors.nodes.size))
 
     def _least_separations_by_key(self, scene: Scene) -> dict[str, FloatArray]:
-        return {key: ends.low for key, ends in separation_by_key(scene, self.problem, self.turn_errors.nodes)}
+        return {key: ends.low for key, ends in separation_range_by_key(scene, self.problem, self.turn_errors.nodes)}
 
     @cached_property
     def ungraded_contributions(self) -> list[Contribution]:
         """Contributions of tolerances that get no grade."""
-        graded = [each for key in self.costs for each in error_keys(self.problem, key)]
+        graded = [each for key in self.costs for each in error_keys_at_contacts(self.problem, key)]
         return [
             each
             for each in tolerance_contributions(self.scene, self.problem, self.turn_errors.nodes)
@@ -461,7 +461,7 @@ class _GradeSearch:
         ]
 
     def _contributions_of_key(self, scene: Scene, key: str) -> list[Contribution]:
-        keys = error_keys(self.problem, key)
+        keys = error_keys_at_contacts(self.problem, key)
         return [
             each
             for each in tolerance_contributions(scene, self.problem, self.turn_errors.nodes)
@@ -471,7 +471,7 @@ class _GradeSearch:
 
 def graded_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
     """Keys of the tolerances that may have a grade: those of lengths, and the profile."""
-    moving = {each.key for each in problem.variables if each.unit == "mm" and moves_tool(each.key)}
+    moving = {each.key for each in problem.variables if each.unit == "mm" and does_error_move_tool(each.key)}
     lengths = (key for key in scene.tolerances.numbers if key in moving)
     return (*lengths, *(("profile",) if scene.tolerances.profile else ()))
 
@@ -509,7 +509,7 @@ def grade_name(scene: Scene, key: str, grade: int) -> str:
     return f"{zone_letter(scene.tolerances.numbers[key].iso)}{grade}"
 
 
-def grade_costs(costs: Any, keys: tuple[str, ...]) -> CostsByKey:
+def grade_costs_by_key(costs: Any, keys: tuple[str, ...]) -> CostsByKey:
     """Costs of grades by key: from a mapping or a file, or the example costs for None.
 
     Raises

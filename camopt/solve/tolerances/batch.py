@@ -30,14 +30,14 @@ from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import find_quantity
 from camopt.model.effects.error_response import RESPONSE_ORDERS, SECOND_CONTACT_SUFFIX
-from camopt.model.effects.motion import motion_error_names, motion_table_unit, motion_unit_factor
+from camopt.model.effects.motion import motion_error_quantity_names, motion_table_unit, motion_unit_factor
 from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.problem.tolerance_zones import number_and_angle_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import moves_tool
+from camopt.scene.tolerances import does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Columns, Result, Table, table_of
 from camopt.solve.tolerances.error_samples import (
@@ -48,14 +48,14 @@ from camopt.solve.tolerances.error_samples import (
     real_error_parts,
     sample_errors,
 )
-from camopt.solve.tolerances.errors import CamErrors, error_ranges, error_unit
+from camopt.solve.tolerances.errors import CamErrors, error_ranges_at_one_contact, error_unit
 from camopt.solve.tolerances.margins import (
     OWN_SIZES_NOTE,
     LimitsByNumber,
     LimitValues,
     ToleranceBox,
     evaluate_limits,
-    worst_design,
+    worst_design_index,
 )
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, separating_errors
 from camopt.solve.tolerances.real_cam import RealCam
@@ -276,11 +276,12 @@ class Batch(Result, Drawable):
             if self.within
             else ""
         )
-        note = f"{self._outside_sentence} {limit}Variances are at the cam angle of the largest root sum square."
+        variances = "Variances are at the cam angle of the largest root sum square."
+        note = f"{self._cams_outside_tolerances_sentence} {limit}{variances}"
         return replace(table_of(title, rows, ["", *units], units=units), note=note)
 
     @property
-    def _outside_sentence(self) -> str:
+    def _cams_outside_tolerances_sentence(self) -> str:
         """The number of cams outside of their tolerances, in a sentence."""
         if not self.outside:
             return "All cams are within the tolerances."
@@ -422,7 +423,7 @@ def sample_cams(
         for limit, values in zip(results.limits, results.values, strict=True):
             quantity = find_quantity(limit.shown_quantities[0], limit.setup)
             samples[quantity.name] = SampleColumn(quantity.unit, quantity.sentence, values)
-    error_bounds |= {} if within is None else {motion_error_names(problem.setup)[0]: within}
+    error_bounds |= {} if within is None else {motion_error_quantity_names(problem.setup)[0]: within}
     for each in largest:
         held &= each.values <= error_bounds.get(each.column, inf)
     errors = tuple(
@@ -432,7 +433,7 @@ def sample_cams(
         key: (zone.lower, zone.upper)
         for key, zone in number_and_angle_zones(scene, problem.nominal_numbers).items()
     }
-    ends |= error_ranges(scene, problem)
+    ends |= error_ranges_at_one_contact(scene, problem)
     ends = {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in sampled.errors}
     outside = int(np.count_nonzero(exceed_tolerances(sampled.errors, ends)))
     share = share_with_confidence(int(np.count_nonzero(held)), cams)
@@ -446,7 +447,7 @@ def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
         return None
     if sampled.limit_results:
         held = np.all(sampled.limit_results.excess <= 0.0, axis=0)
-    search, columns = sampled.largest_error_search, motion_error_names(problem.setup)
+    search, columns = sampled.largest_error_search, motion_error_quantity_names(problem.setup)
     for column, bound in sampled.error_bounds.items() if sampled.tool_moving_errors else ():
         order = columns.index(column)
         errors = (
@@ -485,7 +486,9 @@ class _SampledCams:
     @cached_property
     def tool_moving_errors(self) -> CamErrors:
         return {
-            key: each for key, each in self.errors.items() if moves_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
+            key: each
+            for key, each in self.errors.items()
+            if does_error_move_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
         }
 
     @cached_property
@@ -521,7 +524,7 @@ class _SampledCams:
         limits = [
             limit
             for limit in box.problem.without_deferred_limits.limits
-            if limit.shown_quantities and not (limit.is_of_motion or limit.is_on_motion_error)
+            if limit.shown_quantities and not (limit.is_decided_by_motion_alone or limit.is_on_motion_error)
         ]
         designs = box.problem.design.take(np.zeros(count_cams(self.errors), dtype=int))
         designs = designs.with_values({each.field: numbers[key] for key, each in variables.items()})
@@ -531,14 +534,14 @@ class _SampledCams:
                 len(designs), lambda block: [evaluate_limits(box.problem, limits, designs.take(block))]
             )
             return _LimitResults(limits, excess, values, numbers, errors)
-        (low_excess, low), (high_excess, high) = evaluate_limits_at_ends(
+        (low_excess, low), (high_excess, high) = limits_at_interference_ends(
             LimitsByNumber(box.problem, limits, INTERFERENCE_KEY), designs, interference
         )
         if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit depends on the interference
             return None
-        side = np.array([find_quantity(limit.shown_quantities[0], limit.setup).side for limit in limits]).reshape(
-            -1, 1
-        )
+        side = np.array(
+            [find_quantity(limit.shown_quantities[0], limit.setup).limit_sign for limit in limits]
+        ).reshape(-1, 1)
         tight = ~(side * low >= side * high)
         values, worst = (np.where(tight, *ends) for ends in ((high, low), (interference.high, interference.low)))
         errors |= separating_errors(self.errors)
@@ -582,7 +585,7 @@ class LargestErrorColumn(NamedTuple):
 def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[LargestErrorColumn]:
     """Largest errors of displacement, velocity and acceleration, and the change in a dwell."""
     setup = turn.problem.setup
-    columns = motion_error_names(setup)
+    columns = motion_error_quantity_names(setup)
     search = LargestErrorSearch(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(cams))
     for order, name in enumerate(MOTION_NAMES):
         unit, largest = motion_unit_factor(setup, order), search.largest_motion_errors(cams, order)
@@ -590,7 +593,7 @@ def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[Larges
         if not turn.unbounded_tolerances(order):
             angle = turn.angle_of_largest_total(root_sum_square_magnitude, order)
             errors = search.errors_at_angle(cams, angle, order)
-            variances = {key: _variance_share(errors, each) for key, each in cams.items()}
+            variances = {key: _variance_share_explained_by_error(errors, each) for key, each in cams.items()}
         yield LargestErrorColumn(
             name,
             columns[order],
@@ -624,15 +627,15 @@ def _worst_cam_index(errors: FloatArray) -> int:
     return int(np.where(np.isnan(errors), inf, errors).argmax())
 
 
-def _variance_share(values: FloatArray, errors: FloatArray) -> float:
-    """Share of the variance that an error explains, with both of its parts."""
+def _variance_share_explained_by_error(values: FloatArray, errors: FloatArray) -> float:
+    """Share of the variance of ``values`` that an error explains, from the means over classes of the error."""
     return sum(
         variance_explained_by_part(values, part)
         for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
     )
 
 
-def evaluate_limits_at_ends(
+def limits_at_interference_ends(
     limits: LimitsByNumber, designs: Designs, interference: SeparationRange
 ) -> list[LimitValues]:
     """Limits of designs with their least and with their largest interference, in blocks of designs."""
@@ -674,14 +677,14 @@ def _limit_spreads(
 ) -> Iterator[Spread]:
     for row, (limit, over, column) in enumerate(zip(limits, excess, values, strict=True)):
         sizes = numbers if interference is None else {**numbers, INTERFERENCE_KEY: interference[row]}
-        worst = worst_design(limit, over, column)
+        worst = worst_design_index(limit, over, column)
         held = share_with_confidence(int(np.count_nonzero(over <= 0.0)), column.size)
         low, median, high = (
             float(value) for value in np.quantile(column, [THREE_SIGMA_TAIL, 0.5, 1.0 - THREE_SIGMA_TAIL])
         )
         ends = low, median, high, float(column[worst])
         worst_sizes = {key: float(size[worst]) for key, size in sizes.items()}
-        parts = {key: _variance_share(column, error) for key, error in errors.items()}
+        parts = {key: _variance_share_explained_by_error(column, error) for key, error in errors.items()}
         yield Spread(limit.name, limit.shown_quantities[0], held, *ends, worst_sizes, parts)
 
 

@@ -28,7 +28,7 @@ import numpy as np
 from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.motion_ranges import slopes_by_angle_only
+from camopt.core.numerics.motion_ranges import slopes_nonzero_by_angle_only
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_sloped_interval, box_variables
 from camopt.core.numerics.stretches import part_ranges
 from camopt.model.motion.programme import Jump
@@ -159,7 +159,7 @@ class BoundSearch:
         low, high = at.copy(), at.copy()
         low[rows], high[rows] = parts.low[rows], parts.high[rows]
         with np.errstate(all="ignore"):
-            both = self.enclose_quantity(_join_parts(parts, replace(parts, low=low, high=high)))
+            both = self.enclose_quantity_times_side(_join_parts(parts, replace(parts, low=low, high=high)))
             whole, at_errors = both[:size], both[size:]
             change = whole.slopes * whole.span
             middle = whole.at.high + self._largest_gain(parts, whole.slopes, (parts.low + parts.high) / 2.0)
@@ -171,7 +171,7 @@ class BoundSearch:
                 steep[pair] = whole.slopes[pair].high - whole.slopes[pair].low
             thin = ~_can_be_cut(parts, steep)
             parts = self._narrow_errors_by_slopes(parts, whole.slopes)
-            corner = self._slope_corners(parts, whole.slopes)
+            corner = self._error_corners_along_slopes(parts, whole.slopes)
         top = np.where(gain > -inf, np.where(np.isnan(top), inf, top), -inf)
         lower = np.where(top > -inf, np.nan_to_num(at_errors.at.low, nan=-inf), -inf)
         at[rows] = (parts.low[rows] + parts.high[rows]) / 2.0
@@ -181,7 +181,7 @@ class BoundSearch:
         )
         return EnclosedParts(parts, top, thin, corner, steep, best)
 
-    def enclose_quantity(self, parts: BoxParts) -> SlopedInterval:
+    def enclose_quantity_times_side(self, parts: BoxParts) -> SlopedInterval:
         """The quantity over parts, times their side."""
         middle = (parts.low + parts.high) / 2.0
         half = self.problem.programme.table.half_width[parts.panel]
@@ -235,7 +235,7 @@ class BoundSearch:
             )
         return errors
 
-    def _slope_corners(self, parts: BoxParts, slopes: Interval) -> FloatArray:
+    def _error_corners_along_slopes(self, parts: BoxParts, slopes: Interval) -> FloatArray:
         """Errors to which the slopes point."""
         corner = np.where(slopes.low + slopes.high > 0.0, parts.high, parts.low)
         for both, longest in self._vector_rows_and_lengths:
@@ -292,7 +292,7 @@ class BoundSearch:
         table = self.problem.programme.table
         half, ranges = table.half_width[parts.panel], part_ranges(table, parts.panel, u, angle.span.high[0])
         motion = [
-            replace(angle, value=whole, at=middle, slopes=slopes_by_angle_only(angle, slope))
+            replace(angle, value=whole, at=middle, slopes=slopes_nonzero_by_angle_only(angle, slope))
             for middle, whole, slope in zip(
                 ranges.middle[: LAST_DERIVATIVE + 1], ranges.whole, ranges.whole[1:], strict=False
             )
@@ -308,7 +308,7 @@ class BoundSearch:
         A place at a jump is on the same side of it as its panel.
         """
         ranges, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
-        near = dict(zip(self._jump_angles, self._reached_jumps(angles), strict=True))
+        near = dict(zip(self._jump_angles, self._is_jump_within_reach(angles), strict=True))
         known = (sum(near.values(), np.zeros(panel.size)) == 1) & (passed is not None)
         for jump in self.jumps:
             size = np.where(near[jump.at], np.sign(self._angle_to_jump(jump.at, centre)) * jump.size, 0.0)
@@ -316,13 +316,13 @@ class BoundSearch:
             ranges[jump.order - 2] += np.where(known, size * bool(passed), hull)
         return JumpRanges(*(Interval(*each) for each in ranges))
 
-    def parts_near_jump(self, parts: BoxParts) -> BoolArray:
+    def is_part_near_jump(self, parts: BoxParts) -> BoolArray:
         """Whether each part is within reach of a jump."""
         table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
         angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
-        return np.asarray(self._reached_jumps(angles).any(axis=0))
+        return np.asarray(self._is_jump_within_reach(angles).any(axis=0))
 
-    def _reached_jumps(self, angles: FloatArray) -> BoolArray:
+    def _is_jump_within_reach(self, angles: FloatArray) -> BoolArray:
         """Whether each jump is within reach of cam angles, shape (jumps, angles)."""
         ahead = [np.abs(self._angle_to_jump(at, angles)) for at in self._jump_angles]
         return np.reshape(ahead, (-1, angles.size)) <= (

@@ -68,8 +68,8 @@ from camopt.solve.tolerances.enclosures import (
     ContactAhead,
     PartMotion,
     RestingContact,
-    difference_through_train,
-    error_through_train,
+    highest_order_tool_error,
+    tool_position_difference,
 )
 from camopt.solve.tolerances.errors import (
     BORE,
@@ -179,7 +179,9 @@ class WobbleSearch:
         waves = self.cam_search.turn.scene.tolerances.waves or 0
         return waves if waves * self.stroke.angle < pi else 0
 
-    def errors_at_highest_and_lowest(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def errors_at_highest_and_lowest_place(
+        self, values: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Errors at the highest and at the lowest place, in flat form."""
         first = {key: values[key] for key in self.cam_search.error_ranges}
         lag = values[LAG_KEY] * self.cam_search.problem.design.sense if BORE_DIRECTION in first else 0.0
@@ -187,22 +189,22 @@ class WobbleSearch:
         for key in self.profile_zones:
             lowest = values[key + LOWEST_SUFFIX]
             second[key] = (
-                first[key] - self._profile_deviation_from_mean(key, values) * 2.0
+                first[key] - self._few_wave_deviation_from_mean(key, values) * 2.0
                 if self.waves_too_few_to_cross_zone
                 else lowest
             )
         return first, second
 
-    def _profile_deviation_from_mean(self, key: str, values: Mapping[str, Any]) -> Any:
+    def _few_wave_deviation_from_mean(self, key: str, values: Mapping[str, Any]) -> Any:
         """Deviation of a profile with few waves from its mean at both places [mm]."""
         return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.waves_too_few_to_cross_zone)) * (
             values[key + LOWEST_SUFFIX] * self.profile_zones[key]
         )
 
-    def values_of_real_cam(self, values: ErrorValues) -> ErrorValues:
+    def with_symmetric_profile_deviation(self, values: ErrorValues) -> ErrorValues:
         """The values of a real cam: a sine of few waves has equal errors to both sides."""
         return values | {
-            key: float(self._profile_deviation_from_mean(key, values))
+            key: float(self._few_wave_deviation_from_mean(key, values))
             for key in self.profile_zones
             if self.waves_too_few_to_cross_zone
         }
@@ -217,14 +219,14 @@ class WobbleSearch:
             self._dwell_parts, self._wobble_of_cam(values), WOBBLE_GAP, budget
         )
         if bound.witness is not None:
-            values = max(values, self.values_of_real_cam(bound.witness), key=self._wobble_of_cam)
+            values = max(values, self.with_symmetric_profile_deviation(bound.witness), key=self._wobble_of_cam)
         return self._make_worst_wobble(values, bound.high, missing_bound_reason(bound.high, budget))
 
     def _make_worst_wobble(self, cam: ErrorValues, bound: float, unproved: str) -> WorstWobble:
         middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * cam.get(LAG_KEY, self.stroke.angle)
         cams = [
             polar_errors(each, self.cam_search.error_ranges)
-            for each in self.errors_at_highest_and_lowest(flat_errors(cam))
+            for each in self.errors_at_highest_and_lowest_place(flat_errors(cam))
         ]
         (start, highest), (end, lowest) = (
             self._contact_angle_and_errors(errors, place)
@@ -259,15 +261,17 @@ class WobbleSearch:
         cam = self.cam_search.cam
 
         def follower_shift(place_errors: Errors) -> Any:
-            rest = cam.contact_shift(0, cam.problem.design, cam.errors_of_contact(0, place_errors), at.motion, 0)
+            rest = cam.contact_shift(
+                0, cam.problem.design, cam.contact_errors_with_turned_bore(0, place_errors), at.motion, 0
+            )
             first, turn = rest.follower_shift.terms[0], rest.cam_turn.terms[0]
             if len(cam.contacts) == 1:
                 return first
             second = RestingContact(cam, 1, errors, place_errors, at)
             return (first + second.follower_shift(second.enclose_angle_ahead(turn))) * 0.5
 
-        first, second = map(follower_shift, self.errors_at_highest_and_lowest(errors))
-        return difference_through_train(cam.problem, errors, first, second, at.y)
+        first, second = map(follower_shift, self.errors_at_highest_and_lowest_place(errors))
+        return tool_position_difference(cam.problem, errors, first, second, at.y)
 
     @cached_property
     def _dwell_parts(self) -> BoxParts:
@@ -284,12 +288,12 @@ class WobbleSearch:
     def _wobbles_of_cams(self, cams: Sequence[ErrorValues]) -> FloatArray:
         """Wobble of cams: heights of their tools at the first place less those at the second."""
         flat = [flat_errors(each) for each in cams]
-        first, second = self.errors_at_highest_and_lowest(
+        first, second = self.errors_at_highest_and_lowest_place(
             {key: np.array([each[key] for each in flat]) for key in self.bound_search.box}
         )
-        return self._tool_heights(first) - self._tool_heights(second)
+        return self._tool_height_errors_in_dwell(first) - self._tool_height_errors_in_dwell(second)
 
-    def _tool_heights(self, errors: Errors) -> FloatArray:
+    def _tool_height_errors_in_dwell(self, errors: Errors) -> FloatArray:
         """Errors of the tool's height of cams in the middle of the arc, mm (rad)."""
         cam, size = self.cam_search.cam, len(errors[next(iter(errors))])
         angle = cam.angles_in_turn(np.full(size, self.stroke.start + 0.5 * self.stroke.angle))
@@ -298,7 +302,7 @@ class WobbleSearch:
             contact = cam.contacts[number]
             motion = [*contact.programme.motion_at(angle, 1)]
             return cam.contact_shift(
-                number, contact.design, cam.errors_of_contact(number, errors, ahead), motion, 0
+                number, contact.design, cam.contact_errors_with_turned_bore(number, errors, ahead), motion, 0
             )
 
         first = contact_shift_at_rest(0)
@@ -308,7 +312,7 @@ class WobbleSearch:
             for _ in range(CONTACT_ROUNDS):
                 second = contact_shift_at_rest(1, first.cam_turn.terms[0] - second.cam_turn.terms[0])
             shift = (shift - second.follower_shift * cam.second_motion_sign) * 0.5
-        return cam.error_at_tool(errors, angle, [shift.terms[0] + np.zeros(size)]).error
+        return cam.highest_order_error_at_tool(errors, angle, [shift.terms[0] + np.zeros(size)]).error
 
     def cam_with_largest_wobble(self) -> ErrorValues:
         """Values of the cam with the largest wobble, or nearly so."""
@@ -328,7 +332,7 @@ class WobbleSearch:
             )
             ranges = {key: self._narrower_range(key, best[key], each, count) for key, each in ranges.items()}
             best = self._with_better_error_ends(best)
-        return self.values_of_real_cam(best)
+        return self.with_symmetric_profile_deviation(best)
 
     def _with_better_error_ends(self, best: ErrorValues) -> ErrorValues:
         """The cam with the better end of each error, and the better sign of each profile."""
@@ -340,13 +344,17 @@ class WobbleSearch:
             if key not in (BORE_DIRECTION, BORE, *paired)
         ]
         changes += [{key: -best[key] for key in pair} for pair in pairs]
-        before, *after = self._wobbles_of_cams([self.values_of_real_cam(best | each) for each in ({}, *changes)])
+        before, *after = self._wobbles_of_cams(
+            [self.with_symmetric_profile_deviation(best | each) for each in ({}, *changes)]
+        )
         for change, wobble in zip(changes, after, strict=True):
             best |= change if wobble > before else {}
         return best
 
     def _cam_with_largest_of_wobbles(self, cams: Sequence[ErrorValues]) -> ErrorValues:
-        return cams[int(self._wobbles_of_cams([self.values_of_real_cam(each) for each in cams]).argmax())]
+        return cams[
+            int(self._wobbles_of_cams([self.with_symmetric_profile_deviation(each) for each in cams]).argmax())
+        ]
 
     def _narrower_range(
         self, key: str, best_value: float, previous_range: tuple[float, float], grid_size: int
@@ -404,14 +412,14 @@ ErrorsByPlace = Callable[[FloatArray], dict[str, FloatArray]]
 """Computes the errors of cams from the places with which they touch."""
 
 
-def error_at_cam_angle(cam: RealCam) -> BoundedQuantity:
+def tool_error_function_at_cam_angle(cam: RealCam) -> BoundedQuantity:
     """Exact error of the tool at a cam angle, mm (rad), over boxes of errors."""
 
     def enclose_tool_error(errors: Errors, at: PartMotion) -> Any:
         contacts = [ContactAhead(cam, number, errors, errors, at) for number in range(len(cam.contacts))]
         shifts = (each.follower_shift(each.enclose_angle_ahead(as_sloped_interval(0.0, at.y))) for each in contacts)
         delta = reduce(add, shifts) * (1.0 / len(contacts))
-        return error_through_train(cam.problem, errors, [delta], at.motion.__getitem__)
+        return highest_order_tool_error(cam.problem, errors, [delta], at.motion.__getitem__)
 
     return enclose_tool_error
 
@@ -430,7 +438,7 @@ class PassageSearch:
     side: float
     """1 if the cams with the highest tools decide, −1 if those with the lowest do."""
 
-    def find_extreme_passage(self, budget: Budget) -> tuple[float, float, ErrorValues, str]:
+    def bound_and_worst_passage_distance(self, budget: Budget) -> tuple[float, float, ErrorValues, str]:
         """Proven bound of the distance from the nominal passage, that of the worst cam found, its errors [rad].
 
         The last value is the reason why no bound is proved, or "".
@@ -480,7 +488,7 @@ class PassageSearch:
         """Distance of the witness's furthest passage from the nominal one, and its errors there."""
         angle, sense = self.angle + self.direction * (distance + PROOF_OFFSET), self.cam_search.problem.design.sense
 
-        def errors(places: FloatArray) -> dict[str, FloatArray]:
+        def witness_errors_at_places(places: FloatArray) -> dict[str, FloatArray]:
             repeated = {key: np.full(places.size, each) for key, each in values.items()}
             if BORE_DIRECTION in repeated:
                 repeated[BORE_DIRECTION] += sense * (places - angle)
@@ -488,8 +496,10 @@ class PassageSearch:
 
         place = np.array([angle])
         for _ in range(CONTACT_ROUNDS):
-            place = place - (self.cam_search.contact_error(errors(place), place).angle - angle)
-        return self._passage_distance_and_errors(self._furthest_passage_place(float(place[0]), errors), errors)
+            place = place - (self.cam_search.contact_error(witness_errors_at_places(place), place).angle - angle)
+        return self._passage_distance_and_errors(
+            self._furthest_passage_place(float(place[0]), witness_errors_at_places), witness_errors_at_places
+        )
 
     def _nominal_tool_positions(self, angles: FloatArray) -> FloatArray:
         return np.asarray(
@@ -498,7 +508,10 @@ class PassageSearch:
 
     def bound_beyond_level_at_distance(self, distance: float, budget: Budget) -> ProvedBound:
         """Bound of the distance by which any cam is beyond the level, at a distance from the nominal passage."""
-        table, error = self.cam_search.problem.programme.table, error_at_cam_angle(self.cam_search.cam)
+        table, error = (
+            self.cam_search.problem.programme.table,
+            tool_error_function_at_cam_angle(self.cam_search.cam),
+        )
         angle = self.cam_search.cam.angles_in_turn(
             np.array([self.angle + self.direction * (distance + PROOF_OFFSET)])
         )
@@ -557,7 +570,7 @@ def _worst_passage(
     search = PassageSearch(
         cam_search, nominal.level, nominal.angle, direction, PASSAGE_SIDES[nominal.passage, passage_end]
     )
-    proved, worst, cam, unproved = search.find_extreme_passage(budget)
+    proved, worst, cam, unproved = search.bound_and_worst_passage_distance(budget)
     bound, found = (degrees(nominal.angle + direction * each) for each in (proved + PROOF_OFFSET, worst))
     errors = search.errors_in_mm_and_deg(cam, worst) if cam else {}
     return WorstPassage(nominal.lift, nominal.passage, passage_end, bound, found, errors, unproved)
@@ -581,9 +594,11 @@ class LevelPassages:
     def passage_range(self, angle: float, *, outward: bool) -> PassageRange:
         """Cam angles between which all cams pass the level that the nominal cam passes at ``angle`` [rad]."""
         first, last = (1.0, -1.0) if outward else (-1.0, 1.0)
-        return PassageRange(self._passage_end(angle, -1.0, first), self._passage_end(angle, 1.0, last))
+        return PassageRange(
+            self._last_angle_of_any_passage(angle, -1.0, first), self._last_angle_of_any_passage(angle, 1.0, last)
+        )
 
-    def _passage_end(self, angle: float, direction: float, side: float) -> float:
+    def _last_angle_of_any_passage(self, angle: float, direction: float, side: float) -> float:
         """Last cam angle, backward or forward, at which some cam is at the level [rad]."""
         return sign_change_place(angle, direction, lambda angles: side * self._height_above_level(angles, side))
 

@@ -247,11 +247,13 @@ class ContactAhead:
         ahead = self.motion_ahead(self.enclose_angle_ahead(first.angle_ahead))
         motion = self._contact_motion(ahead, order + 2)
 
-        def change(k: int) -> Any:
+        def derivative_change_between_contacts(k: int) -> Any:
             return (first.derivative_change_to_ahead(k) - ahead.derivative_change_to_ahead(k)) * self.motion_sign
 
         jump = (self.place.jumps_at_contact.y2_jump - self.place.jumps_at_second_contact.y2_jump) * self.motion_sign
-        return follower_errors(self._contact_shift(ahead, motion, order), motion, change, jump, order)
+        return follower_errors(
+            self._contact_shift(ahead, motion, order), motion, derivative_change_between_contacts, jump, order
+        )
 
     def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
         return MotionAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
@@ -269,7 +271,7 @@ class ContactAhead:
             place = replace(
                 place, value=_nan_where_unknown(inside, nearer.value), at=_nan_where_unknown(inside, nearer.at)
             )
-        slope = 1.0 / (self._turn_slope_by_place(turn) + 1.0)
+        slope = 1.0 / (self._cam_turn_slope_by_place(turn) + 1.0)
         return apply_chain_rule(place.value, place.at, [(cam_angle, slope), (turn, slope * -1.0)])
 
     def _cam_turn_at_contact(self, ahead: SlopedInterval) -> Any:
@@ -279,7 +281,7 @@ class ContactAhead:
     def _contact_shift(self, ahead: MotionAhead, motion: list[Any], order: int) -> ContactShiftSeries:
         """m and τ of the contact at the place ahead."""
         errors, design = (
-            self.cam.errors_of_contact(self.number, self.errors, ahead.angle_ahead),
+            self.cam.contact_errors_with_turned_bore(self.number, self.errors, ahead.angle_ahead),
             self.contact_problem.design,
         )
         return self.cam.contact_shift(self.number, design, errors, motion, order)
@@ -289,7 +291,7 @@ class ContactAhead:
         motion = [ahead.derivative_ahead(order) * self.motion_sign for order in range(count)]
         return [motion[0] + self.contact_problem.programme.lift, *motion[1:]] if self.motion_sign < 0.0 else motion
 
-    def _turn_slope_by_place(self, turn: SlopedInterval) -> Interval:
+    def _cam_turn_slope_by_place(self, turn: SlopedInterval) -> Interval:
         """Slope of τ by the place; the bore turns with the place."""
         keys, slope = [*self.box], as_interval(turn.slopes[0])
         if BORE in keys and not self.cam.is_developed:
@@ -306,7 +308,7 @@ class RestingContact(ContactAhead):
         return DwellAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
 
 
-def error_through_train(
+def highest_order_tool_error(
     problem: Problem,
     errors: Mapping[str, Any],
     follower_deltas: Sequence[Any],
@@ -338,7 +340,7 @@ def error_through_train(
     return train.train_derivative_change_by_errors(2) * np.square(velocity) + by_links + by_nominal_train
 
 
-def difference_through_train(
+def tool_position_difference(
     problem: Problem, errors: Mapping[str, Any], first_error: Any, second_error: Any, position: SlopedInterval
 ) -> Any:
     """f*(s + δ₁) − f*(s + δ₂) for a follower with the nominal position s, by the mean value theorem."""
@@ -348,7 +350,7 @@ def difference_through_train(
     links = _train_link_errors(problem, errors, position)
     if (ratio := _ratio_of_exact_constant_train(problem, links)) is not None:
         return difference * ratio
-    step, link_ranges, link_points = range_of(difference), _link_ranges(links), _link_midpoints(links)
+    step, link_ranges, link_points = range_of(difference), _scaled_link_error_ranges(links), _link_midpoints(links)
     ends = [(value_at_point(each), link_points) for each in (start + difference, start)]
     (slopes, first_at, second_at), by_link = _train_derivatives(
         problem, [(range_of(start) + hull_with_zero(step), link_ranges), *ends], 3
@@ -417,9 +419,9 @@ class RealTrain:
         position, at, no_errors = (
             range_of(self.nominal_position),
             value_at_point(self.nominal_position),
-            _link_ranges(self.links, 0.0),
+            _scaled_link_error_ranges(self.links, 0.0),
         )
-        from_nominal = {key: hull_with_zero(each) for key, each in _link_ranges(self.links).items()}
+        from_nominal = {key: hull_with_zero(each) for key, each in _scaled_link_error_ranges(self.links).items()}
         real = at + value_at_point(self.error), _link_midpoints(self.links)
         between = position + hull_with_zero(range_of(self.error)), from_nominal
         blocks = [between, (position, no_errors), (at, no_errors), real]
@@ -430,7 +432,7 @@ TrainDerivatives = tuple[list[list[Interval]], dict[str, list[Interval]]]
 """f, f', … over blocks of ranges, and the derivatives of ∂f/∂p over the first block, by key of each link."""
 
 
-def _link_ranges(links: Mapping[str, SlopedInterval], share: float = 1.0) -> dict[str, Interval]:
+def _scaled_link_error_ranges(links: Mapping[str, SlopedInterval], share: float = 1.0) -> dict[str, Interval]:
     return {key: as_interval(range_of(each) * share) for key, each in links.items()}
 
 

@@ -40,7 +40,7 @@ from camopt.scene.problem.sample import sobol_points
 from camopt.scene.problem.tolerance_zones import NumberErrors, number_and_angle_zones
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
-from camopt.solve.tolerances.errors import CamErrors, error_keys
+from camopt.solve.tolerances.errors import CamErrors, error_keys_at_contacts
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import motion_response
 
@@ -138,12 +138,14 @@ class LargestErrorSearch:
         )
         exact = self._exact_error_function(order)
 
-        def scan_cams(block: CamErrors) -> FloatArray:
+        def largest_errors_of_dense_scan(block: CamErrors) -> FloatArray:
             repeated = {key: np.repeat(each, places.size) for key, each in block.items()}
             errors = exact(repeated, np.tile(places, count_cams(block))).reshape(-1, places.size)
             return np.asarray(errors.max(axis=1))
 
-        highest = np.concatenate([*map_cam_blocks(sample, scan_cams, ceil(EXACT_CAMS_AT_ONCE / places.size))])
+        highest = np.concatenate(
+            [*map_cam_blocks(sample, largest_errors_of_dense_scan, ceil(EXACT_CAMS_AT_ONCE / places.size))]
+        )
         return float(np.max(np.maximum(highest - largest, 0.0)))
 
     def cam_angles_with_joint_sides(self, count: int) -> FloatArray:
@@ -161,14 +163,14 @@ class LargestErrorSearch:
         screen, exact = self._turn_screens[order], self._exact_error_function(order)
         largest = _largest_error_about_peak(exact, cams, screen, np.abs)
         for place in self._angles_beside_jumps(order):
-            at_jump = _largest_at_places(exact, cams, np.full(largest.place.size, place))
+            at_jump = _exact_errors_at_places(exact, cams, np.full(largest.place.size, place))
             largest = _larger_errors(largest, at_jump)
         distance = np.abs(largest.place[:, None] - self._joints)
         index = np.flatnonzero(distance.min(axis=1) <= JOINT_NEARNESS * np.diff(screen.places).max())
         near, joint = take_cams(cams, index), self._joints[distance[index].argmin(axis=1)]
         for side in (-JUMP_SIDE, JUMP_SIDE):
             places = self.real_cam.contact_places(near, joint + side)
-            largest = _larger_errors_at_index(largest, index, _largest_at_places(exact, near, places))
+            largest = _larger_errors_at_index(largest, index, _exact_errors_at_places(exact, near, places))
         return largest
 
     @cached_property
@@ -249,10 +251,12 @@ def _largest_error_about_peak(
     """Largest error of each cam, at the first-order peak or at the top of the parabola about it."""
     below, best, above = screen.first_order_peak_and_neighbours(cams, outward)
     between = np.clip(_place_of_parabola_top(below, best, above), below.place, above.place)
-    return _larger_errors(_largest_at_places(exact, cams, best.place), _largest_at_places(exact, cams, between))
+    return _larger_errors(
+        _exact_errors_at_places(exact, cams, best.place), _exact_errors_at_places(exact, cams, between)
+    )
 
 
-def _largest_at_places(exact: ExactErrors, cams: CamErrors, places: FloatArray) -> LargestError:
+def _exact_errors_at_places(exact: ExactErrors, cams: CamErrors, places: FloatArray) -> LargestError:
     return LargestError(exact(cams, places), places)
 
 
@@ -303,7 +307,7 @@ def sample_errors(scene: Scene, problem: Problem, cams: int, seed: int) -> Sampl
     """
     makers = dict(_error_samplers(scene, problem.nominal_numbers))
     tolerances = scene.tolerances.number_and_angle_tolerances
-    tolerance_keys = {key: tolerance for tolerance in makers for key in error_keys(problem, tolerance)}
+    tolerance_keys = {key: tolerance for tolerance in makers for key in error_keys_at_contacts(problem, tolerance)}
     batches = sorted({each.batch for each in tolerances.values() if each.batch is not None})
     count = sum(makers[tolerance][0] for tolerance in tolerance_keys.values())
     points = sobol_points(count + len(batches), cams, seed).T

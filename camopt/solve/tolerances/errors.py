@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_by_contact
+from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_at_contacts_by_key
 from camopt.model.mechanisms import FIELDS
 from camopt.model.mechanisms.contact_errors import ContactErrors
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import zones_that_move_tool
-from camopt.scene.problem.variables import is_train_key, variables_of
+from camopt.scene.problem.variables import is_train_key, variables_of_scene
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import ANGLE_TOLERANCES, moves_tool
+from camopt.scene.tolerances import ANGLE_TOLERANCES, does_error_move_tool
 
 BORE, BORE_DIRECTION = "bore_eccentricity", "bore_eccentricity_way"
 """Keys of the eccentricity of the bore, and of its direction in the ground when the point is touched (rad)."""
@@ -42,7 +42,7 @@ They are complex for a profile with waves (a + ib is the error a·cos nφ + b·s
 """
 
 
-def error_ranges(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
+def error_ranges_at_one_contact(scene: Scene, problem: Problem) -> dict[str, tuple[float, float]]:
     """Least and largest value of each error of cams within the tolerances, mm or rad."""
     tolerances, developed = scene.tolerances, problem.setup.mechanism.body.developed
     ranges = {
@@ -58,7 +58,7 @@ def error_ranges(scene: Scene, problem: Problem) -> dict[str, tuple[float, float
 
 def error_unit(scene: Scene, key: str) -> str:
     """Unit in which the error of a key, or its direction, is shown."""
-    units = {each.key: each.unit for each in variables_of(scene)}
+    units = {each.key: each.unit for each in variables_of_scene(scene)}
     return units.get(key, "deg" if key in ANGLE_TOLERANCES or is_direction(key) else "mm")
 
 
@@ -144,25 +144,27 @@ def errors_at_contact(problem: Problem, contact_number: int, errors: Mapping[str
             at_contact[key] = -value if mirrored else value
         elif key.startswith((WAVE_PHASE, PROFILE_LEVEL)):
             suffix = SECOND_CONTACT_SUFFIX if key.endswith(SECOND_CONTACT_SUFFIX) else ""
-            signed_key = errors_by_contact(problem.setup.mechanism, "profile")[f"profile{suffix}"][contact_number]
-            at_contact |= {key.removesuffix(SECOND_CONTACT_SUFFIX): signed_key[1] * value} if signed_key else {}
-        elif (
-            signed_key := errors_by_contact(problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key][
+            signed_key = errors_at_contacts_by_key(problem.setup.mechanism, "profile")[f"profile{suffix}"][
                 contact_number
             ]
+            at_contact |= {key.removesuffix(SECOND_CONTACT_SUFFIX): signed_key[1] * value} if signed_key else {}
+        elif (
+            signed_key := errors_at_contacts_by_key(
+                problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX)
+            )[key][contact_number]
         ) is not None:
             at_contact[signed_key[0]] = at_contact.get(signed_key[0], 0.0) + signed_key[1] * value
     return at_contact
 
 
-def error_keys(problem: Problem, key: str) -> tuple[str, ...]:
+def error_keys_at_contacts(problem: Problem, key: str) -> tuple[str, ...]:
     """Keys of the errors that a tolerance permits: one, or one at each of two contacts."""
-    has_two_contacts = problem.setup.mechanism.further_contacts and moves_tool(key)
+    has_two_contacts = problem.setup.mechanism.further_contacts and does_error_move_tool(key)
     is_single = not has_two_contacts or key == BORE_DIRECTION or is_train_key(key)
-    return (key,) if is_single else tuple(errors_by_contact(problem.setup.mechanism, key))
+    return (key,) if is_single else tuple(errors_at_contacts_by_key(problem.setup.mechanism, key))
 
 
-def permitted_error_ranges_by_key(
+def error_ranges_at_all_contacts(
     scene: Scene, problem: Problem, derivative_order: int = 0
 ) -> dict[str, tuple[float, float]]:
     """Least and largest value of each error of cams within the tolerances, at one contact or two, mm or rad.
@@ -170,7 +172,11 @@ def permitted_error_ranges_by_key(
     For velocity (order 1) and acceleration (2) the axis of a cylinder has a direction, and a profile the phase of
     its waves. A profile without a limit of its waves counts as a constant error: its rate has no bound.
     """
-    ranges = {each: ends for key, ends in error_ranges(scene, problem).items() for each in error_keys(problem, key)}
+    ranges = {
+        each: ends
+        for key, ends in error_ranges_at_one_contact(scene, problem).items()
+        for each in error_keys_at_contacts(problem, key)
+    }
     for key, (_, high) in [*ranges.items()] if derivative_order else ():
         if key == BORE or (scene.tolerances.waves and key.startswith("profile")):
             ranges |= {key: (0.0, high), direction_key(key): (-pi, pi)}

@@ -24,22 +24,26 @@ from camopt.core.numerics.budget import Budget
 from camopt.core.quantities import AT_LEAST, QUANTITIES
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import EvaluationBlock, find_quantity
-from camopt.model.effects.contacts import differing_quantities, select_designs, with_designs
-from camopt.model.mechanisms.design import Designs, concatenate
+from camopt.model.effects.contacts import (
+    quantities_that_differ_by_design,
+    select_designs,
+    with_designs_and_kept_columns,
+)
+from camopt.model.mechanisms.design import Designs, concatenate_designs
 from camopt.scene.problem.limit import Limit, QuantityLimit, quantities_of_limits
 from camopt.scene.problem.limits import ERROR_LIMITS
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
-from camopt.scene.problem.settings import with_toleranced_numbers
+from camopt.scene.problem.problem import Problem, resolve, with_rounding_relative_error
+from camopt.scene.problem.settings import with_toleranced_numbers_per_design
 from camopt.scene.problem.tolerance_zones import (
     MOST_CORNER_LINKS,
     MOST_CORNER_NUMBERS,
     NumberErrors,
     corner_errors,
-    designs_with_errors,
+    design_copies_with_errors,
+    entries_of_train_numbers,
     number_zones,
-    train_entries,
 )
-from camopt.scene.problem.variables import Variable, variables_of
+from camopt.scene.problem.variables import Variable, variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import NUMBER_TABLES, ToleranceZone
 from camopt.solve.tables.cells import number_text, with_unit
@@ -139,7 +143,9 @@ class ToleranceBox:
             v.field: zones[key] for key, v in variables.items() if v.varies_by_design or zones[key].has_width
         }
         return cls(
-            with_toleranced_numbers(at_rounding_error(replace(problem, zones=zones_by_field, robust_errors=()))),
+            with_toleranced_numbers_per_design(
+                with_rounding_relative_error(replace(problem, zones=zones_by_field, robust_errors=()))
+            ),
             zones,
             variables,
             interference,
@@ -165,12 +171,12 @@ class ToleranceBox:
         return tolerance_ranges(self.problem, self.problem.design)
 
     @cached_property
-    def tried_designs(self) -> Designs:
+    def nominal_and_corner_designs(self) -> Designs:
         """The nominal design, and the designs at the corners of the box."""
-        return designs_with_errors(self.problem.design, self.tried_errors)
+        return design_copies_with_errors(self.problem.design, self.nominal_and_corner_errors)
 
     @cached_property
-    def tried_errors(self) -> list[NumberErrors]:
+    def nominal_and_corner_errors(self) -> list[NumberErrors]:
         """Errors of the tried designs."""
         return [{}, *corner_errors(self.design_zones)]
 
@@ -182,31 +188,34 @@ class ToleranceBox:
     @cached_property
     def train_zones(self) -> dict[str, ToleranceZone]:
         """Zones of the numbers of the train."""
-        return train_entries(self.problem.zones)
+        return entries_of_train_numbers(self.problem.zones)
 
     @cached_property
-    def tried_train_errors(self) -> list[NumberErrors]:
+    def nominal_and_tried_train_errors(self) -> list[NumberErrors]:
         """Errors of the tried trains: at the corners of a few numbers, else of one number at a time."""
         return [{}, *corner_errors(self.train_zones, MOST_CORNER_LINKS)]
 
     @cached_property
-    def tried_trains(self) -> list[Problem]:
+    def problems_of_tried_trains(self) -> list[Problem]:
         """The problem with the nominal train, and with each tried train."""
-        return [self.problem.with_number_errors(errors) for errors in self.tried_train_errors]
+        return [self.problem.with_number_errors(errors) for errors in self.nominal_and_tried_train_errors]
 
     def _margin_of_limit(self, limit_number: int, limit: Limit) -> Margin:
         """The margin of the limit with index ``limit_number``."""
-        cams = [self._worst_cam_of_train(problem, problem.limits[limit_number]) for problem in self.tried_trains]
+        cams = [
+            self._worst_cam_of_train(problem, problem.limits[limit_number])
+            for problem in self.problems_of_tried_trains
+        ]
         if len(self.train_zones) > MOST_CORNER_LINKS:
             combined = self.problem.with_number_errors(
-                _worst_ends_of_numbers(limit, cams, self.tried_train_errors, self.train_zones)
+                _worst_ends_of_numbers(limit, cams, self.nominal_and_tried_train_errors, self.train_zones)
             )
             cams.append(self._worst_cam_of_train(combined, combined.limits[limit_number]))
         verdict = self._verdict_of_limit(limit, max(each.excess for each in cams))
-        worst, gap = self._worst_cam_and_proven_gap(limit, cams[_worst_tried_cam(limit, cams)])
+        worst, gap = self._worst_cam_and_proven_gap(limit, cams[_worst_tried_cam_index(limit, cams)])
         if self.interference is not None:
             real, side = (
-                self._with_own_interference(limit, worst, self.interference),
+                self._worst_with_possible_interference(limit, worst, self.interference),
                 -1.0 if limit.relation == AT_LEAST else 1.0,
             )
             gap = None if gap is None else gap + max(side * (worst.value - real.value), 0.0)
@@ -214,7 +223,7 @@ class ToleranceBox:
             worst = real
         name, nominal = (
             limit.shown_quantities[0] if limit.shown_quantities else "",
-            float(self._excess_and_quantity(limit, self.tried_designs)[1][0]),
+            float(self._excess_and_quantity(limit, self.nominal_and_corner_designs)[1][0]),
         )
         head = limit.name, name, limit.relation, limit.bound, nominal
         numbers = self._numbers_of_cam(worst)
@@ -239,21 +248,29 @@ class ToleranceBox:
 
     def _worst_cam_of_train(self, problem: Problem, limit: Limit) -> TriedCam:
         """The worst cam with the train of a problem."""
-        designs = self.tried_designs
+        designs = self.nominal_and_corner_designs
         excess, values = self._excess_and_quantity(limit, designs, problem)
         if len(self.design_zones) > MOST_CORNER_NUMBERS:
             cams = [TriedCam(problem, designs, *both) for both in zip(excess, values, strict=True)]
-            designs = designs_with_errors(
+            designs = design_copies_with_errors(
                 self.problem.design,
-                [*self.tried_errors, _worst_ends_of_numbers(limit, cams, self.tried_errors, self.design_zones)],
+                [
+                    *self.nominal_and_corner_errors,
+                    _worst_ends_of_numbers(limit, cams, self.nominal_and_corner_errors, self.design_zones),
+                ],
             )
             excess, values = self._excess_and_quantity(limit, designs, problem)
-        place = worst_design(limit, excess, values)
+        place = worst_design_index(limit, excess, values)
         return TriedCam(problem, designs.take([place]), float(excess.max()), float(values[place]))
 
-    def _with_own_interference(self, limit: Limit, worst: TriedCam, interference: Interference) -> TriedCam:
+    def _worst_with_possible_interference(
+        self, limit: Limit, worst: TriedCam, interference: Interference
+    ) -> TriedCam:
         """The worst of the tried cams with a train, each with an interference that its own sizes can have."""
-        cams, field = concatenate([self.tried_designs, worst.design]), self.variables[INTERFERENCE_KEY].field
+        cams, field = (
+            concatenate_designs([self.nominal_and_corner_designs, worst.design]),
+            self.variables[INTERFERENCE_KEY].field,
+        )
         nominal = self.problem.design.values
         errors = {
             k: cams.values[v.field] - nominal[v.field]
@@ -262,7 +279,7 @@ class ToleranceBox:
         }
         cams = cams.with_values({field: np.clip(cams.values[field], *interference.interference_range(errors))})
         excess, values = self._excess_and_quantity(limit, cams, worst.problem)
-        place = worst_design(limit, excess, values)
+        place = worst_design_index(limit, excess, values)
         return TriedCam(worst.problem, cams.take([place]), float(excess.max()), float(values[place]))
 
     def _depends_on_train(self, limit: Limit) -> bool:
@@ -306,9 +323,9 @@ class ToleranceBox:
         """The worst cam, and the proven gap to any worse cam; None if no gap is proved."""
         if not isinstance(limit, QuantityLimit) or not isfinite(worst.value):
             return worst, None
-        if limit.is_of_motion and not self._depends_on_train(limit):
+        if limit.is_decided_by_motion_alone and not self._depends_on_train(limit):
             return worst, 0.0
-        side = QUANTITIES[limit.quantities[0]].side
+        side = QUANTITIES[limit.quantities[0]].limit_sign
         question = limit.quantities, worst.value  # two limits may bound one quantity
         if question not in self._proven_gaps:
             self._proven_gaps[question] = self._prove_gap(limit, side, worst)
@@ -355,10 +372,10 @@ def scene_of_cam(scene: Scene, numbers: Mapping[str, float]) -> Scene:
     return scene.replace(**{"tolerances": tolerances, "search.robust": None, **limits, **numbers})
 
 
-def _worst_tried_cam(limit: Limit, cams: Sequence[TriedCam]) -> int:
+def _worst_tried_cam_index(limit: Limit, cams: Sequence[TriedCam]) -> int:
     """Index of the worst cam for a limit."""
     excess, values = (np.array([getattr(each, name) for each in cams]) for name in ("excess", "value"))
-    return worst_design(limit, excess, values)
+    return worst_design_index(limit, excess, values)
 
 
 def _worst_ends_of_numbers(
@@ -368,14 +385,14 @@ def _worst_ends_of_numbers(
     errors: dict[str, float] = {}
     for field in fields:
         places = [0, *(k for k, each in enumerate(cam_errors) if field in each)]
-        errors |= cam_errors[places[_worst_tried_cam(limit, [cams[k] for k in places])]]
+        errors |= cam_errors[places[_worst_tried_cam_index(limit, [cams[k] for k in places])]]
     return errors
 
 
 def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
     """The limits with the nominal and the worst cam's value, and whether every cam holds them."""
     heads = ["limit", "bound", "nominal", "worst", "every cam", "worst cam"]
-    units = {each.key: each.unit for each in variables_of(scene)}
+    units = {each.key: each.unit for each in variables_of_scene(scene)}
     setup, rows = resolve(scene).setup, []
     for margin in margins:
         unit = find_quantity(margin.quantity, setup).unit if margin.quantity else ""
@@ -428,7 +445,9 @@ class LimitsByNumber:
         """Values of the limits, for each array (designs,) of values of the number."""
         block = self._block_with_known_quantities(designs)
         for numbers in number_values:
-            block = with_designs(block, designs.with_values({self.field: numbers}), self._changing_quantities)
+            block = with_designs_and_kept_columns(
+                block, designs.with_values({self.field: numbers}), self._quantities_depending_on_number
+            )
             yield _evaluate_block(block, self.limits)
 
     def _block_with_known_quantities(self, designs: Designs) -> EvaluationBlock:
@@ -440,9 +459,9 @@ class LimitsByNumber:
         return EvaluationBlock(self.problem.setup, self.problem.programme, designs)
 
     @cached_property
-    def _changing_quantities(self) -> frozenset[str]:
+    def _quantities_depending_on_number(self) -> frozenset[str]:
         """Quantities at each contact that depend on the number."""
-        return differing_quantities(self._block_of_own_and_huge_number)
+        return quantities_that_differ_by_design(self._block_of_own_and_huge_number)
 
     @cached_property
     def _block_of_own_and_huge_number(self) -> EvaluationBlock:
@@ -466,7 +485,7 @@ def _evaluate_block(case: EvaluationBlock, limits: Sequence[Limit]) -> LimitValu
     return LimitValues(excess, values)
 
 
-def worst_design(limit: Limit, excess: FloatArray, values: FloatArray) -> int:
+def worst_design_index(limit: Limit, excess: FloatArray, values: FloatArray) -> int:
     """Index of the worst design by the quantity of a limit; a design that cannot be assembled comes first."""
-    outward = limit.quantity.side * values if limit.quantity else excess
+    outward = limit.quantity.limit_sign * values if limit.quantity else excess
     return int(np.argmax(np.where(np.isnan(outward) | np.isposinf(excess), np.inf, outward)))

@@ -25,12 +25,16 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.model.effects import EvaluationBlock, available_quantities
-from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, ErrorAtContacts, second_profile_sign
+from camopt.model.effects.error_response import (
+    SECOND_CONTACT_SUFFIX,
+    ErrorAtContacts,
+    second_contact_profile_shift_sign,
+)
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.tolerance_zones import number_zones
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import ToleranceZone, moves_tool
+from camopt.scene.tolerances import ToleranceZone, does_error_move_tool
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tolerances.error_samples import map_cam_blocks, real_error_columns
 from camopt.solve.tolerances.errors import CamErrors
@@ -103,7 +107,7 @@ def list_plays(turn: TurnErrors) -> Iterator[Play]:
     zones = number_zones(turn.scene, problem.nominal_numbers)
     if problem.setup.mechanism.further_contacts:
         yield from _pair_plays(turn, zones)
-    elif problem.setup.mechanism.two_sided and problem.setup.given["drive.clearance"]:
+    elif problem.setup.mechanism.has_flanks_on_both_sides and problem.setup.given["drive.clearance"]:
         clearance, zone = float(problem.nominal_numbers["drive.clearance"]), zones.get("drive.clearance", ZERO_ZONE)
         response = motion_unit_factor(problem.setup, 0) * np.abs(
             ToolResponse(problem, turn.nodes).profile_response[0]
@@ -124,7 +128,9 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
     numbers = problem.nominal_numbers
     if (clearance := numbers.get("drive.clearance")) is not None:
         zone, response = zones.get("drive.clearance", ZERO_ZONE), PairResponse(problem, turn.nodes)
-        both_profiles = ErrorAtContacts(("profile", 1.0), ("profile", second_profile_sign(problem.setup.mechanism)))
+        both_profiles = ErrorAtContacts(
+            ("profile", 1.0), ("profile", second_contact_profile_shift_sign(problem.setup.mechanism))
+        )
         width, ratio = (
             response.separation_response(both_profiles) / 2.0,
             motion_unit_factor(problem.setup, 0) * np.abs(response.tool_ratio),
@@ -161,7 +167,7 @@ def separating_errors(cams: CamErrors) -> CamErrors:
     return {
         key: each
         for key, each in cams.items()
-        if key in BASE_RADII or moves_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
+        if key in BASE_RADII or does_error_move_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
     }
 
 

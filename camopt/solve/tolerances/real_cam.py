@@ -38,7 +38,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.error_response import second_motion_sign
+from camopt.model.effects.error_response import second_contact_motion_error_sign
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.problem.problem import Problem
@@ -104,7 +104,7 @@ class RealCam:
     @property
     def second_motion_sign(self) -> float:
         """Sign of the second contact's own motion in e₂ (``effects.error_response.second_motion_sign``)."""
-        return second_motion_sign(self.problem.setup.mechanism)
+        return second_contact_motion_error_sign(self.problem.setup.mechanism)
 
     @property
     def is_developed(self) -> bool:
@@ -149,18 +149,20 @@ class RealCam:
         the other way round, has the jump as its error, unless ``jumps`` is False.
         """
         contact = self.follower_contact(errors, places, order, jumps=jumps, fixed=fixed)
-        return self.error_at_tool(errors, places + contact.cam_turn, contact.errors)
+        return self.highest_order_error_at_tool(errors, places + contact.cam_turn, contact.errors)
 
     def follower_contact(
         self, errors: Errors, places: FloatArray, order: int = 0, *, jumps: bool = True, fixed: bool = False
     ) -> FollowerContact:
         """As ``contact_error``, with the errors of the follower in the middle of its contacts."""
-        first = self._single_contact_at_places(0, self.errors_of_contact(0, errors), places, order, jumps)
+        first = self._single_contact_at_places(
+            0, self.contact_errors_with_turned_bore(0, errors), places, order, jumps
+        )
         if len(self.contacts) == 1:
             return first
         ahead = self.second_contact_lead(errors, places, first.cam_turn, fixed=fixed)
         second = self._single_contact_at_places(
-            1, self.errors_of_contact(1, errors, ahead, fixed=fixed), places + ahead, order, jumps
+            1, self.contact_errors_with_turned_bore(1, errors, ahead, fixed=fixed), places + ahead, order, jumps
         )
         both = zip(first.errors, second.errors, strict=True)
         return FollowerContact(
@@ -173,10 +175,12 @@ class RealCam:
         """Lead a of the second contact's point over that of the first [rad]."""
         ahead = np.zeros_like(first_cam_turns)
         for _ in range(CONTACT_ROUNDS):
-            ahead = first_cam_turns - self.cam_turns(errors, places, 1, ahead, fixed=fixed)
+            ahead = first_cam_turns - self.cam_turn_angles_at_contact(errors, places, 1, ahead, fixed=fixed)
         return ahead
 
-    def error_at_tool(self, errors: Errors, angles: FloatArray, derivatives: Sequence[FloatArray]) -> ContactError:
+    def highest_order_error_at_tool(
+        self, errors: Errors, angles: FloatArray, derivatives: Sequence[FloatArray]
+    ) -> ContactError:
         """Error of the tool of the last order, from the follower's errors of all orders at cam angles (rad)."""
         train, order = self.problem.setup.train, len(derivatives) - 1
         if train is None:
@@ -200,18 +204,20 @@ class RealCam:
 
         ``places`` has one point (rad) for each cam, at whose contact the error is taken.
         """
-        return self.contact_error(self.errors_in_ground(errors, places), places, order, fixed=True).error
+        return self.contact_error(self.flat_errors_in_ground_frame(errors, places), places, order, fixed=True).error
 
     def tool_positions(self, errors: CamErrors, places: FloatArray) -> FloatArray:
         """Position of the tool above its lowest, when cams touch with places, mm (rad)."""
-        contact = self.contact_error(self.errors_in_ground(errors, places), places, fixed=True)
+        contact = self.contact_error(self.flat_errors_in_ground_frame(errors, places), places, fixed=True)
         return np.asarray(
             self.problem.programme.tool.motion_at(self.angles_in_turn(contact.angle), 0)[0] + contact.error
         )
 
     def contact_angles(self, errors: CamErrors, places: FloatArray) -> FloatArray:
         """Cam angles at which cams touch with places [rad]."""
-        return np.asarray(places + self.cam_turns(self.errors_in_ground(errors, places), places))
+        return np.asarray(
+            places + self.cam_turn_angles_at_contact(self.flat_errors_in_ground_frame(errors, places), places)
+        )
 
     def contact_places(self, errors: CamErrors, angles: FloatArray) -> FloatArray:
         """Places with which cams touch at cam angles [rad]."""
@@ -220,7 +226,7 @@ class RealCam:
             places = places - (self.contact_angles(errors, places) - angles)
         return places
 
-    def errors_in_ground(self, errors: CamErrors, places: FloatArray) -> dict[str, Any]:
+    def flat_errors_in_ground_frame(self, errors: CamErrors, places: FloatArray) -> dict[str, Any]:
         """Errors of cams in flat form, as they are when the cams touch with places."""
         flat = {key: each for key, each in errors.items() if key != BORE and not np.iscomplexobj(each)}
         for key in errors.keys() - flat.keys() - {BORE}:
@@ -231,22 +237,26 @@ class RealCam:
         for remaining in reversed(range(rounds)):
             bore = errors[BORE] * np.exp(1j * sense * angles)
             flat |= {BORE: bore.real, BORE_DIRECTION: bore.imag}
-            angles = places + self.cam_turns(flat, places) + errors.get("phase", 0.0) if remaining else angles
+            angles = (
+                places + self.cam_turn_angles_at_contact(flat, places) + errors.get("phase", 0.0)
+                if remaining
+                else angles
+            )
         return flat
 
-    def cam_turns(
+    def cam_turn_angles_at_contact(
         self, errors: Errors, places: FloatArray, number: int = 0, ahead: Any = 0.0, *, fixed: bool = False
     ) -> FloatArray:
         """τ of a contact that touches with the points ``places + ahead`` [rad]."""
         local, programme = (
-            self.errors_of_contact(number, errors, ahead, fixed=fixed),
+            self.contact_errors_with_turned_bore(number, errors, ahead, fixed=fixed),
             self.contacts[number].programme,
         )
         motion = [*programme.motion_at(self.angles_in_turn(places + ahead), 1)]
         shift = self.contact_shift(number, self.contacts[number].design, local, motion, 0)
         return np.asarray(shift.cam_turn.terms[0] + np.zeros_like(places))
 
-    def errors_of_contact(
+    def contact_errors_with_turned_bore(
         self, number: int, errors: Errors, ahead: Any = 0.0, *, fixed: bool = False
     ) -> dict[str, Any]:
         """Errors at a contact that touches ``ahead`` (rad) of the first, with the bore's axis as it is then."""
@@ -270,10 +280,10 @@ class RealCam:
             ahead, behind = np.mod(jump.at - base, turn), np.mod(base - jump.at, turn)
             passed += jump.size * ((cam_turn > ahead) * 1.0 - (-cam_turn > behind))
 
-        def change(k: int) -> FloatArray:
+        def derivative_change_at_contact(k: int) -> FloatArray:
             return np.asarray(at_contact[k] - motion[k] - (passed if k == 2 else 0.0))
 
-        deltas = follower_errors(shift, motion, change, passed if jumps else 0.0, order)
+        deltas = follower_errors(shift, motion, derivative_change_at_contact, passed if jumps else 0.0, order)
         return FollowerContact(cam_turn, [each + np.zeros_like(base) for each in deltas])
 
 

@@ -1,6 +1,6 @@
 """First-order response of one design's motion to small errors, at the tool.
 
-``effects.error_response`` has the response δ of the follower. The tool moves by f'·δ, with the ratio f' of the
+``effects.tool_response`` has the response δ of the follower. The tool moves by f'·δ, with the ratio f' of the
 train. An error of a number p of the train moves the tool by ∂f/∂p.
 
 **Two contacts.** Each contact alone, as that of an ordinary cam (``mechanisms.pairs``), would move the follower too
@@ -37,11 +37,11 @@ from camopt.model.effects.error_response import (
     ContactResponse,
     ErrorAtContacts,
     SignedKey,
-    errors_by_contact,
-    largest_profile_response,
-    second_motion_sign,
+    errors_at_contacts_by_key,
+    largest_error_by_profile_zone,
+    second_contact_motion_error_sign,
     series_derivatives,
-    train_number_response,
+    tool_response_to_train_number,
 )
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.tool_drive import train_ratio_series
@@ -77,7 +77,7 @@ class ToolResponse:
         return (
             self._link_response(key)
             if is_train_key(key)
-            else self._through_train(self.follower_response.response_to_error(key))
+            else self._tool_derivatives(self.follower_response.response_to_error(key))
         )
 
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
@@ -90,22 +90,22 @@ class ToolResponse:
 
     def response_to_size(self, field: str) -> FloatArray:
         """Response to an error of a size of the follower, by field of ``Designs``."""
-        return self._through_train(self.follower_response.response_to_size(field))
+        return self._tool_derivatives(self.follower_response.response_to_size(field))
 
     @cached_property
     def profile_response(self) -> FloatArray:
         """Response to a profile that is too high by a constant along its normal; a larger roller has the same."""
-        return self._through_train(self.follower_response.profile_response)
+        return self._tool_derivatives(self.follower_response.profile_response)
 
     def wave_responses(self, count: int) -> tuple[FloatArray, FloatArray]:
         """Responses to a cosine and to a sine error of the profile with ``count`` waves in a turn."""
-        cosine, sine = map(self._through_train, self.follower_response.wave_responses(count))
+        cosine, sine = map(self._tool_derivatives, self.follower_response.cosine_and_sine_wave_responses(count))
         return cosine, sine
 
     @cached_property
     def bore_responses(self) -> tuple[FloatArray, FloatArray]:
         """Responses to an eccentricity of the bore in two directions that turn with the cam."""
-        first, second = map(self._through_train, self.follower_response.bore_responses)
+        first, second = map(self._tool_derivatives, self.follower_response.bore_responses_in_two_directions)
         return first, second
 
     @cached_property
@@ -120,10 +120,10 @@ class ToolResponse:
         # the series of the tool by the number, whose terms are series by the cam angle
         trains = problem.trains_with_numbers({key: Taylor([problem.nominal_numbers[key], 1.0])})
         return series_derivatives(
-            train_number_response(trains, train, problem.programme, self.angles), self.angles.shape
+            tool_response_to_train_number(trains, train, problem.programme, self.angles), self.angles.shape
         )
 
-    def _through_train(self, series: Series) -> FloatArray:
+    def _tool_derivatives(self, series: Series) -> FloatArray:
         """Derivatives at the tool of a series of the follower."""
         return series_derivatives(
             series if self.train_ratio is None else series * self.train_ratio, self.angles.shape
@@ -138,13 +138,13 @@ class PairResponse:
     angles: FloatArray
 
     @cached_property
-    def contacts(self) -> tuple[ToolResponse, ToolResponse]:
+    def contact_responses(self) -> tuple[ToolResponse, ToolResponse]:
         first, second = (ToolResponse(each, self.angles) for each in contact_problems(self.problem))
         return first, second
 
-    def error_response(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
+    def tool_response(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
         """Response of the tool to an error, shape (3, angles)."""
-        return self.through_train(
+        return self.tool_derivatives(
             (
                 self._contact_response(0, error_at_contacts.first)
                 - self._contact_response(1, error_at_contacts.second)
@@ -168,8 +168,8 @@ class PairResponse:
 
         The second direction changes its sign at a mirrored second contact.
         """
-        (x, y), (across, up) = (each.bore_responses for each in self.contacts)
-        sign = second_motion_sign(self.problem.setup.mechanism)
+        (x, y), (across, up) = (each.bore_responses for each in self.contact_responses)
+        sign = second_contact_motion_error_sign(self.problem.setup.mechanism)
         return (x, sign * across), (
             y,
             -sign * up if turns_oppositely_at_second_contact(self.problem) else sign * up,
@@ -178,9 +178,9 @@ class PairResponse:
     @property
     def tool_ratio(self) -> FloatArray:
         """Ratio of the tool's movement to the follower's, shape (angles,)."""
-        return np.asarray(self.through_train(np.ones((RESPONSE_ORDERS, self.angles.size)))[0])
+        return np.asarray(self.tool_derivatives(np.ones((RESPONSE_ORDERS, self.angles.size)))[0])
 
-    def through_train(self, derivatives: FloatArray) -> FloatArray:
+    def tool_derivatives(self, derivatives: FloatArray) -> FloatArray:
         """Derivatives at the tool, from those at the follower, shape (3, angles)."""
         if self.problem.setup.train is None:
             return derivatives
@@ -190,15 +190,18 @@ class PairResponse:
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """Responses of the tool to the error of a key: one, or those to its real and imaginary part."""
         if key == BORE:
-            return tuple(self.through_train((first - second) / 2.0) for first, second in self.bore_responses)
+            return tuple(self.tool_derivatives((first - second) / 2.0) for first, second in self.bore_responses)
         if is_train_key(key):
             return (ToolResponse(self.problem, self.angles).number_response(key),)
-        at = errors_by_contact(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
+        at = errors_at_contacts_by_key(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
         if not (waves and key.startswith("profile")):
-            return (self.error_response(at),)
+            return (self.tool_response(at),)
         place, sign = self._contact_and_sign(at)
         half = 0.5 - place  # half of e₁, or of −e₂
-        return tuple(self.through_train(half * sign * each) for each in self.contacts[place].wave_responses(waves))
+        return tuple(
+            self.tool_derivatives(half * sign * each)
+            for each in self.contact_responses[place].wave_responses(waves)
+        )
 
     def separation_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """Responses of the separation s to the error of a key: one, or those to its real and imaginary part.
@@ -211,26 +214,26 @@ class PairResponse:
             return (np.full(self.angles.size, _separation_slopes_by_base_radius(self.problem)[key]),)
         if is_train_key(key):
             return (np.zeros(self.angles.size),)
-        at = errors_by_contact(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
+        at = errors_at_contacts_by_key(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
         if not (waves and key.startswith("profile")):
             return (self.separation_response(at),)
         place, sign = self._contact_and_sign(at)
-        return tuple(sign * each[0] for each in self.contacts[place].wave_responses(waves))
+        return tuple(sign * each[0] for each in self.contact_responses[place].wave_responses(waves))
 
     def _contact_and_sign(self, error_at_contacts: ErrorAtContacts) -> tuple[int, float]:
         """The contact (0 or 1) at which an error of a single contact acts, and its sign there."""
         return (
             (0, 1.0)
             if error_at_contacts.second is None
-            else (1, second_motion_sign(self.problem.setup.mechanism) * error_at_contacts.second[1])
+            else (1, second_contact_motion_error_sign(self.problem.setup.mechanism) * error_at_contacts.second[1])
         )
 
     def _contact_response(self, contact_number: int, signed_key: SignedKey | None) -> FloatArray:
         if signed_key is None:
             return np.zeros((RESPONSE_ORDERS, self.angles.size))
         key, sign = signed_key
-        contact = self.contacts[contact_number]
-        sign *= second_motion_sign(self.problem.setup.mechanism) if contact_number else 1.0
+        contact = self.contact_responses[contact_number]
+        sign *= second_contact_motion_error_sign(self.problem.setup.mechanism) if contact_number else 1.0
         return sign * (contact.profile_response if key == "profile" else contact.number_response(key))
 
 
@@ -251,7 +254,7 @@ class SeparationRange(NamedTuple):
 
 def separation_range(scene: Scene, problem: Problem, angles: FloatArray) -> SeparationRange:
     """Range of the separation s over all cams within the tolerances, at cam angles (rad), to first order."""
-    ranges, zero = [*separation_by_key(scene, problem, angles)], np.zeros(angles.size)
+    ranges, zero = [*separation_range_by_key(scene, problem, angles)], np.zeros(angles.size)
     return SeparationRange(*(sum((by_key[end] for _, by_key in ranges), zero) for end in (0, 1)))
 
 
@@ -275,7 +278,9 @@ class SeparationResponse(NamedTuple):
         )
 
 
-def separation_by_key(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[tuple[str, SeparationRange]]:
+def separation_range_by_key(
+    scene: Scene, problem: Problem, angles: FloatArray
+) -> Iterator[tuple[str, SeparationRange]]:
     """Contribution of each tolerance to the separation s, by key."""
     for response in separation_responses_by_tolerance(scene, problem, angles):
         yield response.key, response.range_over_turn
@@ -294,7 +299,8 @@ def separation_responses_by_tolerance(
     for key, ends in zones.items():
         if not is_train_key(key):
             rows = [
-                response.separation_response(at) for at in errors_by_contact(problem.setup.mechanism, key).values()
+                response.separation_response(at)
+                for at in errors_at_contacts_by_key(problem.setup.mechanism, key).values()
             ]
             yield SeparationResponse(key, np.array(rows), *ends)
     if bore := tolerances.bore_eccentricity:
@@ -314,12 +320,12 @@ def largest_separation_rate(scene: Scene, problem: Problem, angles: FloatArray) 
     response, tolerances, speed = PairResponse(problem, angles), scene.tolerances, np.zeros(angles.size)
     for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
         if not is_train_key(key):
-            for at in errors_by_contact(problem.setup.mechanism, key).values():
+            for at in errors_at_contacts_by_key(problem.setup.mechanism, key).values():
                 speed += max(-zone.lower, zone.upper) * np.abs(response.separation_derivatives(at)[1])
     if tolerances.profile:
-        for at in errors_by_contact(problem.setup.mechanism, "profile").values():
+        for at in errors_at_contacts_by_key(problem.setup.mechanism, "profile").values():
             derivatives = response.separation_derivatives(at)
-            speed += largest_profile_response(derivatives, tolerances.profile, tolerances.waves)[1]
+            speed += largest_error_by_profile_zone(derivatives, tolerances.profile, tolerances.waves)[1]
     if tolerances.bore_eccentricity:
         speed += tolerances.bore_eccentricity * np.hypot(
             *(first[1] + second[1] for first, second in response.bore_responses)
@@ -332,14 +338,17 @@ def _separation_slopes_by_base_radius(problem: Problem) -> dict[str, float]:
     mechanism = problem.setup.mechanism
     start = mechanism.start or (lambda designs: designs.size)
 
-    def slope(designs: Designs) -> float:
+    def separation_slope_by_size(designs: Designs) -> float:
         step = BASE_RADIUS_STEP * designs.size
         ends = (start(replace(designs, size=designs.size + side * step)) for side in (1.0, -1.0))
         return float(((next(ends) - next(ends)) / (2.0 * step))[0])
 
     if mechanism.has_rib:
         return {"cam.base_radius": 0.0}  # both contacts move outwards by the same amount
-    first, second = slope(problem.design), slope(mechanism.further_contacts[0].local_designs(problem.design))
+    first, second = (
+        separation_slope_by_size(problem.design),
+        separation_slope_by_size(mechanism.further_contacts[0].local_designs(problem.design)),
+    )
     if mechanism.drive.one_disc:
         return {"cam.base_radius": first + second}
     return {"cam.base_radius": first, "drive.base_radius": second}

@@ -37,7 +37,7 @@ from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
-from camopt.scene.tolerances import moves_tool
+from camopt.scene.tolerances import does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table, table_of, to_json_values
 from camopt.solve.tolerances.allocation import Allocation
@@ -248,7 +248,7 @@ class MotionErrors(Result, Drawable):
         batches = [
             each.batch
             for key, each in self.scene.tolerances.number_and_angle_tolerances.items()
-            if moves_tool(key) and each.batch
+            if does_error_move_tool(key) and each.batch
         ]
         note = ROOT_SUM_SQUARE_NOTE.format(
             of_batch=" (except within a batch)" if len(batches) > len({*batches}) else ""
@@ -465,10 +465,10 @@ def _gap_sentence(gap: float, error: float) -> str:
 
 def first_order_errors(turn: TurnErrors) -> tuple[MotionError, ...]:
     """Errors of displacement, velocity and acceleration, to first order."""
-    return tuple(_motion_error(turn, order) for order in range(RESPONSE_ORDERS))
+    return tuple(_first_order_motion_error(turn, order) for order in range(RESPONSE_ORDERS))
 
 
-def _motion_error(turn: TurnErrors, order: int) -> MotionError:
+def _first_order_motion_error(turn: TurnErrors, order: int) -> MotionError:
     if not turn.node_contributions:
         return MotionError(
             MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {}

@@ -1,6 +1,6 @@
 """First-order errors of the motion over the turn: contribution of each tolerance, totals, largest values and jumps.
 
-A size with the error t moves the follower by c·t (``effects.error_response``), so its contribution lies between
+A size with the error t moves the follower by c·t (``effects.tool_response``), so its contribution lies between
 c·lower and c·upper. An eccentricity ε of the bore in any direction moves it by up to ε times the length of a vector
 of two responses.
 
@@ -19,7 +19,11 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.model.effects.error_response import RESPONSE_ORDERS, errors_by_contact, largest_profile_response
+from camopt.model.effects.error_response import (
+    RESPONSE_ORDERS,
+    errors_at_contacts_by_key,
+    largest_error_by_profile_zone,
+)
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import zones_that_move_tool
@@ -78,7 +82,7 @@ def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) 
         return
     tolerances, response = scene.tolerances, ToolResponse(problem, angles)
     for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
-        yield _with_batch(
+        yield _with_means_of_part_batches(
             _number_contribution(key, response.number_response(key), zone),
             key,
             tolerances.number_and_angle_tolerances[key],
@@ -86,7 +90,7 @@ def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) 
         )
     span = float(np.ptp(angles))
     if tolerances.profile:
-        most = largest_profile_response(response.profile_response, tolerances.profile, tolerances.waves)
+        most = largest_error_by_profile_zone(response.profile_response, tolerances.profile, tolerances.waves)
         yield _contribution_along_profile("profile", most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
         most = tolerances.bore_eccentricity * np.hypot(*response.bore_responses)
@@ -100,21 +104,25 @@ def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> I
         if is_train_key(tolerance):
             by_key = {tolerance: ToolResponse(problem, angles).number_response(tolerance)}
         else:
-            contact_errors = errors_by_contact(problem.setup.mechanism, tolerance)
-            by_key = {key: response.error_response(at) for key, at in contact_errors.items()}
+            contact_errors = errors_at_contacts_by_key(problem.setup.mechanism, tolerance)
+            by_key = {key: response.tool_response(at) for key, at in contact_errors.items()}
         for key, number_response in by_key.items():
             contribution = _number_contribution(key, number_response, zone)
-            yield _with_batch(contribution, tolerance, tolerances.number_and_angle_tolerances[tolerance], zone)
+            yield _with_means_of_part_batches(
+                contribution, tolerance, tolerances.number_and_angle_tolerances[tolerance], zone
+            )
     if tolerances.profile:
-        for key, at in errors_by_contact(problem.setup.mechanism, "profile").items():
-            most = largest_profile_response(response.error_response(at), tolerances.profile, tolerances.waves)
+        for key, at in errors_at_contacts_by_key(problem.setup.mechanism, "profile").items():
+            most = largest_error_by_profile_zone(response.tool_response(at), tolerances.profile, tolerances.waves)
             yield _contribution_along_profile(key, most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
-        x, y = (response.through_train((first - second) / 2.0) for first, second in response.bore_responses)
+        x, y = (response.tool_derivatives((first - second) / 2.0) for first, second in response.bore_responses)
         yield _contribution_along_profile("bore_eccentricity", tolerances.bore_eccentricity * np.hypot(x, y), span)
 
 
-def _with_batch(contribution: Contribution, key: str, tolerance: Tolerance, zone: ToleranceZone) -> Contribution:
+def _with_means_of_part_batches(
+    contribution: Contribution, key: str, tolerance: Tolerance, zone: ToleranceZone
+) -> Contribution:
     """A contribution with the batch of its tolerance, if it has one."""
     if tolerance.batch is None:
         return contribution

@@ -45,7 +45,7 @@ from camopt.solve.tolerances.bound_search import (
     missing_bound_reason,
     whole_panel_parts,
 )
-from camopt.solve.tolerances.enclosures import ContactAhead, MotionAhead, PartMotion, error_through_train
+from camopt.solve.tolerances.enclosures import ContactAhead, MotionAhead, PartMotion, highest_order_tool_error
 from camopt.solve.tolerances.errors import (
     BORE,
     BORE_DIRECTION,
@@ -53,9 +53,9 @@ from camopt.solve.tolerances.errors import (
     WAVE_PHASE,
     Errors,
     direction_key,
+    error_ranges_at_all_contacts,
     flat_errors,
     is_direction,
-    permitted_error_ranges_by_key,
     polar_errors,
 )
 from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactError, RealCam, follower_errors
@@ -125,15 +125,17 @@ NO_ERROR = WorstCase(0.0, 0.0, 0.0, {})
 """The worst case if no tolerance moves the tool."""
 
 
-def exact_tool_error(cam: RealCam, order: int) -> BoundedQuantity:
+def tool_error_function_at_contact(cam: RealCam, order: int) -> BoundedQuantity:
     """Exact error of the tool's position, velocity or acceleration at the first contact, over boxes of errors.
 
     In mm (rad) by powers of rad.
     """
     problem = cam.problem
 
-    def error(errors: Errors, at: PartMotion) -> Any:
-        shift = cam.contact_shift(0, problem.design, cam.errors_of_contact(0, errors), at.motion, order)
+    def enclose_tool_error(errors: Errors, at: PartMotion) -> Any:
+        shift = cam.contact_shift(
+            0, problem.design, cam.contact_errors_with_turned_bore(0, errors), at.motion, order
+        )
         ahead = MotionAhead(problem.programme, at, shift.cam_turn.terms[0], at.jumps_at_contact)
         deltas = follower_errors(
             shift, at.motion, ahead.derivative_change_to_ahead, at.jumps_at_contact.y2_jump, order
@@ -142,12 +144,12 @@ def exact_tool_error(cam: RealCam, order: int) -> BoundedQuantity:
             second = ContactAhead(cam, 1, errors, errors, at)
             both = zip(deltas, second.errors_at_first_contact(ahead, order), strict=True)
             deltas = [(a + b * second.motion_sign) * 0.5 for a, b in both]
-        return error_through_train(problem, errors, deltas, ahead.derivative_ahead)
+        return highest_order_tool_error(problem, errors, deltas, ahead.derivative_ahead)
 
-    return error
+    return enclose_tool_error
 
 
-def angle_ahead_of_place(cam: RealCam, contact_number: int) -> BoundedQuantity:
+def angle_ahead_function(cam: RealCam, contact_number: int) -> BoundedQuantity:
     """Angle from a place to its contact's cam angle [rad].
 
     For ``contact_number`` 1, to the second contact's place.
@@ -155,7 +157,7 @@ def angle_ahead_of_place(cam: RealCam, contact_number: int) -> BoundedQuantity:
 
     def enclose_angle_ahead(errors: Errors, at: PartMotion) -> Any:
         turn = cam.contact_shift(
-            0, cam.problem.design, cam.errors_of_contact(0, errors), at.motion, 0
+            0, cam.problem.design, cam.contact_errors_with_turned_bore(0, errors), at.motion, 0
         ).cam_turn.terms[0]
         return ContactAhead(cam, 1, errors, errors, at).enclose_angle_ahead(turn) if contact_number else turn
 
@@ -176,7 +178,7 @@ class WorstSearch:
 
     turn: TurnErrors
     error_ranges: NumberRanges
-    """Least and largest value of each error (``errors.permitted_error_ranges_by_key``)."""
+    """Least and largest value of each error (``errors.error_ranges_at_all_contacts``)."""
     order: int = 0
     """Order of the derivative: 0 displacement, 1 velocity, 2 acceleration."""
 
@@ -247,7 +249,9 @@ class WorstSearch:
 
         Ends at the relative gap, when the budget is spent, or when a cam exceeds ``sufficient_bound``.
         """
-        search = self.bound_search(exact_tool_error(self.cam, self.order), self.largest_early_or_late_angle)
+        search = self.bound_search(
+            tool_error_function_at_contact(self.cam, self.order), self.largest_early_or_late_angle
+        )
         parts, bound = (
             search.split_at_jumps(whole_panel_parts(self.problem, self.box)),
             ProvedBound(-inf, reached_value),
@@ -259,7 +263,7 @@ class WorstSearch:
             )
             cam = bound.witness if more.witness is None else more.witness
             bound = ProvedBound(max(bound.high, more.high), max(bound.witness_value, more.witness_value), cam)
-            parts = parts.take(np.flatnonzero(search.parts_near_jump(parts)))
+            parts = parts.take(np.flatnonzero(search.is_part_near_jump(parts)))
             if not parts.size:
                 break
         return bound
@@ -302,10 +306,10 @@ class WorstSearch:
         parts = whole_panel_parts(self.problem, self.box, sides=(1.0,))
         parts = parts.cut_steepest(np.eye(1, len(parts.low)).T + np.zeros(parts.size))
         proofs = (
-            self.bound_search(angle_ahead_of_place(self.cam, number)) for number in range(len(self.cam.contacts))
+            self.bound_search(angle_ahead_function(self.cam, number)) for number in range(len(self.cam.contacts))
         )
         with np.errstate(all="ignore"):
-            angles = [proof.enclose_quantity(parts).value.largest_magnitude.max() for proof in proofs]
+            angles = [proof.enclose_quantity_times_side(parts).value.largest_magnitude.max() for proof in proofs]
         return (1.0 + LENGTH_ROUNDING) * float(max(angles))
 
     def contact_error(self, errors: Errors, angles: FloatArray, *, jumps: bool = True) -> ContactError:
@@ -324,7 +328,7 @@ class WorstSearch:
         cams = [self._extreme_cam(side) for side in (1.0, -1.0)]
         if self.jumps:
             cams += [self._extreme_cam_at_jump(side, weight) for side in (1.0, -1.0) for weight in DELAY_WEIGHTS]
-        usual = self._climb_errors(max(cams, key=lambda cam: cam.error))
+        usual = self._worsen_errors_one_at_a_time(max(cams, key=lambda cam: cam.error))
         if not self._jumps_in_acceleration_error:
             return usual
         starts = {side: self._extreme_cam_at_jump(side, 0.0) for side in (1.0, -1.0)}
@@ -357,7 +361,7 @@ class WorstSearch:
         most = float(np.abs(self.motion_errors(errors, at))[0])
         return CandidateCam({key: float(each[0]) for key, each in errors.items()}, angle, most)
 
-    def _climb_errors(self, cam: CandidateCam) -> dict[str, float]:
+    def _worsen_errors_one_at_a_time(self, cam: CandidateCam) -> dict[str, float]:
         """Errors of a worse cam at the same place, by changing one error at a time."""
         errors, angle, most = cam
         for _ in range(CLIMB_ROUNDS):
@@ -377,7 +381,7 @@ class WorstSearch:
             errors = polar_errors(
                 {key: (1.0 - shares) * ends[0][key] + shares * ends[1][key] for key in ends[0]}, self.error_ranges
             )
-            places = self._jump_contact_places(errors)
+            places = self._contact_places_beside_jumps(errors)
             repeated = {key: np.tile(each, len(places)) for key, each in errors.items()}
             magnitudes = np.abs(self.motion_errors(repeated, places.ravel())).reshape(places.shape)
             row, k = (int(each) for each in np.unravel_index(magnitudes.argmax(), magnitudes.shape))
@@ -386,20 +390,20 @@ class WorstSearch:
             {key: float(each[k]) for key, each in errors.items()}, float(places[row, k]), float(magnitudes[row, k])
         )
 
-    def _jump_contact_places(self, errors: Mapping[str, FloatArray]) -> FloatArray:
+    def _contact_places_beside_jumps(self, errors: Mapping[str, FloatArray]) -> FloatArray:
         """Places just before and after each place where a jump starts or stops to act, shape (places, cams)."""
         count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._jumps_in_acceleration_error]
         repeated, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
-        places = np.reshape([at, *self._first_contact_places_at_angles(repeated, at)], (-1, count))
+        places = np.reshape([at, *self._first_places_when_each_touches(repeated, at)], (-1, count))
         return self.cam.angles_in_turn(np.concatenate([places - JUMP_SIDE_DISTANCE, places + JUMP_SIDE_DISTANCE]))
 
-    def _first_contact_places_at_angles(
+    def _first_places_when_each_touches(
         self, errors: Mapping[str, FloatArray], angles: FloatArray
     ) -> list[FloatArray]:
         """Places of the first contact when it touches at cam angles, and when the second touches at that place."""
         flat, places = flat_errors(errors), [angles, angles]
         for _ in range(CONTACT_ROUNDS):
-            turns = [self.cam.cam_turns(flat, each) for each in places]
+            turns = [self.cam.cam_turn_angles_at_contact(flat, each) for each in places]
             places = [angles - turns[0], angles - self.cam.second_contact_lead(flat, places[1], turns[1])]
         return places
 
@@ -430,16 +434,16 @@ class WorstSearch:
         """Movement of the tool to a side by each cam, plus its weighted delay in units of the last cam's delay."""
         errors = {key: np.repeat([cam.get(key, 0.0) for cam in cams], angles.size) for key in self.error_ranges}
         places = np.tile(angles, len(cams))
-        contact = self._finite_contact_error(errors, places, jumps=False)
+        contact = self._contact_error_or_raise(errors, places, jumps=False)
         error, delay = (each.reshape(len(cams), -1) for each in (contact.error, contact.angle - places))
         weight = np.abs(error[-1]) / np.maximum(np.abs(delay[-1]), JUMP_SIDE)
         return np.asarray(side * error + delay_weight * weight * delay)
 
     def motion_errors(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
         """Errors of the motion of cams that touch with the places ``angles`` (rad)."""
-        return self._finite_contact_error(errors, angles).error
+        return self._contact_error_or_raise(errors, angles).error
 
-    def _finite_contact_error(
+    def _contact_error_or_raise(
         self, errors: Mapping[str, Any], angles: FloatArray, *, jumps: bool = True
     ) -> ContactError:
         """As ``contact_error``; raises FloatingPointError if a follower does not touch its cam."""
@@ -452,11 +456,14 @@ class WorstSearch:
     def tolerance_too_large_error(self) -> BadInput:
         """The error for tolerances so large that a follower may not touch its cam: for the first one, or all."""
         singles = [[key, direction_key(key)] for key in self.error_ranges if not is_direction(key)]
-        keys = next((each for each in singles if not self._touches_all_over(each, 1.0)), [*self.error_ranges])
+        keys = next(
+            (each for each in singles if not self._follower_touches_over_whole_turn(each, 1.0)),
+            [*self.error_ranges],
+        )
         low, high = 0.0, 1.0
         for _ in range(TOLERANCE_HALVINGS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if self._touches_all_over(keys, middle) else (low, middle)
+            low, high = (middle, high) if self._follower_touches_over_whole_turn(keys, middle) else (low, middle)
         why = "too large: the follower does not touch its cam all over the turn, or cannot be assembled"
         if keys == [*self.error_ranges] and len(singles) > 1:
             why = f"{why}; use at most {100.0 * low:.3g} % of each"
@@ -467,7 +474,7 @@ class WorstSearch:
         place = PROFILE_PLACES if keys[0] == "profile" else f"tolerances.{keys[0]}"
         return BadInput([Mistake(self.problem.file, place, most, why, bare=True)])
 
-    def _touches_all_over(self, keys: list[str], share: float) -> bool:
+    def _follower_touches_over_whole_turn(self, keys: list[str], share: float) -> bool:
         """Whether followers touch all over the turn with the errors of these keys only, up to a share of each."""
         ends = {key: self.error_ranges[key] for key in keys if key in self.error_ranges}
         shared = {key: (low * share, high * share) for key, (low, high) in ends.items()}
@@ -484,7 +491,7 @@ class WorstSearch:
         usual = angle, float(self.motion_errors(errors, np.array([angle]))[0])
         if not self._jumps_in_acceleration_error:
             return usual
-        places = self._jump_contact_places({key: np.array([each]) for key, each in errors.items()}).ravel()
+        places = self._contact_places_beside_jumps({key: np.array([each]) for key, each in errors.items()}).ravel()
         at_jumps = self.motion_errors({key: np.full(places.size, each) for key, each in errors.items()}, places)
         most = np.abs(at_jumps).argmax()
         return (float(places[most]), float(at_jumps[most])) if abs(at_jumps[most]) > abs(usual[1]) else usual
@@ -511,7 +518,9 @@ class WorstSearch:
         if not key.endswith(SECOND_CONTACT_SUFFIX):
             return angle
         at, flat = np.array([angle]), flat_errors(errors)
-        return angle + float(self.cam.second_contact_lead(flat, at, self.cam.cam_turns(flat, at))[0])
+        return angle + float(
+            self.cam.second_contact_lead(flat, at, self.cam.cam_turn_angles_at_contact(flat, at))[0]
+        )
 
 
 def make_worst_cam_search(
@@ -523,6 +532,6 @@ def make_worst_cam_search(
     """
     return WorstSearch(
         turn,
-        {**permitted_error_ranges_by_key(turn.scene, turn.problem, order), **(changed_error_ranges or {})},
+        {**error_ranges_at_all_contacts(turn.scene, turn.problem, order), **(changed_error_ranges or {})},
         order,
     )

@@ -34,18 +34,20 @@ def limits_curvature_of_given_arcs(problem: Problem, constraint: Constraint) -> 
 def curvature_verdict_over_arcs(problem: Problem, constraint: Constraint, design: Designs) -> str:
     """Verdict on a constraint on the curvature over all arcs."""
     return worst_verdict(
-        BROKEN if over > 0 else HELD for over in _curvature_excesses_on_arcs(problem, constraint, design)
+        BROKEN if over > 0 else HELD for over in _scaled_curvature_excesses_on_arcs(problem, constraint, design)
     )
 
 
-def _curvature_excesses_on_arcs(problem: Problem, constraint: Constraint, design: Designs) -> Iterator[Fraction]:
+def _scaled_curvature_excesses_on_arcs(
+    problem: Problem, constraint: Constraint, design: Designs
+) -> Iterator[Fraction]:
     """Excess over each side of a constraint on each arc, up to a positive factor."""
-    allowed, body = constraint.upper_bound(RATIONAL), Fraction(float(design.roller_radius[0]))
+    allowed, body = constraint.upper_bound_of_each_side(RATIONAL), Fraction(float(design.roller_radius[0]))
     if isinstance(constraint.factor, BodyRadiusPlus):
         factor = body + Fraction(constraint.factor.radius)
     else:
         factor = Fraction(float(constraint.factor(design)))
-    for side, radius in product(map(int, constraint.sides), problem.profile):
+    for side, radius in product(map(int, constraint.side_signs), problem.profile):
         if isinf(radius):  # a line
             yield -allowed
         elif problem.setup.mechanism.flat_faced:

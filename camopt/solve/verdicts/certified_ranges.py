@@ -101,7 +101,7 @@ def _certified_range(
 ) -> CertifiedRange | None:
     """Lower and upper bound of a quantity ≥ 0 of a design, as close as ``accuracy`` or rounding allows."""
 
-    def verdict(bound: float) -> str:
+    def verdict_on_bound(bound: float) -> str:
         return worst_verdict(
             constraint_verdict_over_box(problem, constraint, design, {}, enclosures=enclosures).verdict
             for constraint in constraints_on_peak(peak, bound)
@@ -113,10 +113,12 @@ def _certified_range(
         if high <= low * (1.0 + accuracy / 4.0):
             break
         middle = sqrt(low * high)
-        word = verdict(middle)
+        word = verdict_on_bound(middle)
         if word not in {below, above}:
-            low = _bisect_to_undecided(lambda bound: verdict(bound) == below, low, middle, accuracy / 4.0)
-            high = _bisect_to_undecided(lambda bound: verdict(bound) == above, high, middle, accuracy / 4.0)
+            low = _bisect_to_undecided(lambda bound: verdict_on_bound(bound) == below, low, middle, accuracy / 4.0)
+            high = _bisect_to_undecided(
+                lambda bound: verdict_on_bound(bound) == above, high, middle, accuracy / 4.0
+            )
             break
         low, high = (middle, high) if word == below else (low, middle)
     return (low, high) if value / FURTHEST_SHARE < low < high < value * FURTHEST_SHARE < inf else None

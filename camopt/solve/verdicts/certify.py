@@ -13,7 +13,7 @@ import numpy as np
 from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.core.numerics.budget import UNLIMITED, Budget
-from camopt.core.numerics.motion_ranges import derivatives_over, middles_and_angles_over
+from camopt.core.numerics.motion_ranges import derivative_intervals_over_parts, part_middles_and_angle_intervals
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.installed_laws import EXACT_CLASSES
 from camopt.model.motion.profile_law import ProfileLaw
@@ -21,8 +21,8 @@ from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, SOLVER_TOLERANCE, Condition, Stroke
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.limit import ASSEMBLY, SELF_CROSSING, UNDERCUT
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve_design
-from camopt.scene.problem.settings import with_toleranced_numbers
+from camopt.scene.problem.problem import Problem, resolve_design, with_rounding_relative_error
+from camopt.scene.problem.settings import with_toleranced_numbers_per_design
 from camopt.scene.scene import Scene
 from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, tolerance_ranges
@@ -56,7 +56,7 @@ def certify_limits(problem: Problem, design: Designs, budget: Budget = UNLIMITED
         return {ASSEMBLY: BROKEN}
     if not has_enclosable_laws(problem.programme):
         return {limit.name: UNDECIDED for limit in problem.limits}
-    exact, verdicts = at_rounding_error(problem), dict[str, str]()
+    exact, verdicts = with_rounding_relative_error(problem), dict[str, str]()
     for limit in exact.limits:
         presumed = verdicts.get(limit.prerequisite_limit_name, HELD)
         verdicts[limit.name] = (
@@ -194,7 +194,7 @@ def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
 
 def certify_tolerance_box(problem: Problem, budget: Budget = UNLIMITED) -> dict[str, str]:
     """Verdict on each limit for all cams within the tolerances of the problem's own design, in intervals."""
-    exact = with_toleranced_numbers(at_rounding_error(problem))
+    exact = with_toleranced_numbers_per_design(with_rounding_relative_error(problem))
     ends = tolerance_ranges(exact, exact.design)
     return {
         limit.name: limit_verdict_over_box(exact, limit, exact.design, ends, budget).verdict
@@ -238,8 +238,8 @@ def _condition_over_parts(
     condition: Condition, alone: Programme, panels: IntArray, start: FloatArray, end: FloatArray
 ) -> str:
     """Verdict on a condition over parts of panels: whether its derivative stays within the range."""
-    order, place = condition.order, middles_and_angles_over(alone.table, panels, start, end)
-    derivative = derivatives_over(alone.table, panels, *place, 4)[order]
+    order, place = condition.order, part_middles_and_angle_intervals(alone.table, panels, start, end)
+    derivative = derivative_intervals_over_parts(alone.table, panels, *place, 4)[order]
     least, most = weighted_derivative_range(alone, (0.0,) * order + (1.0,), ALL_STROKES)
     room = SOLVER_TOLERANCE[order] * max(abs(least), abs(most))
     low, high = condition.low - room, condition.high + room

@@ -20,7 +20,7 @@ from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.load_tables import LoadTable, TrainLoadTable
-from camopt.core.numerics.motion_ranges import derivatives_over, slopes_by_angle_only
+from camopt.core.numerics.motion_ranges import derivative_intervals_over_parts, slopes_nonzero_by_angle_only
 from camopt.core.numerics.piecewise import MotionTable
 from camopt.core.numerics.sloped_interval import (
     Quotient,
@@ -31,7 +31,7 @@ from camopt.core.numerics.sloped_interval import (
     value_at_point,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
-from camopt.model.effects.peak import Derivative, NumberKind
+from camopt.model.effects.peak import MotionDerivative, NumberKind
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem
@@ -68,9 +68,9 @@ INTERVAL_NUMBERS = NumberKind(
 
 def relative_excess(constraint: Constraint, side: FloatArray, curve: Quotient, designs: Designs) -> Any:
     """Excess over a side of a constraint, relative to its terms; above 0 the constraint is broken."""
-    ranged, bound = isinstance(curve.above, (Interval, SlopedInterval)), constraint.upper_bound()
+    ranged, bound = isinstance(curve.above, (Interval, SlopedInterval)), constraint.upper_bound_of_each_side()
     value = side * curve.above * constraint.factor(designs)
-    allowed = (constraint.upper_bound(INTERVAL_NUMBERS) if ranged else bound) * curve.below
+    allowed = (constraint.upper_bound_of_each_side(INTERVAL_NUMBERS) if ranged else bound) * curve.below
     scale = sum(value_at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
     return (value - allowed) / (scale if bound else scale + value_at_point(constraint.unit(designs)).high)
 
@@ -92,8 +92,8 @@ def constraint_verdict_over_box(
 ) -> BoxVerdict:
     """Verdict on a constraint for all designs whose sizes lie between ``number_ranges``.
 
-    It is undecided if the budget is spent, and if a design of the box may fail to assemble. ``enclosures`` keeps the
-    enclosures of curves for other bounds of the same design.
+    It is undecided if the budget is spent, and if a design of the box may fail to assemble. ``enclosures`` keeps
+    the enclosures of curves for other bounds of the same design.
     """
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
@@ -113,7 +113,7 @@ def constraint_verdict_over_box(
         return MeanConstraintSearch(problem, constraint, design, tuple(number_ranges), budget).search_for_violation(
             whole_turn_parts(constraint, number_ranges)
         )
-    if isinstance(constraint.curve, Derivative):
+    if isinstance(constraint.curve, MotionDerivative):
         return BoxVerdict(UNDECIDED)
     search = ConstraintSearch(problem, constraint, design, tuple(number_ranges), budget, enclosures)
     return search.search_for_violation(BoxParts.whole_panels(problem, constraint, number_ranges))
@@ -142,7 +142,7 @@ class BoxParts:
     @classmethod
     def from_panels(cls, panels: IntArray, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
         """Some whole panels with the whole box, for each side of a constraint."""
-        panel, side = (grid.ravel() for grid in np.meshgrid(panels, np.array(constraint.sides), indexing="ij"))
+        panel, side = (grid.ravel() for grid in np.meshgrid(panels, np.array(constraint.side_signs), indexing="ij"))
         low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
         every = np.ones(panel.size)
         return cls(panel, side, low * every, high * every, np.where(high > low, high - low, 1.0))
@@ -195,7 +195,7 @@ class BoxParts:
         )
 
     @property
-    def is_narrow(self) -> Any:
+    def too_narrow_to_cut(self) -> Any:
         """Which parts are too narrow to be cut."""
         return np.all(self.high - self.low <= LEAST_PART_SHARE * self.whole, axis=0)
 
@@ -234,7 +234,7 @@ class ConstraintSearch:
                 return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
             open_ = np.flatnonzero(~(excess.value.high <= 0.0))
             open_ = open_[np.argsort(excess.value.high[open_], kind="stable")]  # NaN comes last
-            if np.any(parts.is_narrow[open_]) or self.budget.is_spent:
+            if np.any(parts.too_narrow_to_cut[open_]) or self.budget.is_spent:
                 break
             parts = parts.take(open_).reduce_monotone(excess.slopes[:, open_])
             steepest = excess.slopes[:, open_].largest_magnitude
@@ -318,7 +318,7 @@ def enclose_state(table: MotionTable, panel: IntArray, middle_place: FloatArray,
 
     ``middle_place`` is the middle of each part, as a share of half the panel.
     """
-    y, y1, y2, y3, y4 = derivatives_over(table, panel, middle_place, angle, 4)
+    y, y1, y2, y3, y4 = derivative_intervals_over_parts(table, panel, middle_place, angle, 4)
     return State(y, y1, y2, y3, _enclose_load(table, panel, middle_place, angle), y4)
 
 
@@ -330,8 +330,8 @@ def _enclose_load(table: MotionTable, panel: IntArray, middle_place: FloatArray,
         straight = angle * load.slope[panel] + Interval(
             *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
         )
-        return Load(replace(straight, slopes=slopes_by_angle_only(angle, slope)), slope)
+        return Load(replace(straight, slopes=slopes_nonzero_by_angle_only(angle, slope)), slope)
     if isinstance(load, TrainLoadTable):
-        still, carried = (derivatives_over(force, panel, middle_place, angle, 1) for force in load)
+        still, carried = (derivative_intervals_over_parts(force, panel, middle_place, angle, 1) for force in load)
         return TrainForces(*still, *carried)
     return None

@@ -17,7 +17,7 @@ from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.hertz import STRESS
 from camopt.model.effects.preload import PRELOAD_RATIO
 from camopt.model.effects.pressure import BOTTOM_ANGLE
-from camopt.model.motion.move_joints import join_moves
+from camopt.model.motion.move_joints import strokes_with_move_laws
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import start_position
 from camopt.model.motion.stroke import Stroke
@@ -35,7 +35,13 @@ SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """Warnings about the problem's own design."""
-    checks = (_warn_lost_contact, _warn_lost_preload, _warn_slow_stress, _warn_steep_groove, _warn_overshoot)
+    checks = (
+        _warn_lost_contact,
+        _warn_lost_preload,
+        _warn_stress_at_low_speed,
+        _warn_steep_groove_bottom,
+        _warn_overshoot,
+    )
     return tuple(sentence for check in checks for sentence in check(problem))
 
 
@@ -43,7 +49,7 @@ def _warn_lost_contact(problem: Problem) -> Iterator[str]:
     """Warn if the elastic train loses contact and a rigid one does not, unless a limit says so."""
     setup = problem.setup
     limited = any(ELASTIC in limit.required_quantities for limit in problem.limits)
-    if setup.mechanism.is_positive or limited or not {RIGID, ELASTIC}.issubset(available_quantities(setup)):
+    if setup.mechanism.is_positive_drive or limited or not {RIGID, ELASTIC}.issubset(available_quantities(setup)):
         return
     rigid, elastic = _design_quantities(problem, RIGID, ELASTIC)
     if elastic <= 0.0 < rigid:
@@ -66,7 +72,7 @@ def _warn_lost_preload(problem: Problem) -> Iterator[str]:
         yield f"{share}; limits.{PRELOAD_RATIO} = 1 requires it"
 
 
-def _warn_slow_stress(problem: Problem) -> Iterator[str]:
+def _warn_stress_at_low_speed(problem: Problem) -> Iterator[str]:
     """Warn if the contact stress exceeds its limit at low speed, where inertia does not relieve it."""
     setup = problem.setup
     limits = [limit for limit in problem.limits if STRESS in limit.required_quantities]
@@ -85,7 +91,7 @@ def _four_digits(value: float, unit: str) -> str:
     return f"{to_shown_unit(value, unit):.4g} {unit_in_shown_system(unit)}"
 
 
-def _warn_steep_groove(problem: Problem) -> Iterator[str]:
+def _warn_steep_groove_bottom(problem: Problem) -> Iterator[str]:
     """Warn if the pressure angle at the bottom of a groove exceeds the limit, which holds at the mean radius."""
     limits = [limit for limit in problem.limits if MEAN_ANGLES & {*limit.required_quantities}]
     limited = any(BOTTOM_ANGLE in limit.required_quantities for limit in problem.limits)
@@ -115,7 +121,7 @@ class FarthestPoint(NamedTuple):
 def _warn_overshoot(problem: Problem) -> Iterator[str]:
     """Warn of moves beyond every position in the scene, unless a velocity in the scene causes it."""
     programme = problem.given_motion
-    for side in (side for side in SIDE_NAMES if _exceeds_positions(programme, side)):
+    for side in (side for side in SIDE_NAMES if _moves_exceed_given_positions(programme, side)):
         extreme, farthest = farthest_point(programme, side), _farthest_given_position(programme, side)
         if _has_given_velocity(programme, extreme.stroke):
             continue
@@ -127,7 +133,7 @@ def _warn_overshoot(problem: Problem) -> Iterator[str]:
         yield f"{reached}, {SIDE_NAMES[side]} every position in the scene ({most}); {remedy}"
 
 
-def _exceeds_positions(programme: Programme, side: float) -> bool:
+def _moves_exceed_given_positions(programme: Programme, side: float) -> bool:
     """Whether moves go to one side beyond every position in the scene."""
     if not any(stroke.law_follows_from_neighbours for stroke in programme.strokes):
         return False
@@ -209,7 +215,9 @@ def _rest_keeps_within_positions(programme: Programme, ends: Sequence[Stroke], s
     """Whether rest at the ends of some moves keeps the motion within the positions in the scene."""
     strokes = [_with_rest_at_end(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:
-        return not _exceeds_positions(replace(programme, strokes=join_moves(strokes)).on_base_circle(), side)
+        return not _moves_exceed_given_positions(
+            replace(programme, strokes=strokes_with_move_laws(strokes)).on_base_circle(), side
+        )
     except Unmet:  # other conditions forbid the rest
         return False
 

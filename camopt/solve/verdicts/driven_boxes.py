@@ -23,7 +23,7 @@ from camopt.model.mechanisms import Designs
 from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import motion_directions, reversed_kinds
-from camopt.model.motion.tool_drive import tool_position, tool_travel
+from camopt.model.motion.tool_drive import tool_position, tool_travel_range
 from camopt.model.trains.carried_load import FollowerLoad
 from camopt.model.trains.joint_forces import WeightedForce
 from camopt.model.trains.link import formula_value_at
@@ -123,7 +123,7 @@ class DrivenMotion:
     links: TrainLinks
     """Links of all the trains."""
 
-    def part(self, index: slice) -> "DrivenMotion":
+    def take_trains(self, index: slice) -> "DrivenMotion":
         """The motion for some of the trains."""
         y, y1, y2, y3, load, _ = self.state
         y, y1, y2, y3 = (_index_number(term, index) for term in (y, y1, y2, y3))
@@ -160,7 +160,7 @@ def motion_of_driven_followers(
     )
     one, other = (
         formula_value_at(train.follower_displacement, _travel_end_as_position_type(tool_motion[0], end))
-        for end in tool_travel(turn)
+        for end in tool_travel_range(turn)
     )
     sense = _follower_sense(other - one)
     lowest, highest = np.minimum(one, other), np.maximum(one, other)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.model.effects import Effect, EvaluationBlock, Setup, plan_effects, setup_effects
+from camopt.model.effects import Effect, EvaluationBlock, Setup, quantities_to_compute_by_effect, setup_effects
 from camopt.model.effects.effect import EnclosedValue, no_columns
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limit import Limit, quantities_of_limits
@@ -32,7 +32,9 @@ def columns_for_limits(problem: Problem, limits: Iterable[Limit], designs: Desig
 def effect_plan(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
     """Effects to run, each with the quantities that are wanted or that another effect reads."""
     effects = setup_effects(setup)
-    return [(effects[name], frozenset(names)) for name, names in plan_effects(wanted, setup).items()]
+    return [
+        (effects[name], frozenset(names)) for name, names in quantities_to_compute_by_effect(wanted, setup).items()
+    ]
 
 
 def with_effect(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:

@@ -23,7 +23,7 @@ from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.numbers_with_units import NumberWithUnit, numbers_with_units
 from camopt.scene.problem.limit import QuantityLimit
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve, resolve_design
+from camopt.scene.problem.problem import Problem, resolve, resolve_design, with_rounding_relative_error
 from camopt.scene.problem.scene_notes import notes_on_scene
 from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
@@ -167,7 +167,11 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
     def tightest(self) -> str:
         """The contact nearest to its limit, for a follower with two contacts; else empty."""
         problem = resolve_design(self.scene)
-        return tightest_contact(at_rounding_error(problem)) if problem.setup.mechanism.further_contacts else ""
+        return (
+            tightest_contact(with_rounding_relative_error(problem))
+            if problem.setup.mechanism.further_contacts
+            else ""
+        )
 
     def to_json(self) -> dict[str, Any]:
         """Deprecated name of ``to_dict``."""
@@ -178,7 +182,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         """The values, with reasons for infinite ones, joint forces, warnings and the tightest contact."""
         joints = [{name: v for name, v in row._asdict().items() if v is not None} for row in self.joint_forces]
         with shown_in(MM):  # the names of quantities have units in mm
-            problem = at_rounding_error(resolve_design(self.scene)) if self.unbounded else None
+            problem = with_rounding_relative_error(resolve_design(self.scene)) if self.unbounded else None
             unbounded = {name: _infinity_reason(name, problem) for name in self.unbounded if problem}
         about = {"unbounded": unbounded, "joint_forces": joints, "warnings": list(self.warnings)}
         about |= {"tightest": self.tightest}
@@ -257,9 +261,9 @@ def evaluate(scene: SceneSource) -> Evaluation:
 
 def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     """Evaluate a scene that is already resolved to a problem."""
-    problem = at_rounding_error(problem)
+    problem = with_rounding_relative_error(problem)
     (record,) = evaluate_with_verdicts(
-        problem, problem.design, problem.evaluated_quantities | problem.size_names
+        problem, problem.design, problem.evaluated_quantities | problem.size_quantity_names
     ).records()
     values = {name: record[name] for name in in_column_order(record)}
     unbounded = {name: _infinity_reason(name, problem) for name, value in values.items() if value in (inf, -inf)}
@@ -364,6 +368,6 @@ def _contact_excesses(problem: Problem, limit: QuantityLimit) -> Iterator[Contac
     )
     for place, peak in zip(CONTACT_NAMES, (limit.peak_or_mean, *limit.further_peaks), strict=True):
         value = float(np.squeeze(peak_column(case, peak).value))
-        excess = quantity.side * (value - limit.bound) / (abs(limit.bound) or 1.0)
+        excess = quantity.limit_sign * (value - limit.bound) / (abs(limit.bound) or 1.0)
         bound = f"{limit.relation} {with_unit(limit.bound, quantity.unit)}"
         yield ContactExcess(excess, limit.key, place, f"{with_unit(value, quantity.unit)}, {bound}")

@@ -19,12 +19,12 @@ from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.piecewise import state_at_node, table_as_columns
 from camopt.model.effects import Effect, EvaluationBlock
 from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes, Question
-from camopt.model.effects.peak import CLEAR_SHARE, Derivative, Variant
+from camopt.model.effects.peak import CLEAR_SHARE, MotionDerivative, Variant
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import Constraint, merge_stroke_kinds
 from camopt.scene.problem.limit import Limit, quantities_of_limits
 from camopt.scene.problem.limits import peaks_of_quantity
-from camopt.scene.problem.problem import Problem, at_rounding_error, strictest_constraints
+from camopt.scene.problem.problem import Problem, strictest_constraints, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
 from camopt.solve.verdicts.effect_runs import (
     effect_plan,
@@ -50,14 +50,14 @@ def designs_breaking_constraints(case: EvaluationBlock, constraints: Iterable[Co
     """Which designs certainly break one of the constraints. Few designs are not probed."""
     broken, table = np.zeros(len(case.designs), dtype=bool), case.programme.table
     checked = constraints if broken.size > MANY_DESIGNS else ()
-    probed = [constraint for constraint in checked if not isinstance(constraint.curve, Derivative)]
+    probed = [constraint for constraint in checked if not isinstance(constraint.curve, MotionDerivative)]
     pieces = np.repeat(table.kind, np.diff(table.first_panel) + 1)
     for make_curve in {constraint.curve: None for constraint in probed}:
         curve = make_curve(case.designs, case.programme)
         few = case.designs.take(np.linspace(0, broken.size - 1, PROBE_DESIGNS).astype(int))
         values = curve_value(make_curve(few, case.programme), ..., state_at_node(table_as_columns(table), ...))
         for constraint in (constraint for constraint in probed if constraint.curve is make_curve):
-            for side in constraint.sides:
+            for side in constraint.side_signs:
                 exceeds = _exceeds_constraint(constraint, side, values, few)
                 for node in _nodes_most_designs_exceed(exceeds & (pieces & constraint.kinds != 0)[:, None]):
                     at_node = curve_value(curve, ..., state_at_node(table, node))
@@ -77,7 +77,7 @@ def _nodes_most_designs_exceed(exceeds: BoolArray) -> Iterator[int]:
 
 def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray, designs: Designs) -> Any:
     """Which values of a constraint's curve are clearly beyond its bound."""
-    allowed = constraint.upper_bound()
+    allowed = constraint.upper_bound_of_each_side()
     room = BROKEN_BEYOND * (abs(allowed) or constraint.unit(designs))
     return side * constraint.factor(designs) * values > allowed + room
 
@@ -124,7 +124,7 @@ def may_hold_and_holds_by_extremes(
     """Which designs may hold some constraints by known extremes, and which are proved to hold them."""
     possible, held = np.ones((2, len(case.designs)), dtype=bool)
     for constraint in constraints:
-        kinds, allowed = constraint.kinds & case.programme.kinds, constraint.upper_bound()
+        kinds, allowed = constraint.kinds & case.programme.kinds, constraint.upper_bound_of_each_side()
         room = CLEAR_SHARE * abs(allowed) or CLEAR_SHARE * constraint.unit(case.designs)
         parts = known.extremes_covering_question(constraint.curve, (kinds, constraint.goal)) if kinds else []
         assert bool(parts) == bool(kinds)
@@ -313,7 +313,7 @@ def _feasible_rows_with_verdict(candidates: Candidates, wanted: frozenset[str]) 
     if held.all():
         return FilteredRows(DesignRows(rows.columns | verdict, rows.count), candidates.which, Effort())
     near, effort = evaluate_with_verdicts_and_effort(
-        at_rounding_error(problem), candidates.designs.take(~held), wanted
+        with_rounding_relative_error(problem), candidates.designs.take(~held), wanted
     )
     rows, feasible = rows.replace_rows(np.flatnonzero(~held), near), held.copy()
     feasible[~held] = near.column("feasible")

@@ -17,7 +17,7 @@ from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, require_effect
 from camopt.model.effects.contacts import ContactCurve, all_follower_contacts, block_at_contact
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.effects.self_crossing import proved_uncrossed_roller_radius
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, FurtherContact
 from camopt.model.motion.stroke import ALL_STROKES
@@ -25,7 +25,7 @@ from camopt.scene.problem.constraints import AnyConstraint, ConstantBound, Const
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.rows import DesignRows
-from camopt.scene.problem.tolerance_zones import NumberErrors, train_entries
+from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
 from camopt.solve.verdicts.box_quantities import quantities_over_box, runs_on_ranges
 from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges, constraint_verdict_over_box
 from camopt.solve.verdicts.effect_runs import run_effects
@@ -68,9 +68,9 @@ def limit_verdict_over_box(
     """
     if limit.is_on_motion_error:
         number_ranges = {}
-    if limit.decider:
+    if limit.single_design_decider:
         return BoxVerdict(_self_crossing_verdict(problem, limit, design, number_ranges, budget))
-    if train_entries(number_ranges):
+    if entries_of_train_numbers(number_ranges):
         if depends_on_train(problem, limit):
             if limit.mean_constraint is not None and not limit.constraints:
                 return mean_verdict_over_trains(problem, limit.mean_constraint, design, number_ranges, budget)
@@ -87,7 +87,7 @@ def limit_verdict_over_box(
     if limit.is_on_base_circle:
         least = {field: np.array([number_ranges[field][0]]) for field in BODY_FIELDS if field in number_ranges}
         return _verdict_by_quantities(problem, limit, design.with_values(least))
-    if not constraints and (not number_ranges or limit.is_of_motion):
+    if not constraints and (not number_ranges or limit.is_decided_by_motion_alone):
         return _verdict_by_quantities(problem, limit, design)
     if number_ranges and _is_decided_by_ranges(problem, limit):
         return _verdict_by_interval_arithmetic(problem, limit, design, number_ranges)
@@ -111,8 +111,8 @@ def _self_crossing_verdict(
             for contact in all_follower_contacts(problem.setup)
         )
         return HELD if proved else UNDECIDED
-    assert limit.decider is not None
-    broken = limit.decider(problem.setup, design, problem.programme)
+    assert limit.single_design_decider is not None
+    broken = limit.single_design_decider(problem.setup, design, problem.programme)
     return UNDECIDED if broken is None else BROKEN if broken else HELD
 
 
@@ -133,7 +133,7 @@ def _verdict_by_interval_arithmetic(
 
 def _ranges_without_train(ends: NumberRanges) -> NumberRanges:
     """The ranges of ``ends`` without those of the train."""
-    trains = train_entries(ends)
+    trains = entries_of_train_numbers(ends)
     return {field: limits for field, limits in ends.items() if field not in trains}
 
 
@@ -151,10 +151,10 @@ def _is_on_motion_derivatives(constraint: AnyConstraint) -> bool:
     curves = (
         [constraint.curve] if isinstance(constraint, Constraint) else [make for make, _ in constraint.mean.curves]
     )
-    return all(isinstance(curve, Derivative) for curve in curves)
+    return all(isinstance(curve, MotionDerivative) for curve in curves)
 
 
-def _outward_width(rows: DesignRows, name: str, relative_rounding: float) -> Any:
+def _largest_outward_difference(rows: DesignRows, name: str, relative_rounding: float) -> Any:
     """Largest outward difference of a quantity's true value from its column, with a relative rounding error."""
     outward = rows.outward.get(name, 0.0)
     value = np.where(np.isfinite(rows.columns[name]), rows.columns[name], 0.0)
@@ -169,7 +169,9 @@ def _verdict_by_quantities(
     Quantities that depend only on sizes are compared without an enclosure.
     """
     rows = run_effects(EvaluationBlock(problem.setup, problem.programme, designs), limit.required_quantities)
-    rows = replace(rows, outward={name: _outward_width(rows, name, relative_rounding) for name in rows.columns})
+    rows = replace(
+        rows, outward={name: _largest_outward_difference(rows, name, relative_rounding) for name in rows.columns}
+    )
     outer, inner = (limit.excess(rows.columns_shifted_by_width_share(share), designs) for share in (1.0, -1.0))
     if np.all(outer <= 0.0):
         return BoxVerdict(HELD)

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import UNLIMITED, Budget
-from camopt.model.effects import EvaluationBlock, with_read_quantities
+from camopt.model.effects import EvaluationBlock, quantities_with_those_they_read
 from camopt.model.effects.contacts import select_designs
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limit import ASSEMBLY, Limit, quantities_of_limits
-from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem, at_rounding_error
+from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows, QuantityColumns
 from camopt.solve.verdicts.effect_runs import columns_for_limits, effect_plan, with_effect
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
@@ -79,7 +79,7 @@ def evaluate_with_verdicts_and_effort(
         return rows, Effort()
     if problem.setup.relative_error > SINGLE_DESIGN_ERROR:
         closer, effort = evaluate_with_verdicts_and_effort(
-            at_rounding_error(problem), designs.take(index), wanted, budget
+            with_rounding_relative_error(problem), designs.take(index), wanted, budget
         )
         return rows.replace_rows(index, closer), effort._replace(again=index.size)
     closer = _rows_with_certified_verdicts(problem, designs.take(index), rows.take(index), budget)
@@ -108,7 +108,7 @@ def quantities_with_excess_bounds(
     """
     budget.spend(problem.work(len(designs)))
     case, rows, later = EvaluationBlock(problem.setup, problem.programme, designs), DesignRows({}, len(designs)), []
-    wanted = with_read_quantities(wanted, problem.setup)
+    wanted = quantities_with_those_they_read(wanted, problem.setup)
     for effect, names in effect_plan(wanted | problem.required_quantities, problem.setup):
         if effect.last and not names & wanted:
             later.append((effect, names))

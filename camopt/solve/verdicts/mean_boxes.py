@@ -25,11 +25,11 @@ from camopt.core.numerics.state import Load, State, TrainForces
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import power_means
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.constraints import TurnMeanConstraint
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
@@ -40,21 +40,23 @@ def enclose_mean_power(
     problem: Problem, mean: Mean, box: Designs, inner_designs: Designs, free_names: list[str]
 ) -> SlopedInterval:
     """Enclosure of a curve's mean p-th power over n boxes, with a value and slopes in each box."""
-    if isinstance(mean.curves[0][0], Derivative):
+    if isinstance(mean.curves[0][0], MotionDerivative):
         of_motion = power_means(EvaluationBlock(problem.setup, problem.programme, inner_designs), mean).value
         return as_sloped_interval(of_motion, sloped_boxes(box, inner_designs, free_names, 1)[1])
     parts = [
-        _curve_share_of_mean(problem.programme, mean, k, box, inner_designs, free_names)
+        _mean_range_and_slopes_of_curve(problem.programme, mean, k, box, inner_designs, free_names)
         for k in range(len(mean.curves))
     ]
     value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    point = power_means(EvaluationBlock(at_rounding_error(problem).setup, problem.programme, inner_designs), mean)
+    point = power_means(
+        EvaluationBlock(with_rounding_relative_error(problem).setup, problem.programme, inner_designs), mean
+    )
     finite = np.isfinite(point.value)
     at = Interval(*(np.where(finite, point.value + side * point.error, side * np.inf) for side in (-1.0, 1.0)))
     return narrow_by_mean_value(value, at, slopes, sloped_boxes(box, inner_designs, free_names, 1)[1])
 
 
-def _curve_share_of_mean(
+def _mean_range_and_slopes_of_curve(
     programme: Programme, mean: Mean, curve_number: int, box: Designs, inner_designs: Designs, free_names: list[str]
 ) -> tuple[Interval, Interval]:
     """Share of one curve's pieces in the mean: its range (n,) and its slopes (d, n)."""
@@ -114,7 +116,7 @@ def excess_from_mean_power(
     constraint: TurnMeanConstraint, powers: SlopedInterval, designs: Designs
 ) -> SlopedInterval:
     """Excess over a limit on a mean, from the mean of the curve to the power p."""
-    quantity, allowed = powers * constraint.factor(designs), constraint.upper_bound()
+    quantity, allowed = powers * constraint.factor(designs), constraint.upper_bound_of_each_side()
     scale = value_at_point(quantity).least_magnitude + abs(allowed)
     excess: SlopedInterval = (quantity - allowed) * constraint.side / np.where(scale > 0.0, scale, 1.0)
     return excess
@@ -123,8 +125,8 @@ def excess_from_mean_power(
 def mean_verdict_of_design(problem: Problem, constraint: TurnMeanConstraint, design: Designs) -> str:
     """Verdict on a limit on a mean for one design."""
     mean = power_means(
-        EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design), constraint.mean
+        EvaluationBlock(with_rounding_relative_error(problem).setup, problem.programme, design), constraint.mean
     )
     powers = Interval(mean.value - mean.error, mean.value + mean.error)
-    over = (powers * constraint.factor(design) - constraint.upper_bound()) * constraint.side
+    over = (powers * constraint.factor(design) - constraint.upper_bound_of_each_side()) * constraint.side
     return HELD if over.high[0] <= 0.0 else BROKEN if over.low[0] > 0.0 else UNDECIDED

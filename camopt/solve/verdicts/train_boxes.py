@@ -29,12 +29,12 @@ from camopt.core.numerics.sloped_interval import (
     box_variables,
     range_of,
 )
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.load import ExternalLoad
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import motion_directions, reversed_kinds
-from camopt.model.motion.tool_drive import tool_travel
+from camopt.model.motion.tool_drive import tool_travel_range
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
@@ -65,7 +65,7 @@ def depends_on_train(problem: Problem, limit: Limit) -> bool:
 
 def is_tool_derivative(curve: Any) -> bool:
     """Whether a curve is a derivative of the tool's motion."""
-    return isinstance(curve, Derivative) and not curve.at_follower
+    return isinstance(curve, MotionDerivative) and not curve.at_follower
 
 
 def limit_verdict_over_trains(
@@ -87,10 +87,10 @@ def limit_verdict_over_trains(
     return broken[0] if broken else BoxVerdict(HELD if held else UNDECIDED)
 
 
-def _without_load_for_cam_shape(problem: Problem, constraint: Constraint) -> Problem:
+def _problem_without_load_if_on_shape(problem: Problem, constraint: Constraint) -> Problem:
     """The problem without its load, for a constraint on the cam's shape; else the problem."""
     mechanism = problem.setup.mechanism
-    if constraint.curve in (*mechanism.pitch_curves, mechanism.profile_radius, mechanism.outline):
+    if constraint.curve in (*mechanism.curves_shared_by_pitch_curve, mechanism.profile_radius, mechanism.outline):
         return replace(problem, programme=replace(problem.programme, load=None))
     return problem
 
@@ -107,10 +107,10 @@ def constraint_verdict_over_trains(
     curve: Any = constraint.curve
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
-    if isinstance(curve, Derivative) and not (curve.at_follower and curve.order <= MOST_ORDER):
+    if isinstance(curve, MotionDerivative) and not (curve.at_follower and curve.order <= MOST_ORDER):
         return BoxVerdict(UNDECIDED)
     search = TrainConstraintSearch(
-        _without_load_for_cam_shape(problem, constraint),
+        _problem_without_load_if_on_shape(problem, constraint),
         constraint,
         design,
         tuple(number_ranges),
@@ -194,7 +194,7 @@ class TrainConstraintSearch(ConstraintSearch):
         curve: Any = constraint.curve
         if self.of_train:
             value = curve(motion.designs, motion.driven.links)
-        elif isinstance(curve, Derivative):
+        elif isinstance(curve, MotionDerivative):
             value = motion.driven.state[curve.order]
         else:
             value = curve_value(curve(motion.designs, motion.driven), ..., motion.driven.state)
@@ -213,7 +213,7 @@ class TrainConstraintSearch(ConstraintSearch):
         designs = designs.with_values(dict(zip(self.names, numbers, strict=True)))
         radicands, zero = (
             list[SlopedInterval](),
-            tool_travel(self.problem.programme)[0] - self.tool_programme.levels[0],
+            tool_travel_range(self.problem.programme)[0] - self.tool_programme.lowest_and_highest_displacement[0],
         )
         tool: Any = enclose_state(self.tool_programme.table, parts.panel, middle[0], angle)
         moving: Any = tool.y + zero, tool.y1, tool.y2

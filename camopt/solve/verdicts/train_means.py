@@ -79,7 +79,7 @@ class TrainMeanSearch(TrainConstraintSearch):
         return self.whole_tool_panels({})
 
     @cached_property
-    def turn_parts(self) -> BoxParts:
+    def equal_parts_of_smooth_pieces(self) -> BoxParts:
         """Parts of the pieces."""
         whole = self.smooth_pieces
         ends = np.linspace(whole.low[0], whole.high[0], self.cuts + 1)
@@ -87,13 +87,17 @@ class TrainMeanSearch(TrainConstraintSearch):
         return BoxParts(np.tile(whole.panel, self.cuts), np.tile(whole.side, self.cuts), low, high, whole.whole)
 
     @cached_property
-    def turn_shares(self) -> FloatArray:
+    def turn_share_of_each_part(self) -> FloatArray:
         """Share of the turn of each part."""
-        half = self.tool_programme.table.half_width[self.turn_parts.panel]
-        return np.asarray(half * (self.turn_parts.high[0] - self.turn_parts.low[0]) / (2.0 * np.pi))
+        half = self.tool_programme.table.half_width[self.equal_parts_of_smooth_pieces.panel]
+        return np.asarray(
+            half
+            * (self.equal_parts_of_smooth_pieces.high[0] - self.equal_parts_of_smooth_pieces.low[0])
+            / (2.0 * np.pi)
+        )
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
-        turn, count = self.turn_parts, parts.size
+        turn, count = self.equal_parts_of_smooth_pieces, parts.size
         index = np.repeat(np.arange(turn.size), count)
         low, high = (
             np.vstack([getattr(turn, end)[0, index], np.tile(getattr(parts, end)[1:], turn.size)])
@@ -102,7 +106,8 @@ class TrainMeanSearch(TrainConstraintSearch):
         motion = self.enclose_motion(BoxParts(turn.panel[index], turn.side[index], low, high, parts.whole))
         designs, inside, like = box_and_middle_designs(self.design, self.names, parts)
         shares = [
-            self._curve_share_of_mean(motion, make, kinds, count) for make, kinds in self.constraint.mean.curves
+            self._mean_range_and_slopes_of_curve(motion, make, kinds, count)
+            for make, kinds in self.constraint.mean.curves
         ]
         value, slopes = (sum((share[k] for share in shares[1:]), shares[0][k]) for k in (0, 1))
         slopes = Interval(*(np.vstack([0.0 * end[:1], end[1:]]) for end in (slopes.low, slopes.high)))
@@ -125,13 +130,17 @@ class TrainMeanSearch(TrainConstraintSearch):
             self.panel_stroke_kinds[panel],
         )
 
-    def _curve_share_of_mean(self, motion: Any, make: Any, kinds: int, count: int) -> tuple[Interval, Interval]:
+    def _mean_range_and_slopes_of_curve(
+        self, motion: Any, make: Any, kinds: int, count: int
+    ) -> tuple[Interval, Interval]:
         """Share of one curve's pieces in the mean: its range (n,) and its slopes (1 + d, n)."""
         value = curve_value(make(motion.designs, motion.driven), ..., motion.driven.state)
         sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, motion.angle)
         power = np.square(sloped) if self.constraint.mean.power == 2 else sloped
-        chosen = has_chosen_kind(self.panel_stroke_kinds[self.turn_parts.panel], kinds, self.follower_sense)
-        weights = np.repeat(np.where(chosen, self.turn_shares, 0.0)[:, None], count, axis=1)
+        chosen = has_chosen_kind(
+            self.panel_stroke_kinds[self.equal_parts_of_smooth_pieces.panel], kinds, self.follower_sense
+        )
+        weights = np.repeat(np.where(chosen, self.turn_share_of_each_part, 0.0)[:, None], count, axis=1)
         return enclose_weighted_sums(weights, power.value), enclose_weighted_sums(weights, power.slopes)
 
 
@@ -145,7 +154,7 @@ def mean_power_of_designs(
 ) -> Interval:
     """Means of the curve to the power p for single designs, by Gauss's rule on parts of the tool's turn."""
 
-    def integrals(rule: GaussRule, index: Any) -> FloatArray:
+    def mean_power_by_gauss_rule(rule: GaussRule, index: Any) -> FloatArray:
         batch = designs.take(index)
         angles = middle[:, None] + half[:, None] * rule.nodes
         motion: Any = driven_motion_at_places(
@@ -159,7 +168,7 @@ def mean_power_of_designs(
         return total[None]
 
     with np.errstate(all="ignore"):
-        means = integrate_by_orders(integrals, np.abs, len(designs), MEAN_ERROR)
+        means = integrate_by_orders(mean_power_by_gauss_rule, np.abs, len(designs), MEAN_ERROR)
     value, error = means.value[0], means.error[0]
     finite = np.isfinite(value) & np.isfinite(error)
     return Interval(*(np.where(finite, value + side * error, side * np.inf) for side in (-1.0, 1.0)))

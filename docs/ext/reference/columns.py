@@ -77,8 +77,8 @@ def of_quantities(alike: list[Quantity]) -> Iterator[str]:
     needs = sorted({key for q in alike for key in keys.missing().get(q.name, ())})
     if needs:
         facts.append(f"Needs {', '.join(key_link(key) for key in needs)}.")
-    if first.relation:
-        facts.append(f"As a limit: {'at least' if first.relation == AT_LEAST else 'at most'} so much.")
+    if first.relation_to_limit:
+        facts.append(f"As a limit: {'at least' if first.relation_to_limit == AT_LEAST else 'at most'} so much.")
     if bounds := [key for key in limited() for q in alike if q.name in limited()[key]]:
         facts.append(f"Held by {', '.join(f'{{key}}`limits.{key}`' for key in dict.fromkeys(bounds))}.")
     yield from entry("quantity", [q.name for q in alike], " ".join(facts))

@@ -17,7 +17,7 @@ from camopt.scene.problem.limits import Limit
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.scene_notes import READING_EFFECTS
 from camopt.scene.scene import SCENE_TABLES
-from camopt.scene.scene_templates import PAIRINGS, example_tables, minimal_scene_tables
+from camopt.scene.scene_templates import PAIRINGS, further_key_examples_by_table, minimal_scene_tables
 from camopt.scene.table_places import TOP_TABLE, table_heading
 
 from .markdown import entry, prose, table
@@ -38,7 +38,7 @@ def needed_by(place: str, key: str) -> str:
         readers = READING_EFFECTS[key]
         return ", ".join(f"[{effect}](quantities.md#{effect})" for effect in readers)
     if place == "follower":
-        having = [name for name, (mechanism, tip) in PAIRINGS.items() if key in mechanism.follower_keys(tip)]
+        having = [name for name, (mechanism, tip) in PAIRINGS.items() if key in mechanism.follower_size_keys(tip)]
         return "; ".join(having)
     return ""
 
@@ -81,7 +81,7 @@ def scene_of(mechanism: Mechanism, tip: Tip, *, full: bool) -> Scene:
     plain = Scene.from_dict(minimal_scene_tables(mechanism, tip))
     if not full:
         return plain
-    more, needed = example_tables(plain), ("thickness", "bore", *mechanism.body.solid)
+    more, needed = further_key_examples_by_table(plain), ("thickness", "bore", *mechanism.body.solid)
     part = {f"part.{key}": more["part"][key] for key in needed}
     tables = {name: more[name] for name in ("follower.dynamics", "drive", "materials")}
     return plain.replace(**{"cam.rpm": 300}, **tables, **part)

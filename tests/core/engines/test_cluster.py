@@ -118,8 +118,8 @@ def test_what_fails_in_a_worker_fails_here(engine):
 
 @pytest.mark.parametrize("share", ["camopt 1.2.3", "numpy 1.2.3"])
 def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
-    own, other = dask_cluster.result_versions(), f"{share}, and more"
-    monkeypatch.setattr(dask_cluster, "result_versions", lambda: other)
+    own, other = dask_cluster.versions_of_camopt_numpy_and_scipy(), f"{share}, and more"
+    monkeypatch.setattr(dask_cluster, "versions_of_camopt_numpy_and_scipy", lambda: other)
     with pytest.raises(BadInput) as refusal:
         list(engine.results_in_order(sines, range(3)))
     (line,) = str(refusal.value).splitlines()
@@ -129,15 +129,15 @@ def test_a_worker_with_other_versions_is_refused(engine, monkeypatch, share):
 
 
 def test_the_versions_are_all_on_which_a_result_depends(monkeypatch):
-    own = dask_cluster.result_versions()
+    own = dask_cluster.versions_of_camopt_numpy_and_scipy()
     for package in (np, scipy):
         with monkeypatch.context() as patch:
             patch.setattr(package, "__version__", "1.2.3")
-            assert dask_cluster.result_versions() != own
+            assert dask_cluster.versions_of_camopt_numpy_and_scipy() != own
     monkeypatch.setattr(
         dask_cluster, "camopt_and_kernel_version", lambda: "1.2.3"
     )  # camopt, kernels, numba and Python
-    assert dask_cluster.result_versions() != own
+    assert dask_cluster.versions_of_camopt_numpy_and_scipy() != own
 
 
 def test_few_results_wait_to_be_read(engine, tmp_path):

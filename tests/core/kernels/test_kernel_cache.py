@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt.core.kernels import kernel_cache
-from camopt.core.kernels.arguments import NUMBER, argument_kind
+from camopt.core.kernels.arguments import NUMBER, kernel_argument_type
 from camopt.core.kernels.compile import NEVER_COMPILE, Kernel
 from camopt.core.kernels.kernel_cache import (
     DIGEST_SIZE,
@@ -24,7 +24,7 @@ from camopt.core.kernels.kernel_cache import (
     kernel_cache_root,
     open_version_folder,
 )
-from camopt.core.kernels.machine_code import ObjectCode, processor
+from camopt.core.kernels.machine_code import ObjectCode, target_system_cpu_and_features
 from camopt.core.kernels.version import KERNEL_FOLDERS
 
 PACKAGE = Path(kernel_cache.__file__).parents[2]
@@ -37,7 +37,7 @@ def total(values, result):
 
 
 VALUES, RESULT = np.arange(5.0), np.empty(1)
-KINDS = argument_kind(VALUES), argument_kind(RESULT)
+KINDS = kernel_argument_type(VALUES), kernel_argument_type(RESULT)
 compiles = pytest.mark.skipif(NEVER_COMPILE, reason="nothing is compiled")
 
 
@@ -152,13 +152,13 @@ def test_a_folder_in_place_of_a_file_is_no_trouble(tmp_path):
 def test_the_processor_is_the_one_that_numba_compiles_for():
     from numba.core.registry import cpu_target
 
-    assert processor() == cpu_target.target_context.codegen().magic_tuple()
+    assert target_system_cpu_and_features() == cpu_target.target_context.codegen().magic_tuple()
 
 
 @compiles
 def test_another_processor_has_files_of_its_own(tmp_path, monkeypatch):
     is_loaded_from(tmp_path)
-    monkeypatch.setattr(kernel_cache, "processor", lambda: ("another", "processor", ""))
+    monkeypatch.setattr(kernel_cache, "target_system_cpu_and_features", lambda: ("another", "processor", ""))
     assert not is_loaded_from(tmp_path)
     assert len(list(tmp_path.iterdir())) == 2
 

@@ -17,7 +17,7 @@ from camopt.core.kernels import compile, dispatchers, kernel_cache
 from camopt.core.kernels.address_calls import (
     AddressedKernel,
     address_of_values,
-    call,
+    call_by_address,
     called_by_address,
     function_address,
 )
@@ -33,13 +33,13 @@ from camopt.core.kernels.compile import (
 from camopt.core.kernels.kernel_cache import KernelFile
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, workspace
-from camopt.core.numerics.extremes import SEARCH_WORK, search_all, search_curve
+from camopt.core.numerics.extremes import SEARCH_WORK, answer_all_questions_on_curve, search_curve
 from camopt.core.numerics.jet import Jet, power
 from camopt.core.numerics.workspace import TILE
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.surface import inverse_film_curve
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.scene import Scene, find_scene
 
 pytestmark = pytest.mark.skipif(compile.NEVER_COMPILE, reason="nothing is compiled")
@@ -57,7 +57,7 @@ def kernel_of_halves(work=0.0, size=1.0):
         pass
 
     begin = called_by_kernels(start)
-    begin.array_version(lambda: PLAIN_RUN.add_formula_work(work - FORMULA_CALL_WORK))
+    begin.array_version(lambda: PLAIN_RUN.add_formula_work_within_limit(work - FORMULA_CALL_WORK))
 
     def halves(x, out):
         begin()
@@ -77,7 +77,7 @@ def compiles_for(kernel, count):
 
 def cost_of(kernel):
     """The work for which it is compiled."""
-    return kernel.work_until_compiled((ArgumentKind(NUMBER.name, 1),) * 2)
+    return kernel.work_left_until_compiling_pays((ArgumentKind(NUMBER.name, 1),) * 2)
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
     monkeypatch.setattr(KernelFile, "exists", False)
     monkeypatch.setattr(dispatchers.Dispatcher, "compile", refuse)
-    problem = at_rounding_error(resolve(find_scene("roller-1000rpm")))
+    problem = with_rounding_relative_error(resolve(find_scene("roller-1000rpm")))
     fresh = compiled_once_it_pays(work=SEARCH_WORK)(search_curve.py_func)
     monkeypatch.setattr("camopt.core.numerics.extremes.search_curve", fresh)
     found = curve_of(problem, problem.setup.mechanism.pressure, 1)
@@ -193,7 +193,7 @@ def curve_of(problem, make, count):
 @pytest.mark.parametrize("curve", ["pressure", "curvature"])
 def test_compiled_and_plain_extremes_are_the_same_bits(name, curve, monkeypatch):
     """Of more designs than there are in a tile; that of the plain form is made as small as the other one."""
-    problem = at_rounding_error(resolve(find_scene(name)))
+    problem = with_rounding_relative_error(resolve(find_scene(name)))
     make = getattr(problem.setup.mechanism, curve)
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, make, TILE + 1)
@@ -211,7 +211,7 @@ def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, desig
 
     The film of a flat face is none where its speed is 0, and takes a hundred times as long.
     """
-    problem = at_rounding_error(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
+    problem = with_rounding_relative_error(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
     film = partial(inverse_film_curve, problem.setup)
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
     compiled = curve_of(problem, film, designs)
@@ -247,11 +247,11 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
 
 def test_one_compiled_search_serves_every_curve(monkeypatch):
     monkeypatch.setattr(compile, "COMPILATION", 0.0)
-    problem = at_rounding_error(resolve(find_scene("roller-1000rpm")))
+    problem = with_rounding_relative_error(resolve(find_scene("roller-1000rpm")))
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
         curve_of(problem, make, MANY)
-    assert len(search_all.loaded) == 1
+    assert len(answer_all_questions_on_curve.loaded) == 1
     assert len(search_curve.loaded) >= 3
 
 
@@ -266,13 +266,13 @@ def scale_each(factor, shift, x, out):
     made = (factor, shift)
     place, code = address_of_values(made), function_address(scaled_power, made)
     for i in range(x.size):
-        out[i] = call(code, (place, x[i], 2))
+        out[i] = call_by_address(code, (place, x[i], 2))
 
 
 @compiled
 def scaled_wrongly(factor, shift, x):
     made = (factor, shift)
-    x[0] = call(function_address(scaled_power, made), (address_of_values(made), x))
+    x[0] = call_by_address(function_address(scaled_power, made), (address_of_values(made), x))
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -299,7 +299,7 @@ def halve_all(x):
 
 @compiled
 def by_address(x, code):
-    call(code, (x,))
+    call_by_address(code, (x,))
 
 
 @pytest.mark.usefixtures("_no_disk")

@@ -13,9 +13,9 @@ from camopt.core.kernels import compile
 from camopt.core.kernels.arguments import (
     NONE,
     argument_c_types,
-    argument_kind,
     as_pinned_tuple,
     flatten_to_machine_arguments,
+    kernel_argument_type,
 )
 from camopt.core.kernels.compile import compiled
 from camopt.core.kernels.numba_types import numba_type
@@ -32,7 +32,7 @@ ARGUMENTS = [
 
 @pytest.mark.parametrize("value", ARGUMENTS)
 def test_the_type_of_an_argument_is_numbas(value):
-    assert numba_type(argument_kind(value)) == typeof(value)
+    assert numba_type(kernel_argument_type(value)) == typeof(value)
 
 
 IN_LLVM = {"c_void_p": "pointer", "c_long": "i64", "c_double": "double", "c_bool": "i8"}
@@ -41,8 +41,8 @@ IN_LLVM = {"c_void_p": "pointer", "c_long": "i64", "c_double": "double", "c_bool
 def test_a_tuple_that_lasts_is_taken_for_what_it_is():
     value = Precision(MANY, (MANY[::2], None))
     kept = as_pinned_tuple(value)
-    assert (argument_kind(kept), flatten_to_machine_arguments([kept, 2])) == (
-        argument_kind(value),
+    assert (kernel_argument_type(kept), flatten_to_machine_arguments([kept, 2])) == (
+        kernel_argument_type(value),
         flatten_to_machine_arguments([value, 2]),
     )
     assert kept.location[0] is value.location[0]
@@ -50,7 +50,7 @@ def test_a_tuple_that_lasts_is_taken_for_what_it_is():
 
 @pytest.mark.parametrize("value", [*ARGUMENTS, SEARCH_ADDRESS])
 def test_machine_code_takes_the_numbers_that_numba_makes_of_an_argument(value):
-    kind = argument_kind(value)
+    kind = kernel_argument_type(value)
     convention = cpu_target.target_context.call_conv
     shape = convention.get_function_type(numba_type(NONE), (numba_type(kind),))
     asked = ["pointer" if each.is_pointer else str(each) for each in shape.args[2:]]  # after result and error
@@ -62,7 +62,7 @@ def test_a_number_for_each_type(value):
     made = [
         kind(number).value
         for kind, number in zip(
-            argument_c_types([argument_kind(value)]), flatten_to_machine_arguments([value]), strict=True
+            argument_c_types([kernel_argument_type(value)]), flatten_to_machine_arguments([value]), strict=True
         )
     ]
     assert all(number is None or isinstance(number, int | float) for number in made)
@@ -73,7 +73,7 @@ def test_a_number_for_each_type(value):
 )
 def test_what_no_kernel_takes_is_refused(value):
     with pytest.raises(TypeError, match="a kernel takes numbers, arrays of them, and tuples, not"):
-        argument_kind((1.0, value))
+        kernel_argument_type((1.0, value))
 
 
 @compiled

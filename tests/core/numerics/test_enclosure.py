@@ -16,7 +16,7 @@ from camopt.core.numerics.sloped_interval import PARTIALS, Quotient, as_quotient
 from camopt.core.quantities import QUANTITIES
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import LOAD_LIMITS
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.enclosure import enclose_limits, size_constraints_with_variants
 from camopt.solve.verdicts.feasible_filter import feasible_designs
@@ -44,7 +44,7 @@ def limits_of(name):
     cam, rng, limits = evaluate(scene_of(name)), np.random.default_rng(7), {}
     for key, quantity in LOAD_LIMITS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0:
-            limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].side * rng.uniform(0.0, 0.02)))
+            limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].limit_sign * rng.uniform(0.0, 0.02)))
     if "jamming_margin" in limits:
         limits["jamming_margin"] = min(limits["jamming_margin"], 0.99)
     limits["pressure_angle"] = min(80.0, 1.01 * cam["pressure_angle_max_deg"]) or 45.0
@@ -55,7 +55,7 @@ def limits_of(name):
 @cache
 def limited_problem(name):
     """The question with all limits."""
-    return at_rounding_error(resolve(scene_of(name, limits_of(name))))
+    return with_rounding_relative_error(resolve(scene_of(name, limits_of(name))))
 
 
 @cache
@@ -68,7 +68,7 @@ def problem_with_some_limits(name):
     limits = {
         key: bound for key, bound in limits_of(name).items() if is_deep() or (KEYS.index(key) + first) % 4 == 0
     }
-    return at_rounding_error(resolve(scene_of(name, limits)))
+    return with_rounding_relative_error(resolve(scene_of(name, limits)))
 
 
 def free_of(problem):
@@ -234,7 +234,9 @@ def may_hold(problem, designs, angles):
             values = (
                 constraint.factor(each) * value_and_slope(constraint.curve(each, problem.programme), ..., state)[0]
             )
-        broken = np.any([side * values > constraint.upper_bound() for side in constraint.sides], axis=0)
+        broken = np.any(
+            [side * values > constraint.upper_bound_of_each_side() for side in constraint.side_signs], axis=0
+        )
         designs = designs.take(~np.any(broken.reshape(len(designs), sides.size), axis=1))
     return designs
 

@@ -19,8 +19,15 @@ from camopt.core.kernels.compile import compiled
 from camopt.core.numerics import INPUT_ROUNDOFF, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT_ROUNDOFF
 from camopt.core.numerics.climbing import PanelPartEnds
 from camopt.core.numerics.curves import Linear, value_and_slope
-from camopt.core.numerics.extremes import Precision, extremes
-from camopt.core.numerics.halving import CLIMBS, CONCAVE, SETTLED, UNSETTLED, classify_part, classify_parts
+from camopt.core.numerics.extremes import Precision, extremes_of_curve
+from camopt.core.numerics.halving import (
+    CLIMBS,
+    CONCAVE,
+    SETTLED,
+    UNSETTLED,
+    classify_and_bound_part,
+    classify_and_bound_parts,
+)
 from camopt.core.numerics.interval import LIBRARY_ERROR, Interval
 from camopt.core.numerics.jet import JET_FIELDS, Jet
 from camopt.core.numerics.piecewise import state_jets_over_part, state_jets_over_row
@@ -225,7 +232,7 @@ def test_an_enclosure_holds_the_exact_value_of_a_line():
     """a·y + constant is largest on the dwell at the top: in fractions. Its value rounds, and its width says so."""
     turn, rng, count = programme("cycloidal", angular=False), np.random.default_rng(4), 400
     f = Linear(rng.uniform(0.1, 1, count), *np.zeros((2, count)), rng.uniform(-9, 9, count))
-    value, _, width = extremes(f, count, turn.table, [(DWELL, LARGEST)], Precision(1e-9, np.inf))
+    value, _, width = extremes_of_curve(f, count, turn.table, [(DWELL, LARGEST)], Precision(1e-9, np.inf))
     rounded = 0
     for i in range(count):
         exact = Fraction(f.displacement[i]) * 30 + Fraction(f.constant[i])
@@ -239,7 +246,7 @@ def test_lines_have_the_extremes_of_their_polynomials():
     """Random combinations of y, y' and y'', against the roots of each panel's derivative."""
     turn, rng, count = programme("poly4567", angular=False), np.random.default_rng(6), 8
     f = Linear(*rng.normal(size=(3, count)), np.zeros(count))
-    value, _, width = extremes(
+    value, _, width = extremes_of_curve(
         f, count, turn.table, [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)], Precision(1e-13, np.inf)
     )
     for i in range(count):
@@ -263,7 +270,9 @@ def test_no_extreme_is_below_a_floor(goal, designs, compilation, monkeypatch):
     }
     exact = np.array([extreme[goal](end) for end in ends])
     for floor in (*exact[:4] * (1 + 1e-6), *exact[4:] * (1 - 1e-6), -np.inf, 1e3):
-        value, _, width = extremes(f, designs, turn.table, [(ALL_STROKES, goal)], Precision(1e-9, np.inf, floor))
+        value, _, width = extremes_of_curve(
+            f, designs, turn.table, [(ALL_STROKES, goal)], Precision(1e-9, np.inf, floor)
+        )
         found, expected = (-value if goal == LEAST else value)[0, :8], np.maximum(exact, floor)
         assert np.all(expected <= found + width[0, :8] + 1e-12 * expected)
         assert np.all(found <= expected * (1 + 1e-12))
@@ -273,7 +282,9 @@ def test_no_extreme_is_below_a_floor(goal, designs, compilation, monkeypatch):
 def test_a_curve_that_is_nothing_is_known_exactly():
     turn, zero = programme("cycloidal", angular=False), np.zeros(1)
     questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (ALL_STROKES, LARGEST_MAGNITUDE)]
-    value, _, width = extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, Precision(1e-9, np.inf))
+    value, _, width = extremes_of_curve(
+        Linear(zero, zero, zero, zero), 1, turn.table, questions, Precision(1e-9, np.inf)
+    )
     assert np.all(value == 0.0)
     assert np.all(width == 0.0)
 
@@ -514,7 +525,7 @@ def look(parts, found):
     """``looked_at`` for rows of its arguments: (verdict, bound, concavity)."""
     for k in range(parts.shape[0]):
         part = parts[k]
-        verdict, bound, concavity = classify_part(
+        verdict, bound, concavity = classify_and_bound_part(
             PanelPartEnds(part[0], part[1], part[2], part[3], part[4], part[5]), part[6], part[7], part[8]
         )
         found[k, 0], found[k, 1], found[k, 2] = verdict, bound, concavity
@@ -538,7 +549,9 @@ def test_what_is_said_of_a_part_is_the_truth_of_a_cubic():
         verdict, bound, concavity = found[0]
         seen.add(verdict)
         one = PanelPartEnds(low, high, *np.array(part[2:6])[:, None])
-        assert np.array_equal(np.ravel(classify_parts(one, np.array([third]), half_width, enough)), found[0])
+        assert np.array_equal(
+            np.ravel(classify_and_bound_parts(one, np.array([third]), half_width, enough)), found[0]
+        )
         if abs(most) < 1e-9 * (third * width + abs(least)):
             continue  # rounding decides
         if most < 0.0:

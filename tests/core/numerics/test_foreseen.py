@@ -12,7 +12,7 @@ from support.depth import times
 
 from camopt import Scene
 from camopt.core.kernels.address_calls import address_of_values
-from camopt.core.numerics.curve_kernels import evaluator
+from camopt.core.numerics.curve_kernels import evaluator_with_function_addresses
 from camopt.core.numerics.panel_prefetch import HALF_LEVELS, caching_evaluator
 from camopt.model.effects.loads import contact_load_curve, torque_curve
 from camopt.model.effects.surface import inverse_film_curve
@@ -40,7 +40,7 @@ def evaluators(contact):
     same = problem.design.take(np.zeros(DESIGNS, dtype=int))
     designs = replace(same, size=same.size * np.linspace(1.0, 1.2, DESIGNS))
     made = [(f, problem.programme.table) for f in curves_of(contact, problem.setup, designs, problem.programme)]
-    return [evaluator(each, address_of_values(each)) for each in made]
+    return [evaluator_with_function_addresses(each, address_of_values(each)) for each in made]
 
 
 def part_from(design, turns):

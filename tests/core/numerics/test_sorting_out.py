@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from camopt.core.kernels.arguments import argument_kind
+from camopt.core.kernels.arguments import kernel_argument_type
 from camopt.core.kernels.compile import NEVER_COMPILE
 from camopt.core.numerics import block_filter
 from camopt.core.numerics.block_filter import (
     DesignBlock,
     PitchVerdicts,
     RadiusRanges,
-    count_held_and_open_designs,
+    block_counts_and_least_costs,
     gather_feasible_designs,
 )
 
@@ -49,11 +49,11 @@ def dominance_by_loop(known, block, sizes, most):
 )
 def way(request, monkeypatch):
     if request.param == "compiled":
-        for name in ("write_block_counts", "write_feasible_designs"):
+        for name in ("write_block_counts_and_least_costs", "write_feasible_designs"):
             kernel = getattr(block_filter, name)
 
             def compiled(*given, kernel=kernel):
-                kernel.machine_code(tuple(map(argument_kind, given)))(given)
+                kernel.machine_code(tuple(map(kernel_argument_type, given)))(given)
 
             monkeypatch.setattr(block_filter, name, compiled)
 
@@ -64,7 +64,7 @@ def test_a_block_is_sorted_out_as_one_design_after_another(sizes):
     rng = np.random.default_rng(5)
     for _ in range(5):
         known, block = of_chance(rng)
-        counts, least = count_held_and_open_designs(known, block, sizes)
+        counts, least = block_counts_and_least_costs(known, block, sizes)
         most = rng.choice([-np.inf, 1.0, 2.0, np.inf], sizes)
         expected, cheapest, told, open_ = dominance_by_loop(known, block, sizes, most)
         assert tuple(counts) == expected

@@ -11,7 +11,7 @@ from camopt.core.kernels.compile import compiled
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.jet import UNIT_ROUNDOFF
 from camopt.core.numerics.stable_functions import triangle_angle
-from camopt.core.numerics.trigonometry import arctangent, rotate, sine_cosine
+from camopt.core.numerics.trigonometry import arctangent, cosine_and_sine_of_sum, sine_cosine
 
 
 @compiled
@@ -76,7 +76,7 @@ def test_small_angles_keep_their_digits(y):
 
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_an_angle_turned_on(start, y):
-    cosine, sine = rotate(np.cos(start), np.sin(start), y)
+    cosine, sine = cosine_and_sine_of_sum(np.cos(start), np.sin(start), y)
     assert cosine == pytest.approx(np.cos(start + y), abs=8 * UNIT_ROUNDOFF)
     assert sine == pytest.approx(np.sin(start + y), abs=8 * UNIT_ROUNDOFF)
 

@@ -27,7 +27,12 @@ from camopt.core.storage.manifest import (
     open_checked_result_file,
     read_manifest,
 )
-from camopt.core.storage.publishing import finish_publishing, path_to_revise_file, publication, published_answer
+from camopt.core.storage.publishing import (
+    finish_publishing,
+    path_to_revise_file,
+    publication,
+    published_answer_to_same_question,
+)
 from camopt.core.storage.tables import write_table
 
 MAY_WRITE = ("a.txt", "b.txt", "c.txt")
@@ -463,11 +468,11 @@ def test_an_answer_is_given_to_the_same_question_where_each_file_is_whole(tmp_pa
     with publication(tmp_path, "sweep", MAY_WRITE, question={"of": "a"}) as unit:
         write_text(unit.staged_path("a.txt"), "1")
         unit.answer = {"rows": 3}
-    assert published_answer(tmp_path, "sweep", {"of": "a"}) == {"rows": 3}
-    assert published_answer(tmp_path, "sweep", {"of": "b"}) is None
-    assert published_answer(tmp_path, "optimise", {"of": "a"}) is None
+    assert published_answer_to_same_question(tmp_path, "sweep", {"of": "a"}) == {"rows": 3}
+    assert published_answer_to_same_question(tmp_path, "sweep", {"of": "b"}) is None
+    assert published_answer_to_same_question(tmp_path, "optimise", {"of": "a"}) is None
     (tmp_path / "a.txt").write_text("2")
-    assert published_answer(tmp_path, "sweep", {"of": "a"}) is None
+    assert published_answer_to_same_question(tmp_path, "sweep", {"of": "a"}) is None
 
 
 def test_what_the_manifest_does_not_name_or_that_differs_is_not_read(tmp_path):

@@ -63,10 +63,10 @@ def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, 
     (undercut,) = (each for each in problem.limits if each.name == UNDERCUT)
     limit = replace(limit, bound=limit.bound * rng.uniform(0.7, 1.3))
     mechanism, count = problem.setup.mechanism, 8
-    curves = mechanism.standard_profile_designs(problem.design.take(np.zeros(count, dtype=int)))
+    curves = mechanism.standard_profile_reduction(problem.design.take(np.zeros(count, dtype=int)))
     curves = replace(curves, size=curves.size * rng.uniform(0.8, 1.5, count))
     case = EvaluationBlock(problem.setup, problem.programme, curves)
-    told, of_one = (limit.feasible_bodies(case, some) for some in (ALL, ONE))
+    told, of_one = (limit.sure_and_possible_body_radii(case, some) for some in (ALL, ONE))
     assert limit.pitch_curve_quantities == ()
     ends = np.array([np.broadcast_to(end, count) for each in told for end in each])
     ends = np.where((ends > ALL.least) & (ends < ALL.most), ends, 10.0)
@@ -90,7 +90,10 @@ def test_pitch_curves_do_not_tell_of_a_point_nor_of_a_rubbing_guide(contact):
     problem = resolve(Scene.from_dict(data))
     (limit,) = (each for each in problem.limits if each.set_by_scene)
     assert limit.pitch_curve_quantities is None
-    assert limit.feasible_bodies(EvaluationBlock(problem.setup, problem.programme, problem.design), ALL) is None
+    assert (
+        limit.sure_and_possible_body_radii(EvaluationBlock(problem.setup, problem.programme, problem.design), ALL)
+        is None
+    )
 
 
 TRACED = [contact for contact in CAMS if contact not in ("flat", "swinging-face")]
@@ -101,7 +104,7 @@ def limit_and_curves(contact, law, factor):
     """The limit of a contact with another bound, and a block of pitch curves."""
     problem = problem_of(contact, law, "cw")
     (limit,) = (each for each in problem.limits if each.set_by_scene)
-    curves = problem.setup.mechanism.standard_profile_designs(problem.design.take(np.zeros(5, dtype=int)))
+    curves = problem.setup.mechanism.standard_profile_reduction(problem.design.take(np.zeros(5, dtype=int)))
     curves = replace(curves, size=curves.size * np.linspace(0.9, 1.5, 5))
     case = EvaluationBlock(problem.setup, problem.programme, curves)
     return replace(limit, bound=limit.bound * factor), case
@@ -124,9 +127,9 @@ def test_the_largest_force_and_curvature_bound_the_load_at_every_cam_angle(conta
 def test_a_limit_far_from_the_stress_is_decided_without_a_search_of_the_load(contact, monkeypatch):
     monkeypatch.setattr(bearing_radii, "used_bearing_share", None)
     loose, case = limit_and_curves(contact, "cycloidal", 10.0)
-    sure, _ = loose.feasible_bodies(case, RadiusRange(9.0, 11.0))
+    sure, _ = loose.sure_and_possible_body_radii(case, RadiusRange(9.0, 11.0))
     assert np.all(sure.contains(np.full(5, 9.0)) & sure.contains(np.full(5, 11.0)))
     if len(case.setup.mechanism.flanks) == 1:  # the other flank may still be searched
         tight, case = limit_and_curves(contact, "cycloidal", 0.1)
-        _, possible = tight.feasible_bodies(case, RadiusRange(9.0, 11.0))
+        _, possible = tight.sure_and_possible_body_radii(case, RadiusRange(9.0, 11.0))
         assert not np.any(possible.least <= possible.most)

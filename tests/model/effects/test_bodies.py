@@ -26,7 +26,8 @@ def test_bodies_hold_where_the_weight_times_the_extreme_is_at_most_one(weight, r
     )
     held = np.where(np.isfinite(extreme), product, extreme) <= 1.0
     surely, perhaps = (
-        weight(radius).allowed_radii(extreme, room).contains(body) for room in (CLEAR_SHARE, -CLEAR_SHARE)
+        weight(radius).radii_with_weighted_extreme_below_1(extreme, room).contains(body)
+        for room in (CLEAR_SHARE, -CLEAR_SHARE)
     )
     assert not np.any(surely & ~held)
     assert not np.any(held & ~perhaps)

@@ -14,7 +14,7 @@ from support.ribs import centres, rib
 
 from camopt import BadInput, Scene, certify, evaluate, optimise, sweep
 from camopt.core.numerics.curves import value_and_slope
-from camopt.model.effects.clearance import design_flights, half_gap
+from camopt.model.effects.clearance import flights_and_followers_by_setting, half_gap
 from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.flight import simulate_flights
 from camopt.model.effects.loads import contact_load_curve
@@ -195,7 +195,7 @@ def test_a_follower_flies_as_it_does_between_drawn_walls(form, seed):
     problem = groove_problem(form, seed)
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     walls = (Walls if form in FORMS else Flanks)(problem)
-    flights, followers = design_flights(case)
+    flights, followers = flights_and_followers_by_setting(case)
     ends = simulate_flights(case.programme, followers, flights, half_gap(case))
     assert flights.angle.size >= 2
     checked = 0
@@ -298,7 +298,7 @@ def test_the_spin_of_a_roller_turns_round_and_slips_as_points_of_both_walls_say(
     problem, scene = groove_problem(form, 0), grooved_scene(form, 0, clearance=1e-9)
     walls, omega, radius = Walls(problem), problem.setup.omega, problem.design.roller_radius[0]
     row = evaluate(scene)
-    flights, _ = design_flights(EvaluationBlock(problem.setup, problem.programme, problem.design))
+    flights, _ = flights_and_followers_by_setting(EvaluationBlock(problem.setup, problem.programme, problem.design))
     one, other = (omega * spin_rate(walls, flights.angle, k) for k in (0, 1))
     assert np.all(one * other < 0.0)
     change = np.abs(other - one).max()
@@ -325,7 +325,7 @@ def test_a_roller_skids_until_friction_has_turned_it(form):
     problem = groove_problem(form, 0)
     setup, turn, design = problem.setup, problem.programme, problem.design
     case, omega, radius = EvaluationBlock(setup, turn, design), setup.omega, design.roller_radius[0]
-    flights, followers = design_flights(case)
+    flights, followers = flights_and_followers_by_setting(case)
     ends = simulate_flights(turn, followers, flights, half_gap(case))
     own, lever, times = setup.dynamics, design.arm_length[0] if setup.angular else 1.0, []
     for k in range(flights.angle.size):

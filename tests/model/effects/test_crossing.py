@@ -32,12 +32,12 @@ from camopt.model.mechanisms.geometry import cam_curves, profile_points
 from camopt.model.motion import LAWS
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem import limits
-from camopt.scene.problem.problem import Problem, at_rounding_error, resolve
+from camopt.scene.problem.problem import Problem, resolve, with_rounding_relative_error
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import branch_and_bound
 from camopt.solve.smallest.grid_search import shrink_on_grids
-from camopt.solve.smallest.optimise import _clear_above_size
-from camopt.solve.smallest.result import SmallestCam, empty_crossing_memory, first_feasible_design
+from camopt.solve.smallest.optimise import _size_above_which_cams_hold
+from camopt.solve.smallest.result import SmallestCam, empty_known_crossings, first_feasible_design
 from camopt.solve.smallest.smallest import _solve_without_deferred_limits as least_of_others
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.verdicts.effect_runs import run_effects
@@ -428,7 +428,7 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     designs = Designs(**{**fixed, **sizes}, sense=1.0)
     designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
     case = with_pressure_angle(EvaluationBlock(problem.setup, problem.programme, designs))
-    held = case.outer_bound("pressure_angle_max_deg") <= 30.0
+    held = case.outer_end_of_column_enclosure("pressure_angle_max_deg") <= 30.0
     assert held.sum() > 200
     assert pressure_angle_proves_no_crossing(case)[held].mean() > 0.99
 
@@ -457,9 +457,9 @@ def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, scene, free, en
 
     The cams of arms would run through the pivot: here it stands beside the plane of the cam.
     """
-    implied = limits._inherent_limits
+    implied = limits._limits_of_every_cam
     monkeypatch.setattr(
-        limits, "_inherent_limits", lambda setup: [x for x in implied(setup) if x.name != "pivot_in_cam"]
+        limits, "_limits_of_every_cam", lambda setup: [x for x in implied(setup) if x.name != "pivot_in_cam"]
     )
     monkeypatch.setattr("camopt.solve.smallest.branch_and_bound.BoxSearch.most_boxes", boxes)
     scene = scene()
@@ -578,7 +578,7 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
 
 def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:
     """The same lobe at prime radii from 7.6 up: the small ones cross themselves, the large ones do not."""
-    problem = at_rounding_error(resolve(lobe(touching_roller("parabolic")[0], prime=8.0)))
+    problem = with_rounding_relative_error(resolve(lobe(touching_roller("parabolic")[0], prime=8.0)))
     designs = problem.design.take(np.zeros(count, dtype=int))
     return problem, replace(designs, size=designs.size + np.linspace(-0.4, 2.0, count))
 
@@ -596,7 +596,7 @@ def test_when_the_budget_is_spent_nothing_more_is_asked_of_crossings():
     assert np.all(cut.outer[-1] == np.inf)
     assert np.all(cut.inner[-1] == -np.inf)
     for budget, first in ((UNLIMITED, designs.take([np.argmin(crossing)])), (Budget(0.0), None)):
-        found = first_feasible_design(problem, designs, empty_crossing_memory(problem), budget)
+        found = first_feasible_design(problem, designs, empty_known_crossings(problem), budget)
         assert (found and found.size) == (first and first.size)
 
 
@@ -607,7 +607,7 @@ def test_when_the_budget_is_spent_a_feasible_design_is_kept():
     assert shrink_on_grids(problem, bounds, large).size < large.size
     assert shrink_on_grids(problem, bounds, large, budget=Budget(0.0)).size == large.size
     whole, cut = (
-        _clear_above_size(problem, SmallestCam(large, 0.0), budget) for budget in (UNLIMITED, Budget(0.0))
+        _size_above_which_cams_hold(problem, SmallestCam(large, 0.0), budget) for budget in (UNLIMITED, Budget(0.0))
     )
     assert whole == large.size
     assert cut == pytest.approx(large.size + 10.0 * large.prime_radius)

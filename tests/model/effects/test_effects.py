@@ -12,7 +12,7 @@ from camopt import BadInput, find_scene, optimise
 from camopt.cli.main import main
 from camopt.core.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
-from camopt.model.effects import EFFECTS, EvaluationBlock, plan_effects
+from camopt.model.effects import EFFECTS, EvaluationBlock, quantities_to_compute_by_effect
 from camopt.model.effects.effect import EnclosedValue, no_columns
 from camopt.scene.problem.problem import resolve
 from camopt.scene.tables import Dynamics, Materials
@@ -84,7 +84,7 @@ def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     assert entries["crossing"].called_by == ("limits.self_crossing",)  # asked of every cam
     assert entries["pressure"].called_by == ("effect crossing",)
     problem = resolve(scene)
-    assert list(plan_effects(problem.evaluated_quantities, problem.setup)) == list(entries)
+    assert list(quantities_to_compute_by_effect(problem.evaluated_quantities, problem.setup)) == list(entries)
 
 
 def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):

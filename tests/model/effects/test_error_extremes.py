@@ -8,11 +8,11 @@ from support.real_cams import cams_of
 from support.ribs import rib
 
 import camopt
-from camopt.model.effects.motion import motion_error_names, motion_unit_factor
+from camopt.model.effects.motion import motion_error_quantity_names, motion_unit_factor
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import permitted_error_ranges_by_key
+from camopt.solve.tolerances.errors import error_ranges_at_all_contacts
 from camopt.solve.tolerances.tolerance import first_order_errors
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
@@ -47,7 +47,7 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
     scene = scene_of(kind)
     problem = resolve_design(scene)
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
-    ends, worst = permitted_error_ranges_by_key(scene, problem), np.zeros(3)
+    ends, worst = error_ranges_at_all_contacts(scene, problem), np.zeros(3)
     cams = cams_of(problem, 0)
     for corner in product(*ends.values()):
         off = {key: np.full(DENSE.size, end) for key, end in zip(ends, corner, strict=True)}
@@ -56,7 +56,7 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
             for order in range(3)
         ]
         worst = np.maximum(worst, errors)
-    told = np.array([found[name] for name in motion_error_names(problem.setup)[:3]])
+    told = np.array([found[name] for name in motion_error_quantity_names(problem.setup)[:3]])
     finite = np.isfinite(told)  # the law of one jumps
     assert finite[:2].all()
     np.testing.assert_allclose(worst[finite], told[finite], rtol=8e-3)
@@ -67,7 +67,7 @@ def test_they_are_those_of_the_tables_with_profiles_and_bores_too(kind):
     scene = scene_of(kind, profile=0.01, waves=9, bore_eccentricity=0.02)
     turn = TurnErrors(scene, resolve_design(scene))
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
-    names = motion_error_names(turn.problem.setup)
+    names = motion_error_quantity_names(turn.problem.setup)
     np.testing.assert_allclose(
         [found[n] for n in names[:3]], [e.worst for e in first_order_errors(turn)], rtol=1e-9
     )

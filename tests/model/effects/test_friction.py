@@ -15,7 +15,7 @@ from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.state import State
-from camopt.model.effects.loads import guided_force, pushing_force
+from camopt.model.effects.loads import force_with_guide_friction, pushing_force
 from camopt.model.mechanisms import MECHANISMS
 from camopt.model.motion.law_panels import turning_points
 from camopt.model.motion.programme import Programme
@@ -194,7 +194,7 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
     given = Linear(0 * ones, 0 * ones, 0 * ones, force * ones)
     tangent = Linear(0 * ones, ones, 0 * ones, 0 * ones)
     for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (pushing_force(given), None)):
-        guide = guided_force(made, tangent, 0.5 * ones, 0 * ones)
+        guide = force_with_guide_friction(made, tangent, 0.5 * ones, 0 * ones)
         value = value_and_slope(guide, 0, State(number(0.0), number(lean), number(0.0), number(0.0)))[0]
         value = value.arb if isinstance(value, Ball) else value.low if isinstance(value, Interval) else value
         wanted = expected if expected is not None else max(force, 0.0) / (1.0 - 0.5 * abs(lean))

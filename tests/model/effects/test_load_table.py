@@ -16,7 +16,7 @@ from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.core.numerics import LARGEST
 from camopt.core.numerics.curves import value_and_slope
 from camopt.model.effects import EvaluationBlock, loads, surface
-from camopt.model.effects.vibration import mass_acceleration, steady_response
+from camopt.model.effects.vibration import mass_acceleration_wave, steady_vibration_wave
 from camopt.model.motion.load import ExternalLoad
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
@@ -161,7 +161,9 @@ def test_the_elastic_contact_force_against_a_scan(rows):
     asked, ratio = resolve(scene), 2 * np.pi * 90.0 / OMEGA
     table = asked.programme.table
     u = np.linspace(-1.0, 1.0, 2001)
-    inertia = mass_acceleration(steady_response(asked.programme, ratio, 0.04), ratio).values_at(u)[:, 0]
+    inertia = mass_acceleration_wave(
+        steady_vibration_wave(asked.programme, ratio, 0.04), ratio
+    ).values_on_all_panels(u)[:, 0]
     least = np.inf
     lines = naive.lines(rows, fp)
     for panel, (centre, half) in enumerate(zip(table.centre, table.half_width, strict=True)):
@@ -194,7 +196,7 @@ def test_wear_and_film_are_those_of_a_scan():
     for make in (
         partial(surface.wear_load_curve, asked.setup),
         partial(loads.normal_force_curve, asked.setup),
-        *(each for each, _ in surface.wear_or_film_variants(surface.FILM_RATIO, asked.setup)),
+        *(each for each, _ in surface.wear_or_film_curve_variants(surface.FILM_RATIO, asked.setup)),
     ):
         scanned = value_and_slope(make(asked.design, asked.programme), 0, state)[0].max()
         exact = case.extremes(make, [(ALL_STROKES, LARGEST)])

@@ -22,9 +22,9 @@ from camopt.model.effects import EFFECTS, EvaluationBlock
 from camopt.model.effects.loads import torque_curve
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import power_means
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.verdicts.mean_boxes import enclose_mean_power
 
 DIGITS = 50
@@ -112,7 +112,7 @@ class Turn:
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(("contact", "offset"), [("roller", 0), ("offset-roller", 11)])
 def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
-    problem = at_rounding_error(resolve(scene_of(contact)))
+    problem = with_rounding_relative_error(resolve(scene_of(contact)))
     known, cam = means_of(problem), evaluate(scene_of(contact))
     with mp.workdps(DIGITS):
         turn = Turn()
@@ -132,12 +132,12 @@ def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
 
 def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
     """∮(y⁽ⁿ⁾)² dθ of 3-4-5 strokes: Σ h²·c/φ^(2n−1), c = 10/7, 120/7, 720."""
-    problem = at_rounding_error(resolve(scene_of("knife")))
+    problem = with_rounding_relative_error(resolve(scene_of("knife")))
     for order, share in ((1, mpf(10) / 7), (2, mpf(120) / 7), (3, mpf(720))):
         with mp.workdps(DIGITS):
             angles = [mpf(angle) * mp.pi / 180 for angle in (110, 95)]
             true = sum(24**2 * share / angle ** (2 * order - 1) for angle in angles) / (2 * mp.pi)
-        mean = Mean(((Derivative(order), ALL_STROKES),), 2)
+        mean = Mean(((MotionDerivative(order), ALL_STROKES),), 2)
         ball, widths = narrow_ball(problem, mean)
         assert len(widths) == 1  # nothing is left out of a polynomial
         assert abs(mpf(str(ball.mid().str(45, radius=False))) / true - 1) < mpf("1e-38")
@@ -148,7 +148,7 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
 @pytest.mark.parametrize("contact", ["groove", "groove-arm"])
 def test_a_groove_is_as_long_as_its_chords(contact):
     """By the mechanism's own points, of which chords fall short by the square of their length."""
-    problem = at_rounding_error(resolve(scene_of(contact)))
+    problem = with_rounding_relative_error(resolve(scene_of(contact)))
     ball, _ = narrow_ball(problem, means_of(problem)["groove_length_mm"])
     found, lengths = 2.0 * np.pi * float(ball.mid()), []
     for count in (20_000, 40_000):
@@ -177,7 +177,7 @@ def test_the_lift_area_of_a_symmetric_law_is_half_that_of_its_box(contact, unit,
 @pytest.mark.parametrize("contact", ["flat", "arm", "groove-arm"])
 def test_springs_and_masses_give_back_what_they_take(contact, law):
     """∮F·y' dθ is what damping takes: the mean of all of the torque lies in the ball of the mean of that."""
-    problem = at_rounding_error(resolve(scene_of(contact, law)))
+    problem = with_rounding_relative_error(resolve(scene_of(contact, law)))
     spent, _ = narrow_ball(problem, means_of(problem)["torque_mean_N_m"])
     whole, _ = narrow_ball(problem, Mean(((lambda d, p: torque_curve(problem.setup, d, p), ALL_STROKES),)))
     assert whole.overlaps(spent)
@@ -188,7 +188,7 @@ def test_springs_and_masses_give_back_what_they_take(contact, law):
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_columns_are_those_of_balls(contact):
     problem, cam = (
-        at_rounding_error(resolve(scene_of(contact, "cycloidal"))),
+        with_rounding_relative_error(resolve(scene_of(contact, "cycloidal"))),
         evaluate(scene_of(contact, "cycloidal")),
     )
     known = means_of(problem)
@@ -204,7 +204,7 @@ def test_columns_are_those_of_balls(contact):
 
 def test_halved_parts_are_as_much_nearer_as_the_order_says():
     """What is left out of a sine wave falls by 2^(K + 1)."""
-    problem = at_rounding_error(resolve(scene_of("knife", "cycloidal")))
+    problem = with_rounding_relative_error(resolve(scene_of("knife", "cycloidal")))
     _, widths = narrow_ball(problem, means_of(problem)["acceleration_rms_m_s2"], 4)
     far = [width for width in widths if width > 1e-50 * widths[0]]
     assert len(far) > 2
@@ -212,7 +212,7 @@ def test_halved_parts_are_as_much_nearer_as_the_order_says():
 
 
 def test_next_to_a_kink_the_range_tells_and_is_cut():
-    problem = at_rounding_error(resolve(scene_of("offset-roller")))
+    problem = with_rounding_relative_error(resolve(scene_of("offset-roller")))
     ball, widths = narrow_ball(problem, means_of(problem)["torque_rms_N_m"])
     assert widths[-1] < 1e-40 * float(ball)
     assert len(widths) > 40
@@ -253,7 +253,7 @@ def boxes_of(problem, width, count, seed):
 def test_the_range_over_a_box_holds_every_design_of_it(contact):
     problem = resolve(scene_of(contact))
     for name, mean in means_of(problem).items():
-        if isinstance(mean.curves[0][0], Derivative):
+        if isinstance(mean.curves[0][0], MotionDerivative):
             continue
         spans = []
         for width in (0.08, 0.02, 0.005):
@@ -331,5 +331,5 @@ def test_a_free_number_takes_a_value_that_its_mean_allows_if_there_is_one(key, e
 def test_every_mean_is_bounded_from_the_side_that_its_list_says():
     for contact in CONTACTS:
         for name, mean in means_of(resolve(scene_of(contact))).items():
-            least = QUANTITIES[name].relation == AT_LEAST
+            least = QUANTITIES[name].relation_to_limit == AT_LEAST
             assert not mean.scale.is_decreasing or least

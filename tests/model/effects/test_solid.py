@@ -13,7 +13,7 @@ from support.cams import CONTACTS, cam_with
 from support.pairs import pair, profiles
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.effects import area_moments, lift_change, section, solid, wall
+from camopt.model.effects import area_moments, bore_wall_thickness, lift_change, section, solid
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.scene.problem.problem import resolve, resolve_design
 
@@ -308,7 +308,7 @@ def test_effects_say_what_they_offer():
         "cam_mass_kg",
         "unbalance_g_mm",
     }
-    assert all(wall.offered_quantities(setup) == (wall.WALL,) for setup in setups)
+    assert all(bore_wall_thickness.offered_quantities(setup) == (bore_wall_thickness.WALL,) for setup in setups)
     assert {lift_change.lift_change_name(setup) for setup in setups} == {
         f"lift_change_max_{u}_per_deg" for u in ("mm", "deg")
     }

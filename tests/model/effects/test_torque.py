@@ -19,8 +19,8 @@ from support.dynamics import Dynamics
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.core.numerics.piecewise import powers_to_bernstein_matrix
 from camopt.model.effects import force
-from camopt.model.effects.panel_series import integrate_series, largest_of_series, turn_integral
-from camopt.model.effects.torque import torque_over_turn, torque_series
+from camopt.model.effects.panel_series import integrate_series, largest_value_of_series, turn_integral
+from camopt.model.effects.torque import torque_over_turn, torque_polynomials_by_panel
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric
 from camopt.model.motion.programme import Programme
@@ -228,7 +228,7 @@ def over_turn(shape, dynamics, omega):
 
 
 def series_of(shape, dynamics, omega):
-    return torque_series(shape, force.force_factors_with_train(dynamics, omega))[:, 0]
+    return torque_polynomials_by_panel(shape, force.force_factors_with_train(dynamics, omega))[:, 0]
 
 
 @pytest.mark.parametrize("law", own.STILL)
@@ -431,13 +431,13 @@ def test_largest_of_a_series_against_the_roots_of_its_slope(coefficients):
     inside = roots.real[np.abs(roots.real) < 1.0]
     values = chebyshev.chebval(np.array([-1.0, 1.0, *inside, *np.linspace(-1, 1, 99)]), coefficients)
     scale = max(np.abs(series).sum(), 1e-300)
-    assert largest_of_series(series[:, None]) == pytest.approx(values.max(), abs=1e-12 * scale)
+    assert largest_value_of_series(series[:, None]) == pytest.approx(values.max(), abs=1e-12 * scale)
 
 
 def test_largest_of_flat_and_of_waving_series():
-    assert largest_of_series(np.full((1, 5), 3.0)) == 3.0
-    assert largest_of_series(np.zeros((8, 3))) == 0.0
+    assert largest_value_of_series(np.full((1, 5), 3.0)) == 3.0
+    assert largest_value_of_series(np.zeros((8, 3))) == 0.0
     waves = chebyshev.cheb2poly([0.0] * 9 + [1.0])[:, None]
-    assert largest_of_series(waves) == pytest.approx(1.0, abs=1e-12)
+    assert largest_value_of_series(waves) == pytest.approx(1.0, abs=1e-12)
     third = np.array([cos(pi / 9), sin(pi / 9), -1.0])[:, None]  # a parabola: its top has a closed form
-    assert largest_of_series(third) == pytest.approx(cos(pi / 9) + sin(pi / 9) ** 2 / 4, rel=1e-14)
+    assert largest_value_of_series(third) == pytest.approx(cos(pi / 9) + sin(pi / 9) ** 2 / 4, rel=1e-14)

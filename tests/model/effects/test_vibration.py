@@ -19,9 +19,9 @@ from camopt.core.numerics.wave_extremes import wave_maximum, wave_minimum, wave_
 from camopt.model.effects.force import force_weights_and_constant
 from camopt.model.effects.vibration import (
     dynamic_factor,
-    least_elastic_force,
-    mass_acceleration,
-    steady_response,
+    least_elastic_contact_force,
+    mass_acceleration_wave,
+    steady_vibration_wave,
     velocity_jump_by_panel,
     vibration_extremes,
 )
@@ -125,10 +125,10 @@ TURNS = {
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("turn", TURNS)
 def test_the_response_against_fifty_digits(turn, ratio, damping):
-    table, wave = TURNS[turn].table, steady_response(TURNS[turn], ratio, damping)
+    table, wave = TURNS[turn].table, steady_vibration_wave(TURNS[turn], ratio, damping)
     u = np.array([-0.83, 0.41])
-    z, slope = wave.values_at(u)[:, 0], wave.slope().values_at(u)[:, 0]
-    scale, steepest = np.abs(wave.values_at(U)).max(), np.abs(wave.slope().values_at(U)).max()
+    z, slope = wave.values_on_all_panels(u)[:, 0], wave.slope().values_on_all_panels(u)[:, 0]
+    scale, steepest = np.abs(wave.values_on_all_panels(U)).max(), np.abs(wave.slope().values_on_all_panels(U)).max()
     for panel in range(0, len(table.centre), 5):
         for k in range(2):
             at = mp.mpf(table.centre[panel]) + mp.mpf(u[k]) * mp.mpf(table.half_width[panel])
@@ -153,7 +153,7 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     train = Dynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
-    force, _ = least_elastic_force(turn, *force_weights_and_constant(train, omega), ratio, damping)
+    force, _ = least_elastic_contact_force(turn, *force_weights_and_constant(train, omega), ratio, damping)
     assert force == pytest.approx(float(expected), abs=1e-12 * float(swing))
 
 
@@ -221,7 +221,7 @@ def test_the_laws_in_their_known_order_on_a_stiff_train():
 def test_a_stiff_train_bends_with_the_acceleration(damping):
     turn = two_strokes("poly4567", "poly56789")
     table, ratio = turn.table, 3e5 + 0.3
-    z = steady_response(turn, ratio, damping).values_at(U)[:, 0]
+    z = steady_vibration_wave(turn, ratio, damping).values_on_all_panels(U)[:, 0]
     angles = (table.centre + U[:, None] * table.half_width)[1:-1]
     expected = -turn.motion_at(angles)[2] / ratio**2
     assert z[1:-1] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
@@ -235,17 +235,21 @@ def test_on_a_soft_train_the_mass_stays_at_the_mean(damping):
     table = turn.table
     mean = 20.0 * (50 + 60 + 60) / 360  # symmetric laws pass half their stroke's area
     for ratio in (1e-4, 1e-8):
-        x = steady_response(turn, ratio, damping).plus_polynomial(table.coefficients.T).values_at(U)
+        x = (
+            steady_vibration_wave(turn, ratio, damping)
+            .plus_polynomial(table.coefficients.T)
+            .values_on_all_panels(U)
+        )
         assert x == pytest.approx(mean, abs=60 * ratio)
 
 
 def test_a_dwell_loses_the_energy_that_the_damper_takes():
-    wave = steady_response(TURNS["jumps"], 9.3, 0.04)
+    wave = steady_vibration_wave(TURNS["jumps"], 9.3, 0.04)
     table = TURNS["jumps"].table
     (first, second) = table.first_panel[:-1][(table.kind & DWELL) != 0]
     for panel in (first, second):
         u = np.linspace(-1.0, 1.0, 50)
-        z, slope = wave.values_at(u)[:, 0, panel], wave.slope().values_at(u)[:, 0, panel]
+        z, slope = wave.values_on_all_panels(u)[:, 0, panel], wave.slope().values_on_all_panels(u)[:, 0, panel]
         energy = 0.5 * slope**2 + 0.5 * 9.3**2 * z**2
         assert np.all(np.diff(energy) < 0.0)
         angle = table.half_width[panel] * (u + 1.0)
@@ -264,7 +268,10 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     found = vibration_extremes(turn, 7.0, 0.0)
     assert found.overshoot == found.overshoot_bound == found.acceleration == found.acceleration_bound == inf
     assert found.residual == inf
-    assert least_elastic_force(turn, *force_weights_and_constant(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (-inf, -inf)
+    assert least_elastic_contact_force(turn, *force_weights_and_constant(Dynamics(mass=1.0), 1.0), 7.0, 0.0) == (
+        -inf,
+        -inf,
+    )
     # near it the response grows as 1/ζ and as 1/(r − n)
     sizes = [vibration_extremes(turn, 7.0, damping).overshoot for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
@@ -303,12 +310,14 @@ def turns(draw):
 def test_against_an_integrator(segments, ratio, damping):
     """Integrated panel by panel from the given start, the response comes back to where the next panel starts."""
     turn = programme(*segments)
-    table, wave, kicks = turn.table, steady_response(turn, ratio, damping), velocity_jump_by_panel(turn)
+    table, wave, kicks = turn.table, steady_vibration_wave(turn, ratio, damping), velocity_jump_by_panel(turn)
     (z_left, z_right), (v_left, v_right) = (
-        wave.values_at(U[[0, -1]])[:, 0],
-        wave.slope().values_at(U[[0, -1]])[:, 0],
+        wave.values_on_all_panels(U[[0, -1]])[:, 0],
+        wave.slope().values_on_all_panels(U[[0, -1]])[:, 0],
     )
-    scale = np.array([np.abs(wave.values_at(U)).max(), np.abs(wave.slope().values_at(U)).max()])
+    scale = np.array(
+        [np.abs(wave.values_on_all_panels(U)).max(), np.abs(wave.slope().values_on_all_panels(U)).max()]
+    )
     z, v = z_left[0], v_left[0]
     for panel, (centre, half) in enumerate(zip(table.centre, table.half_width, strict=True)):
         if panel:
@@ -345,10 +354,10 @@ def test_the_order_of_the_segments_does_not_matter(segments, ratio, damping):
 @given(turns(), st.floats(0.05, 3e3).filter(lambda r: not is_resonant(r, 0.0)), dampings)
 def test_extremes_enclose_every_sample(segments, ratio, damping):
     turn = programme(*segments)
-    wave = steady_response(turn, ratio, damping)
+    wave = steady_vibration_wave(turn, ratio, damping)
     samples = np.linspace(-1.0, 1.0, 301)
-    for each in (wave, mass_acceleration(wave, ratio)):
-        values = each.values_at(samples)
+    for each in (wave, mass_acceleration_wave(wave, ratio)):
+        values = each.values_on_all_panels(samples)
         scale = np.max(np.abs(each.polynomial).sum(axis=0) + each.amplitude)
         top, bottom, size = wave_maximum(each), wave_minimum(each), wave_peak_magnitude(each)
         assert values.max() <= top.bound[0] + 1e-13 * scale
@@ -366,7 +375,7 @@ def test_many_trains_together_are_each_what_it_is_alone(monkeypatch):
         Dynamics(mass=1e-3, damping=0.01, stiffness=3.0, preload=np.linspace(10, 20, 6)), 30.0
     )
     pressed = [
-        least_elastic_force(turn, *each)
+        least_elastic_contact_force(turn, *each)
         for each in zip(*np.broadcast_arrays(*factors, ratios, shares), strict=True)
     ]
     for most in (wave_extremes.MOST_INTERVALS, 200):  # more than one train has, fewer than all
@@ -374,7 +383,7 @@ def test_many_trains_together_are_each_what_it_is_alone(monkeypatch):
         alone = [vibration_extremes.__wrapped__(turn, ratios[k : k + 1], shares[k : k + 1]) for k in range(6)]
         together = np.array(vibration_extremes.__wrapped__(turn, ratios, shares))
         assert np.array_equal(together, np.concatenate(alone, axis=1))
-    assert np.array_equal(least_elastic_force(turn, *factors, ratios, shares), np.array(pressed).T)
+    assert np.array_equal(least_elastic_contact_force(turn, *factors, ratios, shares), np.array(pressed).T)
     none = vibration_extremes(turn, ratios[:0], shares[:0])
     assert [each.shape for each in none] == [(0,)] * 5
 

@@ -51,7 +51,7 @@ def test_a_flank_is_as_curved_as_its_side_and_its_bulge_say(contact, rotation):
 @pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
 def test_a_flank_below_the_trace_point_pushes_and_one_beyond_it_pulls(mechanism):
     assert [flank.pressing for flank in mechanism.flanks] == [-flank.side for flank in mechanism.flanks]
-    assert mechanism.pulls == any(flank.side > 0.0 for flank in mechanism.flanks)
+    assert mechanism.can_pull_follower == any(flank.side > 0.0 for flank in mechanism.flanks)
 
 
 @pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
@@ -63,7 +63,7 @@ def test_the_keys_of_a_mechanism_are_those_of_scenes(mechanism):
             assert name in {"cam": Cam, "follower": Follower}[table].model_fields
             assert FIELDS[name] in ("size", *mechanism.sizes)
         assert mechanism_for(mechanism.body.form, mechanism.motion.name, tip.name) is mechanism
-    assert {*mechanism.motion.dynamics_keys} < {*Dynamics.model_fields}
+    assert {*mechanism.motion.own_dynamics_keys} < {*Dynamics.model_fields}
 
 
 @pytest.mark.parametrize("drive", DRIVES)

@@ -7,14 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import camopt
-from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_law, canonical_segment
+from camopt.model.motion.aliases import ALIASES, SEGMENT_ALIASES, canonical_law_name, canonical_segment_kind
 
 
 def test_each_name_is_of_one_law_and_of_none_that_is_built_in():
     assert {*ALIASES} <= {*camopt.LAWS}
-    assert all(canonical_law(name) == law for law in camopt.LAWS for name in (law, *ALIASES.get(law, ())))
+    assert all(canonical_law_name(name) == law for law in camopt.LAWS for name in (law, *ALIASES.get(law, ())))
     assert all(
-        canonical_segment(name) == kind for kind, names in SEGMENT_ALIASES.items() for name in (kind, *names)
+        canonical_segment_kind(name) == kind for kind, names in SEGMENT_ALIASES.items() for name in (kind, *names)
     )
 
 
@@ -53,14 +53,14 @@ def test_each_name_is_of_one_law_and_of_none_that_is_built_in():
     ],
 )
 def test_names_as_people_write_them(name, law):
-    assert canonical_law(name) == law
+    assert canonical_law_name(name) == law
 
 
 @given(st.sampled_from([*camopt.LAWS, *chain(*ALIASES.values())]), st.randoms(use_true_random=False))
 def test_case_spaces_hyphens_and_underscores_make_no_difference(name, random):
     between = {"-": ["-", " ", "_", "  "], " ": [" ", "-", "_"]}
     written = "".join(random.choice(between.get(c, [c.lower(), c.upper()])) for c in name)
-    assert canonical_law(written) == canonical_law(name) in camopt.LAWS
+    assert canonical_law_name(written) == canonical_law_name(name) in camopt.LAWS
 
 
 @pytest.mark.parametrize(

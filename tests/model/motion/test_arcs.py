@@ -26,7 +26,7 @@ from camopt import (
     synthesise,
 )
 from camopt.model.mechanisms.geometry import cam_curves
-from camopt.model.motion.profile import ElementSpec, least_distance_from_axis, place_elements
+from camopt.model.motion.profile import ElementSpec, least_distance_from_axis, place_profile_elements
 from camopt.model.motion.profile_law import ProfileLaw
 from camopt.scene.problem.problem import resolve_design
 
@@ -88,7 +88,7 @@ def parts_of_profile(scene):
     """The programme of a scene, the parts of its profile, and the angle by which its coordinates stand turned."""
     sense = 1.0 if scene.cam.rotation == "ccw" else -1.0
     elements = [ElementSpec(e.radius, None if e.x is None else complex(e.x, -sense * e.y)) for e in scene.profile]
-    return resolve_design(scene), place_elements(elements), sense
+    return resolve_design(scene), place_profile_elements(elements), sense
 
 
 def profile_of(scene, angles):

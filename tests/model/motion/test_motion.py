@@ -15,7 +15,7 @@ from support import own
 from camopt import Scene, evaluate
 from camopt.core.kernels.compile import compiled
 from camopt.core.numerics.piecewise import state_on_panel
-from camopt.core.quantities import motion_mean
+from camopt.core.quantities import motion_rms_name
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric, vdi_motion_task
 from camopt.model.motion.law_panels import law_panel_polynomials
@@ -302,7 +302,7 @@ def test_root_mean_squares_in_closed_form(law, derivative, motion, rpm):
             "outputs": ["rms"],
         }
     )
-    name = motion_mean(derivative, angular=angular, timed=rpm is not None)
+    name = motion_rms_name(derivative, angular=angular, timed=rpm is not None)
     strokes = np.radians([110.0, 150.0])
     mean = np.sum((15 / strokes**order) ** 2 * SQUARES[law][derivative] * strokes) / (2 * np.pi)
     in_degrees = np.radians(1.0) if angular and rpm is not None else 1.0 if angular or rpm is None else 1e-3

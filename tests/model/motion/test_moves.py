@@ -115,7 +115,7 @@ def test_displacements_are_counted_from_the_lowest_of_the_turn(segments):
     assert samples.max() <= programme.lift * (1 + 1e-12)
     assert samples.max() >= programme.lift * (1 - 1e-4)
     assert weighted_derivative_range(programme, (1.0,), ALL_STROKES) == pytest.approx(
-        programme.levels, abs=1e-12 * programme.lift
+        programme.lowest_and_highest_displacement, abs=1e-12 * programme.lift
     )
 
 

@@ -62,12 +62,12 @@ def random_case(seed):
     while found is None or "assembly" in found[1]["violated"]:
         found = drawn_scene(rng)
     scene, cam = found
-    names = [each for each in cam if each in QUANTITIES and QUANTITIES[each].relation]
+    names = [each for each in cam if each in QUANTITIES and QUANTITIES[each].relation_to_limit]
     names = [each for each in names if np.isfinite(cam[each]) and (cam[each] > 1e-6 or QUANTITIES[each].signed)]
     limits, broken = {}, set()
     for name in rng.permutation(names)[:LIMITS]:
         share, beyond = float(rng.choice([NEAR, 0.1])), bool(rng.integers(2))
-        side = 1.0 if (QUANTITIES[name].relation == AT_LEAST) == beyond else -1.0
+        side = 1.0 if (QUANTITIES[name].relation_to_limit == AT_LEAST) == beyond else -1.0
         limits[str(name)] = float(cam[name] + side * share * abs(cam[name]))
         broken |= {str(name)} if beyond else set()
     return scene.replace(limits=limits, outputs=None), broken

@@ -11,7 +11,7 @@ from support.trains import exact
 import camopt
 from camopt import Scene, certify, evaluate, find_scene
 from camopt.core.mistakes import BadInput
-from camopt.model.motion.tool_drive import tool_travel
+from camopt.model.motion.tool_drive import tool_travel_range
 from camopt.scene.problem.problem import resolve
 
 ROCKER = {"stage": "rocker", "input_arm": 30, "input_angle": -8, "output_arm": 45, "output_angle": -15}
@@ -68,9 +68,9 @@ def test_the_tool_goes_where_closed_loops_have_it(name, train):
             rows = (here, f1 * y1, f1 * y2 + f2 * y1**2, f1 * y3 + 3 * f2 * y1 * y2 + f3 * y1**3)
             found.append([float(each) for each in rows])
     dense = programme.tool.motion_at(np.linspace(0.0, 2 * np.pi, 20001))[0]
-    assert np.ptp(tool_travel(programme)) == pytest.approx(np.ptp(dense), rel=1e-5)
+    assert np.ptp(tool_travel_range(programme)) == pytest.approx(np.ptp(dense), rel=1e-5)
     known = np.transpose(found)
-    known[0] -= tool_travel(programme)[0]
+    known[0] -= tool_travel_range(programme)[0]
     for row, ours in zip(known, tool, strict=True):
         assert ours == pytest.approx(row, abs=1e-11 * max(np.abs(row).max(), 1e-3))
 

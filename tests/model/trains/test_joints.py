@@ -13,7 +13,7 @@ import camopt
 from camopt import Scene, certify, evaluate
 from camopt.core.numerics.panels import derivatives
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.effects.joints import largest_joint_force, programme_with_joint_force, setup_joint_forces
+from camopt.model.effects.joints import largest_joint_force, programme_loaded_by_joint_force, setup_joint_forces
 from camopt.model.motion.load import TrainLoad
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.four_bar import assemble_four_bar
@@ -272,7 +272,7 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
     for force in setup_joint_forces(problem.setup):
         most = 0.0
         for parts in force.signed_sums:
-            load = programme_with_joint_force(problem.programme, parts).state(theta).load
+            load = programme_loaded_by_joint_force(problem.programme, parts).state(theta).load
             most = max(most, np.abs(load.value + problem.setup.omega**2 * load.carried).max())
         worst = largest_joint_force(problem.programme, force, problem.setup.omega)
         assert most <= worst.value * (1 + 1e-12)
@@ -297,7 +297,7 @@ def test_the_largest_forces_are_those_of_a_dense_scan(contact, train):
 def test_tables_agree_with_balls_within_their_errors(contact, train):
     problem, rng = resolve(scene_through_train(contact, train, law="cycloidal")), np.random.default_rng(1)
     for force in setup_joint_forces(problem.setup):
-        programme = programme_with_joint_force(problem.programme, force.signed_sums[0])
+        programme = programme_loaded_by_joint_force(problem.programme, force.signed_sums[0])
         turn, table = exact_motion(programme), programme.table
         for panel in rng.integers(table.centre.size, size=8):
             u = float(rng.uniform(-0.98, 0.98))

@@ -17,7 +17,7 @@ from camopt import (
     synthesise,
 )
 from camopt.core.quantities import QUANTITIES, STAGE_NUMBER_KEYS, in_column_order
-from camopt.scene.choices import searchable_numbers
+from camopt.scene.choices import searchable_number_types
 from camopt.scene.problem.problem import resolve
 from camopt.scene.train import TrainStage
 
@@ -209,7 +209,7 @@ def test_keys_may_be_quoted_and_have_units():
 
 
 def test_every_number_of_a_stage_may_be_searched():
-    assert {key for key, hint in searchable_numbers(TrainStage).items() if hint} == {*STAGE_NUMBER_KEYS}
+    assert {key for key, hint in searchable_number_types(TrainStage).items() if hint} == {*STAGE_NUMBER_KEYS}
 
 
 def test_numbers_of_stages_are_quantities_behind_the_other_sizes():

@@ -26,10 +26,10 @@ from camopt.core.mistakes import Unmet
 from camopt.core.quantities import AT_MOST, QUANTITIES
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.effects import EvaluationBlock, section
-from camopt.model.effects.peak import DOUBLES, CutterExcessOverRoller, DegreeScale, Derivative
+from camopt.model.effects.peak import DOUBLES, CutterExcessOverRoller, DegreeScale, MotionDerivative
 from camopt.scene.limits import Limits
 from camopt.scene.problem.limits import PART_LIMITS, SINGLE_QUANTITY_KEYS
-from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
+from camopt.scene.problem.problem import resolve, resolve_design, with_rounding_relative_error
 from camopt.show.reporting.sections import limits_table
 
 OPEN = [contact for contact in CONTACTS if contact not in GROOVED]
@@ -71,7 +71,7 @@ CORNERED = ["uniform-knife-offset", "uniform-knife-radial"]
 
 @pytest.mark.parametrize("name", CORNERED)
 def test_balls_say_nothing_of_a_motion_with_corners(name):
-    problem = at_rounding_error(resolve_design(find_scene(name)))
+    problem = with_rounding_relative_error(resolve_design(find_scene(name)))
     assert [*integrated_rows(problem, exact_turn(problem.programme), problem.design, problem.design, ())] == []
 
 
@@ -82,7 +82,7 @@ DISCS = [name for name in shipped_scenes() if find_scene(name).mechanism.body.bo
 @pytest.mark.parametrize("name", sorted({*DISCS} - {*CORNERED}))
 def test_balls_hold_what_quadrature_finds(name):
     """Two ways, of Gauss's rule in doubles and of Taylor series in balls: they meet in each other's errors."""
-    problem = at_rounding_error(resolve_design(find_scene(name)))
+    problem = with_rounding_relative_error(resolve_design(find_scene(name)))
     rows = section_rows(problem, exact_turn(problem.programme), in_balls(problem.design), STROKE_PARTS[1])
     found = section.evaluate_columns(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
     for quantity, (value, error, scale) in found.items():
@@ -98,7 +98,7 @@ def test_balls_hold_what_quadrature_finds(name):
 @pytest.mark.parametrize("contact", OPEN)
 def test_balls_hold_the_sections_of_all_mechanisms(contact, rotation):
     scene = scene_of(contact, "poly345", rotation).replace(**{"cam.base_radius": 85})
-    problem = at_rounding_error(resolve_design(scene))
+    problem = with_rounding_relative_error(resolve_design(scene))
     found = section.evaluate_columns(EvaluationBlock(problem.setup, problem.programme, problem.design), frozenset())
     widths = []
     for parts in STROKE_PARTS[1:4]:
@@ -144,7 +144,7 @@ def test_a_sweep_keeps_the_designs_that_hold_it(key):
     held = table["feasible"] & (side * table[name] <= side * bound)
     assert held.any()
     limits = resolve(base.replace(**{f"limits.{key}": bound})).limits
-    of_motion = next(limit.is_of_motion for limit in limits if limit.name == key)
+    of_motion = next(limit.is_decided_by_motion_alone for limit in limits if limit.name == key)
     assert of_motion or not held.all()
     assert sweep(base.replace(**{f"limits.{key}": bound})).feasible == held.sum()
     inside = evaluate_designs(
@@ -208,12 +208,12 @@ def test_a_change_of_lift_is_a_velocity():
     constraints = [
         each
         for each in resolve(base.replace(**{"limits.lift_change": by_degree})).constraints
-        if isinstance(each.curve, Derivative)
+        if isinstance(each.curve, MotionDerivative)
     ]
-    assert [constraint.upper_bound() for constraint in constraints] == [
+    assert [constraint.upper_bound_of_each_side() for constraint in constraints] == [
         pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)
     ]
-    assert DegreeScale(0).extreme_for_quantity(2.0, DOUBLES) == 2.0
+    assert DegreeScale(0).weighted_extreme_for_quantity(2.0, DOUBLES) == 2.0
 
 
 @pytest.mark.parametrize("hub", [{}, HUB])
@@ -237,7 +237,9 @@ def test_that_a_wall_and_a_mass_contradict_each_other_is_proved():
     assert not found.out_of_time
 
 
-@pytest.mark.parametrize("key", [key for key in PART_LIMITS if QUANTITIES[PART_LIMITS[key]].relation == AT_MOST])
+@pytest.mark.parametrize(
+    "key", [key for key in PART_LIMITS if QUANTITIES[PART_LIMITS[key]].relation_to_limit == AT_MOST]
+)
 def test_no_cam_is_light_enough(key):
     """A limit that no cam of a range holds is named."""
     name, _ = quantity_of(key, "roller")

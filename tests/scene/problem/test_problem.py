@@ -36,7 +36,7 @@ def unread(monkeypatch):
     def fill(*_):
         raise AssertionError("a scene is read again")
 
-    monkeypatch.setattr(Scene, "_fill", fill)
+    monkeypatch.setattr(Scene, "_fill_and_check", fill)
 
 
 @pytest.mark.parametrize(("key", "value"), CHANGES)
@@ -69,16 +69,17 @@ def test_bounds_of_a_frontier_are_those_of_a_scene_that_sets_them(request):
     held = {"normal_force_max_N": 700.0}
     stricter = LOADED.replace(**{"limits.normal_force": 700})
     expected = [
-        constraint.upper_bound()
+        constraint.upper_bound_of_each_side()
         for constraint in nonconvex_constraints_of(AxisMinimiser(stricter, ("size",), "size", ()).problem)
     ]
     request.getfixturevalue("unread")
     least = AxisMinimiser(LOADED, ("size", *held), "size", (*held,))
     assert [
-        constraint.upper_bound() for constraint in nonconvex_constraints_of(least._problem_with_held_limits(held))
+        constraint.upper_bound_of_each_side()
+        for constraint in nonconvex_constraints_of(least._problem_with_held_limits(held))
     ] == expected
     (constraint,) = load_constraints_at(resolve(LOADED), "normal_force", 5.0)
-    assert constraint.upper_bound() == 5.0
+    assert constraint.upper_bound_of_each_side() == 5.0
 
 
 @pytest.mark.parametrize(("changes", "own"), [({}, True), ({"limits.pressure_angle": 30}, False)])

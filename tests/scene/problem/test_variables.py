@@ -9,7 +9,7 @@ from camopt import evaluate, evaluate_designs, find_scene, shipped_scenes
 from camopt.core.quantities import QUANTITIES
 from camopt.scene.choices import StepRange
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.variables import Variable, variables_of
+from camopt.scene.problem.variables import Variable, variables_of_scene
 
 MOTIONS = {name: find_scene(name).to_dict().get("motion", []) for name in shipped_scenes()}
 SCENES = [name for name, motion in MOTIONS.items() if motion and not any("per" in row for row in motion)]
@@ -20,7 +20,7 @@ SCENES = [name for name, motion in MOTIONS.items() if motion and not any("per" i
 def test_a_variable_is_the_same_in_the_scene_in_designs_and_in_tables(name):
     """Of each that the scene gives: a table of designs that has it at another value, and the scene that has it."""
     scene = find_scene(name)
-    for each in variables_of(scene):
+    for each in variables_of_scene(scene):
         (own,) = scene.numbers([each.key]).values()
         assert QUANTITIES[each.quantity].effect == "sizes"
         if not isinstance(own, float) or own == 0.0:

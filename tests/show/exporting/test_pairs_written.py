@@ -83,7 +83,7 @@ def closed_way(machine, count):
 def paths_of(scene, file):
     """The paths of the cutter in programs of both discs, in the frame of the drawing, and the largest deviation."""
     found, off = [], 0.0
-    for disc in (1, 2) if scene.mechanism.second_keys else (None,):
+    for disc in (1, 2) if scene.mechanism.second_contact_size_keys else (None,):
         told = export(scene, file, disc=disc, **NC)
         path = closed_way(run_iso(file.read_text()), told.curves["cutter"].elements)
         found.append(-path.conjugate() if disc == 2 else path)

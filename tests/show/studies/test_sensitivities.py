@@ -8,9 +8,9 @@ from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval
 from camopt.core.quantities import NUMBER_COLUMNS
 from camopt.model.effects import EFFECTS, EvaluationBlock
-from camopt.model.effects.peak import Multiple
+from camopt.model.effects.peak import MultipleScale
 from camopt.model.mechanisms import FIELDS
-from camopt.scene.problem.problem import at_rounding_error, resolve_design
+from camopt.scene.problem.problem import resolve_design, with_rounding_relative_error
 from camopt.solve.smallest.enclosure import sloped_boxes, state_with_rounding
 
 VALVE = camopt.find_scene("exhaust-valve").replace(
@@ -97,7 +97,7 @@ def test_what_is_infinite_has_no_derivative():
 
 def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
     """The envelope theorem, with slopes by the chain rule (``numerics.sloped_interval``)."""
-    problem = at_rounding_error(resolve_design(found.scene))
+    problem = with_rounding_relative_error(resolve_design(found.scene))
     keys = [*dict.fromkeys(key for _, key in found)]
     numbers = {key: problem.setup.given[key] for key in keys if key in NUMBER_COLUMNS}
     setup, design = problem.with_numbers_per_design(numbers).setup, problem.design
@@ -107,7 +107,7 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
     compared, case = 0, EvaluationBlock(setup, problem.programme, design)
     for effect in EFFECTS.values():
         for name, peak in effect.peaks(setup).items():
-            if type(peak.scale) is not Multiple or name not in found.quantities or len(peak.curves) > 1:
+            if type(peak.scale) is not MultipleScale or name not in found.quantities or len(peak.curves) > 1:
                 continue
             ((make, kinds),) = peak.curves
             if not hasattr(make(design, problem.programme), "_fields") or not np.isfinite(found.quantities[name]):

@@ -174,7 +174,7 @@ def test_series_give_the_points_that_the_library_gives():
         curve = profile_of(problem)
         points = cam_points(scene, step=360.0)
         first = curve.points(curve.spans[0], np.array([0.0]))[0]
-        stem = "profile_left" if problem.setup.mechanism.two_sided else "profile"
+        stem = "profile_left" if problem.setup.mechanism.has_flanks_on_both_sides else "profile"
         assert hypot(first.real - points[f"{stem}_x_mm"][0], first.imag - points[f"{stem}_y_mm"][0]) < 1e-9
         span = curve.spans[0]
         middle = (span.start + span.end) / 2

@@ -10,7 +10,7 @@ from support.depth import times
 from camopt import BadInput, evaluate, evaluate_designs, find_scene, shipped_scenes
 from camopt.model.motion import LAWS
 from camopt.scene.problem.problem import resolve
-from camopt.scene.problem.variables import variables_of
+from camopt.scene.problem.variables import variables_of_scene
 
 SCENE = find_scene("roller-1000rpm")
 
@@ -24,7 +24,7 @@ MIRRORED = {"pusher-by-lever": {"pressure_angle_max_at_deg"}}
 def test_each_row_is_what_evaluate_says(name):
     """Of designs around the scene's own: every quantity to the relative error of the scene, every verdict."""
     scene = find_scene(name)
-    quantities = {each.key: each.quantity for each in variables_of(scene) if each.is_size}
+    quantities = {each.key: each.quantity for each in variables_of_scene(scene) if each.is_size}
     keys = [*quantities]
     own = {key: getattr(getattr(scene, key.split(".")[0]), key.split(".")[1]) for key in keys}
     scales = np.array([1.0, 1.03, 1.1])

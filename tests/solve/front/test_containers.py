@@ -258,7 +258,7 @@ def test_a_scene_is_resolved_once(monkeypatch):
     evaluate_designs(SCENE, points)
     evaluate_designs(SCENE, points | {"rpm": 900.0})
     made = []
-    monkeypatch.setattr(Scene, "_fill", lambda *args: made.append(args))
+    monkeypatch.setattr(Scene, "_fill_and_check", lambda *args: made.append(args))
     for rpm in (700.0, 811.0, 900.0):
         evaluate_designs(SCENE, points | {"rpm": rpm, "law": "cycloidal"})
     assert not made

@@ -25,7 +25,9 @@ STEPS = np.arange(12.0)
 def test_curves_are_numbered_as_fractions_are(sizes, rollers, keys):
     sums, rests = (each.ravel() for each in exact_sum(sizes, rollers[:, None]))
     assert len(curve_numbers._exact_sum_sort_keys(sums, rests)) == keys
-    first, which = curve_numbers._unique_curves(SimpleNamespace(size=sums, roller_radius=rests), "roller_radius")
+    first, which = curve_numbers._group_equal_curves(
+        SimpleNamespace(size=sums, roller_radius=rests), "roller_radius"
+    )
     exact = [Fraction(size) + Fraction(roller) for roller in rollers.tolist() for size in sizes.tolist()]
     distinct = sorted(set(exact))
     assert which.tolist() == [distinct.index(each) for each in exact]

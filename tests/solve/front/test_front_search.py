@@ -110,7 +110,7 @@ def limits_of(cam, rng):
     limits = {}
     for key, quantity in LOAD_LIMITS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0 and rng.random() < 0.15:
-            limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].side * rng.uniform(-0.2, 0.5)))
+            limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].limit_sign * rng.uniform(-0.2, 0.5)))
     if "jamming_margin" in limits:
         limits["jamming_margin"] = min(limits["jamming_margin"], 0.99)
     if rng.random() < 0.5:
@@ -177,7 +177,7 @@ def with_repeated_sums(scene):
 def feasible_one_by_one(space, names):
     """How many designs can be assembled, and the feasible ones, each judged by the plain path."""
     found = []
-    for problem, first, last in space.problem_ranges():
+    for problem, first, last in space.design_ranges_by_problem():
         designs = space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme))
         found.append(evaluate_with_verdicts_and_effort(problem, designs, frozenset(names))[0].select_columns(names))
@@ -304,7 +304,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     while rng.random() < 0.8 and np.any(boxes.design_counts > 1):
         boxes = boxes.take(boxes.design_counts > 1)
         boxes = boxes.halve_boxes(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
-    looked = BoxBounds(problem, grid.free).bound_costs(grid.box_designs(boxes))
+    looked = BoxBounds(problem, grid.free).bound_costs(grid.boxes_as_interval_designs(boxes))
     designs, home = (
         space.designs(grid.numbers_in_boxes(boxes)),
         np.repeat(np.arange(len(boxes)), boxes.design_counts),
@@ -429,7 +429,7 @@ def test_dominators_are_those_of_the_definition(seed):
     many = rng.integers(1, 5)
     known, asked = (rng.choice([0.0, 1.0, 2.0, 3.5, LARGEST_COST], (rng.integers(0, 150), many)) for _ in range(2))
     expected = [any(np.all(p <= c) and np.any(p < c) for p in known) for c in asked]
-    assert Dominators(known).dominate(asked).tolist() == expected
+    assert Dominators(known).mask_dominated_points(asked).tolist() == expected
 
 
 @given(st.integers(0, 10**6))
@@ -442,7 +442,7 @@ def test_points_that_come_in_parts_dominate_as_all_of_them_do(seed):
         for _ in range(rng.integers(1, 8)):
             part, asked = (rng.choice(values, (rng.integers(0, 30), many)) for _ in range(2))
             told, seen = known.add_and_find_dominated(part), np.concatenate([seen, part])
-            expected = Dominators(seen).dominate(asked)
-            assert not np.any(told & ~Dominators(seen).dominate(part))
-            dominators = known.dominators(lambda: seen[~Dominators(seen).dominate(seen)])  # noqa: B023
-            assert np.array_equal(dominators.dominate(asked), expected)
+            expected = Dominators(seen).mask_dominated_points(asked)
+            assert not np.any(told & ~Dominators(seen).mask_dominated_points(part))
+            dominators = known.dominators(lambda: seen[~Dominators(seen).mask_dominated_points(seen)])  # noqa: B023
+            assert np.array_equal(dominators.mask_dominated_points(asked), expected)

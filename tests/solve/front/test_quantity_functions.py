@@ -156,7 +156,7 @@ def test_a_changed_function_is_not_answered_by_what_is_in_the_folder(tmp_path):
     assert (
         len(
             {
-                sweep_plan(with_function(shift_compactness(by)), "pareto").function_calls[0].digest
+                sweep_plan(with_function(shift_compactness(by)), "pareto").quantity_function_calls[0].digest
                 for by in (1.0, 2.0, 1.0)
             }
         )

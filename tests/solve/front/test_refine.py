@@ -9,12 +9,12 @@ from support.depth import times
 
 from camopt import find_scene, load, optimise, sweep
 from camopt.core.storage.manifest import MANIFEST
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.space import grid_space
 from camopt.solve.front import pattern_search, refine
 from camopt.solve.front.pareto import row_costs
-from camopt.solve.front.pattern_search import PatternSearch, search_by_pattern, smallest_by_closed_form
+from camopt.solve.front.pattern_search import PatternSearch, move_to_closed_form_optima, search_by_pattern
 from camopt.solve.front.table_certificate import certify_table
 from camopt.solve.smallest.smallest import solve_smallest_cam
 
@@ -131,7 +131,7 @@ def test_a_refined_front_is_no_worse_than_the_grid(swept):
 def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
     result, rows, _ = swept
-    problem = at_rounding_error(resolve(result.scene))
+    problem = with_rounding_relative_error(resolve(result.scene))
     free, random = refine.free_ranges(problem), np.random.default_rng(0)
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
@@ -204,11 +204,11 @@ def test_few_points_of_a_front_are_asked_for(tmp_path):
 @for_scenes("closed form")
 def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept
-    problem = at_rounding_error(resolve(result.scene))
+    problem = with_rounding_relative_error(resolve(result.scene))
     for each, _, designs in islice(grid_space(problem).designs_of_rows(grid), times(1, deep=3)):
         pattern = PatternSearch(each, refine.free_ranges(problem), "base_radius_mm")
         ceilings, held = pattern.worst_costs_and_feasibility(designs)
-        proved, settled = smallest_by_closed_form(pattern, designs, ceilings)
+        proved, settled = move_to_closed_form_optima(pattern, designs, ceilings)
         found = search_by_pattern(pattern, designs, ceilings)
         assert held.all()
         assert settled.all()

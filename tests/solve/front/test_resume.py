@@ -19,7 +19,7 @@ from camopt.core.storage.manifest import read_manifest
 from camopt.core.storage.publishing import publication
 from camopt.solve.front import estimate, store
 from camopt.solve.front.blocks import merge_batches
-from camopt.solve.front.estimate import SweepEstimate, bytes_in_words, check_room, estimate_sweep
+from camopt.solve.front.estimate import SweepEstimate, bytes_in_words, check_disk_room, estimate_sweep
 from camopt.solve.front.plan import sweep_plan
 from camopt.solve.front.store import BrokenBatch, interrupted_key, read_batch, sorted_batch_files, write_batch
 from camopt.solve.front.sweep import sweep
@@ -429,8 +429,8 @@ def test_a_sweep_without_room_does_not_start(tmp_path):
     with pytest.raises(
         OSError, match='about 144 GB are needed and 63 GB are free; keep="pareto" keeps the Pareto front alone'
     ):
-        check_room(SweepEstimate(3_300_000_000, 3300.0, 72e9, 63e9), tmp_path)
-    check_room(SweepEstimate(3_300_000_000, 3300.0, 30e9, 63e9), tmp_path)
+        check_disk_room(SweepEstimate(3_300_000_000, 3300.0, 72e9, 63e9), tmp_path)
+    check_disk_room(SweepEstimate(3_300_000_000, 3300.0, 30e9, 63e9), tmp_path)
 
 
 @pytest.mark.parametrize(

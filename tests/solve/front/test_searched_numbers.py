@@ -26,8 +26,8 @@ from camopt import (
     synthesise,
 )
 from camopt.cli.main import main
-from camopt.core.numerics.extremes import extremes
-from camopt.core.quantities import QUANTITIES, number_quantities
+from camopt.core.numerics.extremes import extremes_of_curve
+from camopt.core.quantities import QUANTITIES, quantity_name_by_number_key
 from camopt.core.storage.tables import read_table
 from camopt.model.effects import available_quantities, effect
 from camopt.scene.problem.problem import resolve
@@ -97,7 +97,7 @@ def question(contact, seed):
     offers = [name for name in available_quantities(resolve(scene).setup) if QUANTITIES[name].kind is float]
     names = [name for name in offers if is_deep() or QUANTITIES[name].effect != "surface"]
     angular = scene.follower.motion == "oscillating"
-    search["search.minimise"] = [number_quantities(angular=angular, tool_turns=angular)[free[0]]]
+    search["search.minimise"] = [quantity_name_by_number_key(angular=angular, tool_turns=angular)[free[0]]]
     search["search.maximise"] = rng.permutation(names)[:1].tolist()
     limits = {"pressure_angle": 60} if rng.random() < 0.5 else {}
     return scene.replace(**search, limits=limits, outputs=["sizes", *rng.permutation(names)[:2].tolist()])
@@ -322,7 +322,7 @@ def test_commands_that_take_the_scene_s_own_numbers_say_so():
 @pytest.mark.parametrize("key", sorted(NUMBERS))
 @pytest.mark.parametrize("angular", [False, True])
 def test_every_number_of_the_scene_is_a_quantity(key, angular):
-    quantity = QUANTITIES[number_quantities(angular=angular, tool_turns=angular)[key]]
+    quantity = QUANTITIES[quantity_name_by_number_key(angular=angular, tool_turns=angular)[key]]
     assert quantity.name.startswith(key.rpartition(".")[2])
     assert quantity.sentence
 
@@ -381,7 +381,9 @@ def test_numbers_that_cannot_be_searched_are_mistakes(changes, message):
 def test_many_springs_ask_the_kernels_as_often_as_few(monkeypatch):
     """Numbers are arrays of the designs, as sizes are: no search of extremes is for one setting alone."""
     asked = []
-    monkeypatch.setattr(effect, "extremes", lambda *given: asked.append(given[1]) or extremes(*given))
+    monkeypatch.setattr(
+        effect, "extremes_of_curve", lambda *given: asked.append(given[1]) or extremes_of_curve(*given)
+    )
     limited = VALVE.replace(
         **{"limits.torque": 500, "limits.side_thrust": 5000, "search.follower": None, "search.minimise": None}
     )

@@ -15,7 +15,11 @@ from camopt.core.engines.threads import Threads
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.space import grid_space
-from camopt.solve.front.reported_rows import active_limits_of, next_smaller_cams, with_reevaluated_columns
+from camopt.solve.front.reported_rows import (
+    limits_violated_by_smaller_cams,
+    places_and_next_smaller_cams,
+    with_reevaluated_columns,
+)
 
 SMALL = {
     "search.base_radius": {"start": 30, "stop": 90, "step": 4},
@@ -159,8 +163,8 @@ def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
     assert len(violated) == len(designs)
     rows = DesignRows({name: designs[name].to_numpy() for name in designs}, len(designs))
     space = grid_space(resolve(scene))
-    inside, smaller = next_smaller_cams(space, rows)
-    held = active_limits_of(
+    inside, smaller = places_and_next_smaller_cams(space, rows)
+    held = limits_violated_by_smaller_cams(
         rows.count, inside, *with_reevaluated_columns(space, frozenset(smaller.columns), smaller)
     )
     for (*of_law, base), by in zip(designs[sizes].itertuples(index=False), held, strict=True):

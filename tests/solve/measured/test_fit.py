@@ -34,7 +34,7 @@ from camopt.solve.measured.least_jerk import (
     LEVELLING,
     AllowedDeviation,
     OutlineNode,
-    least_feasible_band,
+    least_band_and_active_points,
     least_jerk_curve,
     least_jerk_motion,
     outline_nodes,
@@ -844,12 +844,12 @@ def test_what_cannot_be_held_is_told_with_its_rows():
         find_outline_and_doubts(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
         least_jerk_curve(points, AllowedDeviation(0.04)),
     )
-    least, places = least_feasible_band(points, nodes, JERK)
+    least, places = least_band_and_active_points(points, nodes, JERK)
     assert least_jerk_motion(points, nodes, AllowedDeviation(0.99 * least), JERK) is None
     assert least_jerk_motion(points, nodes, AllowedDeviation(1.01 * least), JERK) is not None
     others = points.drop_places(places)
     again = [node._replace(places=np.flatnonzero(np.isin(others.rows, points.rows[node.places]))) for node in nodes]
-    assert least_feasible_band(others, again, JERK)[0] < least
+    assert least_band_and_active_points(others, again, JERK)[0] < least
 
 
 def test_points_that_turn_back_everywhere_are_refused():

@@ -31,7 +31,7 @@ def drawn_pair(kind):
     scene["follower"]["dynamics"] = {"inertia": 0.05} if kind == "oscillating" else {"mass": 2.0}
     found = Scene.from_dict(scene)
     points = cam_points(found, DEGREES)
-    names = NAMES if found.mechanism.second_keys else NAMES[:1]
+    names = NAMES if found.mechanism.second_contact_size_keys else NAMES[:1]
 
     def curve(name, unit=""):
         return points[f"{name}_x{unit}"] + 1j * points[f"{name}_y{unit}"]

@@ -13,7 +13,7 @@ from camopt.core.numerics.extremes import search_curve
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.loads import contact_load_curve
 from camopt.model.motion.stroke import ALL_STROKES
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import BoxSearch
 from camopt.solve.smallest.result import allowed_proof_gap
@@ -30,7 +30,7 @@ MOST_BOXES = {
 @pytest.mark.parametrize("seed", [43, pytest.param(45, marks=pytest.mark.long)])
 def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
     monkeypatch.setattr(BoxSearch, "most_boxes", MOST_BOXES[seed])
-    problem = at_rounding_error(resolve(Scene.from_dict(random_scene(seed)[1])))
+    problem = with_rounding_relative_error(resolve(Scene.from_dict(random_scene(seed)[1])))
     (bounds,) = search_boxes(problem)
     found = solve_smallest_cam(problem, bounds)
     assert found.is_proved
@@ -52,7 +52,7 @@ def smaller_than(design, bounds):
 
 def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
-    problem = at_rounding_error(resolve(Scene.from_dict(random_scene(129)[1])))
+    problem = with_rounding_relative_error(resolve(Scene.from_dict(random_scene(129)[1])))
     undercut = replace(problem.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
     parts, looked_at = [], curve_kernels.state_jets_over_part
     monkeypatch.setattr(curve_kernels, "state_jets_over_part", lambda *given: parts.append(1) or looked_at(*given))

@@ -15,7 +15,7 @@ from camopt import Scene
 from camopt.model.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.model.motion.programme import JUMP_SIDE, Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest import cutting_planes
 from camopt.solve.smallest.branch_and_bound import BoxSearch, branch_and_bound
@@ -82,7 +82,7 @@ FORMS = {
 
 def problem_and_bounds(raw):
     """The question of a scene, and its one box of sizes."""
-    problem = at_rounding_error(resolve(Scene.from_dict(raw)))
+    problem = with_rounding_relative_error(resolve(Scene.from_dict(raw)))
     bounds = search_boxes(problem)[0]
     return problem, {**bounds, "size": (size_lower_bound(problem, bounds), bounds["size"][1])}
 

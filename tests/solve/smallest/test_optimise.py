@@ -18,7 +18,7 @@ from camopt.model.motion import LAWS
 from camopt.model.motion.programme import weighted_derivative_range
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
 from camopt.scene.problem.limits import unset_build_limits
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 
@@ -75,7 +75,7 @@ def test_free_offset_gives_the_vertex_of_the_pressure_lines():
 @pytest.mark.parametrize("name", CASES)
 def test_no_grid_finds_a_smaller_cam(name):
     """The optimum is feasible, and a fine grid of smaller sizes (and free sizes) holds no feasible design."""
-    problem = at_rounding_error(resolve(CASES[name]))
+    problem = with_rounding_relative_error(resolve(CASES[name]))
     result = optimise(CASES[name])
     best = result.best
     assert best is not None, result.obstacles
@@ -116,7 +116,7 @@ def test_a_scene_in_other_units_of_length_has_the_same_cam_and_proof(name, scale
 @pytest.mark.parametrize("name", ["pressure binds, offset free", "curvature binds, offset free", "roller free"])
 def test_never_larger_than_scipy_finds(name):
     """Differential evolution on size with a penalty; feasibility by the same limits."""
-    problem, case = at_rounding_error(resolve(CASES[name])), CASES[name]
+    problem, case = with_rounding_relative_error(resolve(CASES[name])), CASES[name]
     best = size_of(optimise(case).best)
     free = [key for key in ("offset", "roller_radius") if getattr(case.search, key) is not None]
 
@@ -149,7 +149,7 @@ def test_a_dense_scan_of_sizes_finds_the_same_least_radius(law, lift, radius):
     motion = [{**s, **({"lift": lift, "law": law} if "lift" in s else {})} for s in VALVE]
     sizes = {"follower.roller_radius": 10, "follower.offset": 4}
     case = scene(motion=motion, **sizes, limits={"curvature_radius": radius})
-    problem = at_rounding_error(resolve(case))
+    problem = with_rounding_relative_error(resolve(case))
     fixed = {n: np.full(6000, v[0]) for n, v in problem.design.sizes.items()}
     radii = np.linspace(0.05, 300, 6000)
     held = feasible_designs(problem, Designs(**{**fixed, "size": radii}, sense=problem.design.sense))
@@ -201,7 +201,7 @@ def test_the_closed_form_holds_its_limits_and_touches_one(law, limit, other, ris
     assert best["binding"]
     lead = -best["offset_mm"]  # cw
     s0 = np.sqrt(best["prime_radius_mm"] ** 2 - lead**2)
-    problem = at_rounding_error(resolve(case))
+    problem = with_rounding_relative_error(resolve(case))
     for tangent, kinds in ((tan(radians(limit)), RISE | DWELL), (tan(radians(other)), RETURN)):
         rises = weighted_derivative_range(problem.programme, (-tangent, 1.0), kinds)[1]
         falls = -weighted_derivative_range(problem.programme, (tangent, 1.0), kinds)[0]
@@ -235,7 +235,7 @@ def test_default_scene_names_its_laws_best_first():
 
 
 def test_limits_are_judged_on_every_row_the_same_way():
-    problem = at_rounding_error(resolve(CASES["pressure binds, offset free"]))
+    problem = with_rounding_relative_error(resolve(CASES["pressure binds, offset free"]))
     rows = evaluate_with_verdicts(problem, problem.design, frozenset())
     assert rows.records()[0]["feasible"] is False
 
@@ -259,7 +259,7 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
     case, ranges = FREED[name]
     ends = {f"search.{key}": {"start": a, "stop": b} for key, (a, b) in ranges.items()}
     freed = CASES[case].replace(**ends)
-    best, problem = optimise(freed).best, at_rounding_error(resolve(freed))
+    best, problem = optimise(freed).best, with_rounding_relative_error(resolve(freed))
     assert best["proved"]
     rng, count, least, centre = np.random.default_rng(0), 20000, np.inf, None
     spans = {**ranges, "size": (0.0, 1.5 * size_of(best))}

@@ -13,10 +13,10 @@ from support.smallest_cams import ANGLES, BASE, CASES, FREE, scene, size_of
 from test_optimise import FREED
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, prices, shipped_scenes
-from camopt.core.quantities import motion_quantity
-from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
+from camopt.core.quantities import motion_peak_name
+from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity_name
 from camopt.scene.problem.problem import resolve
-from camopt.solve.smallest.multipliers import _fit_multipliers, _least_price
+from camopt.solve.smallest.multipliers import _least_price_within_residual, _multipliers_and_residual
 
 STEP = 2e-4  # relative, of a bound: its square is far below what prices are held to
 QUICK = 1e-3  # seconds: no cam is sought without a limit
@@ -165,8 +165,8 @@ SLOWEST = {
 
 def with_binding_limit(name, case, share):
     """A scene whose cam a limit holds."""
-    in_time = partial(motion_quantity, stroke="", angular=False, timed=True)
-    quantity = limited_quantity(name, resolve(case).setup) if name in LOAD_LIMITS else in_time(name)
+    in_time = partial(motion_peak_name, stroke="", angular=False, timed=True)
+    quantity = limited_quantity_name(name, resolve(case).setup) if name in LOAD_LIMITS else in_time(name)
     cam = optimise(case).best.scene.replace(outputs=["all"])
     return case.replace(**{f"limits.{name}": share * evaluate(cam)[quantity]})
 
@@ -353,11 +353,13 @@ def test_seconds_are_a_number_above_0(seconds):
 def test_one_limit_on_the_size_alone_is_as_scipy_has_it(slope, column, room):
     one, goal, by = np.array([[column]]), np.array([0.5]), np.array([slope])
     twice = np.hstack([one, one])  # any other shape is scipy's
-    (weight,), left = _fit_multipliers(one, goal)
-    weights, also = _fit_multipliers(twice, goal)
+    (weight,), left = _multipliers_and_residual(one, goal)
+    weights, also = _multipliers_and_residual(twice, goal)
     assert (weight, left) == (pytest.approx(weights.sum()), pytest.approx(also))
     if left <= room:
-        assert _least_price(by, one, goal, room) == pytest.approx(_least_price(np.repeat(by, 2), twice, goal, room))
+        assert _least_price_within_residual(by, one, goal, room) == pytest.approx(
+            _least_price_within_residual(np.repeat(by, 2), twice, goal, room)
+        )
 
 
 def test_prices_are_a_mapping_and_a_result():

@@ -5,7 +5,7 @@ import pytest
 from support.pairs import pair
 
 from camopt import Scene, certify, evaluate, optimise
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 STEP = 0.05  # mm
@@ -24,7 +24,7 @@ def pair_with_limits(seed, **search):
 @pytest.mark.parametrize("seed", range(40))
 def test_a_dense_scan_finds_the_same_smallest_pair(seed):
     scene = pair_with_limits(seed)
-    problem, best = at_rounding_error(resolve(scene)), optimise(scene).best
+    problem, best = with_rounding_relative_error(resolve(scene)), optimise(scene).best
     sizes = np.arange(STEP, 120.0, STEP)
     designs = problem.design.take(np.zeros(sizes.size, dtype=int)).with_values({"size": sizes})
     held = feasible_designs(problem, designs)
@@ -48,7 +48,7 @@ def test_no_pair_with_free_sizes_is_smaller(seed):
     ends = {"start": 70, "stop": 88} if swings else {"start": -6, "stop": 9}
     own = "arm_length" if swings else "offset"
     scene = pair_with_limits(seed, **{own: ends, f"drive.{own}": ends})
-    problem, best = at_rounding_error(resolve(scene)), optimise(scene, seconds=20).best
+    problem, best = with_rounding_relative_error(resolve(scene)), optimise(scene, seconds=20).best
     size, rng, count = best["base_radius_mm"], np.random.default_rng(seed), 40_000
     again = evaluate(scene.replace(search=None, **best_sizes(best, own)))
     assert again["feasible"]
@@ -123,7 +123,7 @@ def test_the_smallest_pair_with_sizes_of_both_discs_is_that_of_a_scan():
     radii = {"start": 5, "stop": 150}
     search = {"base_radius": radii, "offset": {"start": -6, "stop": 9}, "drive.base_radius": radii}
     scene = Scene.from_dict({**scene, "limits": limits, "search": search})
-    problem, best = at_rounding_error(resolve(scene)), optimise(scene).best
+    problem, best = with_rounding_relative_error(resolve(scene)), optimise(scene).best
     size = max(best["base_radius_mm"], best["second_base_radius_mm"])
     assert best["proved"]
     grid = np.meshgrid(np.arange(size - 1.0, size + 0.2, 0.1), np.arange(-6.0, 9.01, 0.1), indexing="ij")

@@ -8,7 +8,7 @@ from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise, prices
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.settings import problem_with_numbers_per_design
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.boxes import DesignBoxes
@@ -76,7 +76,7 @@ PROVED = [name for name in QUESTIONS if name != "four-bar"]
 
 
 def search_of(scene: Scene) -> TrainBoxSearch:
-    problem = problem_with_numbers_per_design(at_rounding_error(resolve(scene)))
+    problem = problem_with_numbers_per_design(with_rounding_relative_error(resolve(scene)))
     return TrainBoxSearch(problem, search_boxes(problem)[0], TrainOptimum(problem, SmallestCam(None, 0.0)), np.inf)
 
 
@@ -131,7 +131,7 @@ def smallest_size_of_train(scene: Scene, numbers: dict[str, float]) -> float:
         best = optimise(scene.replace(**numbers)).best
     except BadInput:
         return np.inf
-    return np.inf if best is None else best[resolve(scene).size_name]
+    return np.inf if best is None else best[resolve(scene).size_quantity_name]
 
 
 @pytest.mark.one_in(len(PROVED))
@@ -140,7 +140,7 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     """Every linkage of a grid, and near the best, by the search for one linkage, which knows nothing of others."""
     scene = QUESTIONS[name]
     best, search = optimise(scene, seconds=300.0).best, search_of(scene)
-    size, ends = best[search.problem.size_name], search.search_ranges()
+    size, ends = best[search.problem.size_quantity_name], search.search_ranges()
     assert best["proved"]
     assert best["gap_mm"] <= 1e-9 * (size + best.get("roller_radius_mm", 0.0))
     assert evaluate(best.scene)["feasible"]

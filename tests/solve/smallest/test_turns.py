@@ -14,7 +14,7 @@ from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
 from camopt.model.mechanisms import SIZE_FIELDS, Designs
 from camopt.model.motion.programme import weighted_derivative_range
 from camopt.model.motion.stroke import RETURN, RISE
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import size_lower_bound
 from camopt.solve.smallest.optimise import search_boxes
@@ -42,7 +42,7 @@ def scene_of_optimum(case, best):
 def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     """Every turn of a grid by the search at given angles, which knows nothing of other turns."""
     case = FREE[name]
-    best, problem = optimise(case).best, at_rounding_error(resolve(case))
+    best, problem = optimise(case).best, with_rounding_relative_error(resolve(case))
     turns = SegmentAngles(problem, (None, None))
     box, total = turns.angle_box, turns.scene_angles.sum()
     assert best["proved"]
@@ -69,7 +69,7 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     motion = [{**each, **({"law": law, "lift": 20} if "law" in each else {})} for each in BASE["motion"]]
     ranges = {**ANGLES, "search.angle_dwell": {"start": 0, "stop": 160}}
     case = scene(motion=motion, **ranges, limits={"pressure_angle": 40, "curvature_radius": 30})
-    best, problem = optimise(case).best, at_rounding_error(resolve(case))
+    best, problem = optimise(case).best, with_rounding_relative_error(resolve(case))
     turns = SegmentAngles(problem, (None, None))
     assert best["angles_deg"][3] == 0.0
     sizes = []
@@ -85,7 +85,7 @@ def test_the_rest_at_the_lowest_may_vanish(law):
 def test_rise_against_return_is_where_two_monotone_functions_cross():
     """A radial cam: each stroke needs the larger radius the shorter it is, so the optimum is a root."""
     case = scene(**ANGLES, **{"limits.pressure_angle": 38})
-    turns = SegmentAngles(at_rounding_error(resolve(case)), (None, None))
+    turns = SegmentAngles(with_rounding_relative_error(resolve(case)), (None, None))
 
     def needed_radius(rise, kinds, limit, sign):
         weights = (-tan(radians(limit)), sign)
@@ -160,7 +160,7 @@ MANY = {
 @pytest.mark.parametrize("name", MANY)
 def test_no_turn_of_a_few_has_a_smaller_cam(name):
     """Turns drawn at random and turns near the best one, each with a small cam of its own."""
-    problem, best = at_rounding_error(resolve(MANY[name])), optimise(MANY[name]).best
+    problem, best = with_rounding_relative_error(resolve(MANY[name])), optimise(MANY[name]).best
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(1)
@@ -193,7 +193,7 @@ def feasible_cams(turns, ends, count=400):
 @pytest.mark.parametrize("name", [*FREE, *MANY])
 def test_no_box_loses_a_feasible_cam(name):
     """Random boxes around random feasible cams: what is left of each still holds its cam."""
-    problem = at_rounding_error(resolve((FREE | MANY)[name]))
+    problem = with_rounding_relative_error(resolve((FREE | MANY)[name]))
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(3)
     search = TurnBoxSearch(turns, search_boxes(problem)[0], TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles))
     ends = search.search_ranges()

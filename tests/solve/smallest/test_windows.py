@@ -11,7 +11,7 @@ from support.depth import times
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.core.numerics.budget import UNLIMITED, Budget
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.cutting_planes import cutting_plane_optimum
 from camopt.solve.smallest.grid_search import find_nearest_miss
@@ -112,7 +112,7 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
     """A scan of sizes, dense around the window, is the referee."""
     radius, width = 10.0**place, 10.0**-narrowness
     scene = window_of(name, radius, width, lift, there)
-    problem = at_rounding_error(resolve(scene))
+    problem = with_rounding_relative_error(resolve(scene))
     (bounds,) = search_boxes(problem)
     answer = solve_smallest_cam(problem, bounds)
     near, far = np.linspace(1 - 2 * width, 1 + 2 * width, 1601) * radius, np.geomspace(1e-2, 1e4, 1200)
@@ -247,7 +247,7 @@ def test_out_of_time_the_best_so_far_is_told_with_its_gap():
 
 def test_what_a_budget_leaves_of_a_search_is_a_lower_bound():
     """However early it stops."""
-    problem = at_rounding_error(resolve(bucket({"contact_stress": 90})))
+    problem = with_rounding_relative_error(resolve(bucket({"contact_stress": 90})))
     (bounds,) = search_boxes(problem)
     least = solve_smallest_cam(problem, bounds).size
     for work in (0.0, 1e3, 1e4, 3e4):
@@ -265,13 +265,13 @@ def test_out_of_time_without_a_design_nothing_is_called_proved():
 def test_a_proof_stops_with_its_budget():
     scene = find_scene("roller-1000rpm")
     most = evaluate(scene.replace(limits=None))["pressure_angle_max_deg"]
-    problem = at_rounding_error(resolve(scene.replace(limits={"pressure_angle": most * (1.0 + 1e-9)})))
+    problem = with_rounding_relative_error(resolve(scene.replace(limits={"pressure_angle": most * (1.0 + 1e-9)})))
     whole, cut = (certify_limits(problem, problem.design, budget) for budget in (UNLIMITED, Budget(0.0)))
     assert (whole["pressure_angle"], cut["pressure_angle"]) == ("held", "undecided")
 
 
 def test_the_nearest_miss_is_looked_for_within_the_budget():
-    problem = at_rounding_error(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
+    problem = with_rounding_relative_error(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
     (bounds,) = search_boxes(problem)
     near, start = find_nearest_miss(problem, bounds, problem.design), problem.design
     assert find_nearest_miss(problem, bounds, start, Budget(0.0)) is start
@@ -281,7 +281,7 @@ def test_the_nearest_miss_is_looked_for_within_the_budget():
 
 def test_cutting_planes_stop_early_with_a_size_that_no_cam_undercuts():
     scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35}, search=None)
-    problem = at_rounding_error(resolve(scene))
+    problem = with_rounding_relative_error(resolve(scene))
     (bounds,) = search_boxes(problem)
     whole, cut = cutting_plane_optimum(problem, bounds), cutting_plane_optimum(problem, bounds, Budget(0.0))
     assert cut.design is None

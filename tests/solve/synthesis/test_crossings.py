@@ -10,7 +10,7 @@ from camopt.core.mistakes import BadInput, Unmet
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.convex_model import build_convex_model
 from camopt.solve.synthesis.crossing_jerk import crossing_jerk
-from camopt.solve.synthesis.crossings import with_best_crossings
+from camopt.solve.synthesis.crossings import with_best_crossings_and_bound
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import tighten_limits
@@ -60,7 +60,7 @@ def test_free_laws_land_softly_and_no_motion_has_less_jerk_there():
 def test_the_place_is_that_of_a_scan_where_the_window_is_not_all():
     """Wide windows: the jerk is low all along them, and the best place is where the motion has room for it."""
     problem = build_synthesis_problem(groove_scene(30.0, **{"synthesis.pieces": 12}))
-    placed, bound = with_best_crossings(problem)
+    placed, bound = with_best_crossings_and_bound(problem)
 
     def solve_with_place(x):
         asked = replace(problem, crossings=(problem.stroke_crossing(0, x, x),))

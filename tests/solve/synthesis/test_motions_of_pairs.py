@@ -61,7 +61,7 @@ def test_linear_limits_of_both_contacts_are_those_of_their_pressure_angles(scene
     second = value_and_slope(
         contact.mechanism.pressure(contact.local_designs(design), problem.programme), 0, state
     )[0]
-    lead, height = float(design.lead[0]), float(problem.setup.mechanism.start(design)[0])
+    lead, height = float(design.signed_offset[0]), float(problem.setup.mechanism.start(design)[0])
     values = [
         f.displacement * y + f.velocity * y1 + f.lead * lead + f.height * height + f.constant
         for f in linear_constraints_of(problem)

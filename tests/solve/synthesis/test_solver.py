@@ -27,12 +27,12 @@ def test_a_compiled_programme_with_rows_is_that_of_cvxpy(seed):
     compiled = CompiledProgramme(cp.Problem(cp.Minimize(goal), constraints), [y, x])
     for _ in range(3):
         room.value = rng.uniform(0.1, 2.0, 2)
-        compiled.compile_parameters()
+        compiled.compile_to_matrices()
         rows = rng.normal(size=(5, 6))
         most = rows @ np.concatenate([inside[:2], inside]) + rng.uniform(0.0, 1.0, 5)
         assert compiled.solve(sparse.csr_array(rows), most) == SOLVED
         ours = compiled.value, x.value, y.value, compiled.row_multipliers
-        compiled.unpack_values()
+        compiled.set_variables_and_multipliers()
         duals = [each.dual_value for each in constraints]
         limits = [*constraints, rows @ cp.hstack([y, x]) <= most]
         theirs = cp.Problem(cp.Minimize(goal), limits)
@@ -47,7 +47,7 @@ def test_a_compiled_programme_with_rows_is_that_of_cvxpy(seed):
 def test_rows_that_nothing_holds_are_said():
     x = cp.Variable()
     compiled = CompiledProgramme(cp.Problem(cp.Minimize(x), [x >= 2.0]), [x])
-    compiled.compile_parameters()
+    compiled.compile_to_matrices()
     assert compiled.solve(sparse.csr_array([[1.0]]), np.array([1.0])) in INFEASIBLE_STATUSES
     assert compiled.solve(sparse.csr_array([[1.0]]), np.array([3.0])) == SOLVED
     assert (compiled.value, x.value) == (pytest.approx(2.0), pytest.approx(2.0))

@@ -45,7 +45,7 @@ from camopt.solve.synthesis.nonconvex_constraints import (
     nonconvex_constraints_of,
     stroke_sample_positions,
 )
-from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peaks
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peak_factors
 from camopt.solve.synthesis.ramps import ramps_in_words
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
@@ -470,7 +470,9 @@ def test_bernstein_coefficients_are_those_of_the_spline(splines, order):
         rows = elevate_degree(rows, splines.degree - order, up) @ coefficients
         peer = BPoly(rows.reshape(parts, -1).T, np.linspace(0, 1, parts + 1))
         np.testing.assert_allclose(peer(x), wanted, atol=1e-9 * np.abs(wanted).max())
-        repeated = np.setdiff1d(np.arange(rows.size), splines.distinct_rows(order, splines.degree - order + up))
+        repeated = np.setdiff1d(
+            np.arange(rows.size), splines.distinct_coefficient_indices(order, splines.degree - order + up)
+        )
         np.testing.assert_allclose(rows[repeated], rows[repeated - 1], atol=1e-9 * np.abs(wanted).max())
         assert repeated.size == parts - (1 if order <= splines.continuity else splines.pieces)
     np.testing.assert_allclose(
@@ -580,7 +582,7 @@ def test_a_known_law_is_never_better_than_free_laws_with_its_peaks():
         base, changes = LIMITS[name]
         scene = Scene.from_dict(base).replace(**{"synthesis.pieces": 14, **changes})
         known, result = optimise(scene).best, free(scene)
-        assert result.objective <= known[resolve(result.scene).size_name] * (1 + 1e-3)
+        assert result.objective <= known[resolve(result.scene).size_quantity_name] * (1 + 1e-3)
 
 
 def test_a_sweep_of_the_synthesised_scene(tmp_path):
@@ -1065,12 +1067,12 @@ def test_the_limits_taken_by_default_are_printed(run):
 
 def test_default_peaks_are_those_of_the_problem():
     scene = changed_scene()
-    peaks = default_peaks(scene)
+    peaks = default_peak_factors(scene)
     assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
     given = build_synthesis_problem(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
     assert given.derivative_ranges == build_synthesis_problem(scene).derivative_ranges
-    assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
-    assert default_peaks(changed_scene(limits__jerk=1e6)) == {}
+    assert list(default_peak_factors(scene, ("size", "acceleration"))) == ["peak_jerk"]
+    assert default_peak_factors(changed_scene(limits__jerk=1e6)) == {}
 
 
 def test_a_load_that_presses_over_the_turn_is_no_limit():

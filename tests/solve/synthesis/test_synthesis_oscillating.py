@@ -59,7 +59,7 @@ def test_free_laws_beat_the_known_law_with_their_peaks(name):
     scene = Scene.from_dict(SWUNG[name])
     known, result = optimise(scene).best, free(scene)
     sound(result)
-    size = resolve(scene).size_name
+    size = resolve(scene).size_quantity_name
     assert result.objective == result.design[size] < 0.97 * known[size]
     assert result.bound is None
     assert not result.convex

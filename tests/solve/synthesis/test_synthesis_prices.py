@@ -15,7 +15,7 @@ from camopt import Unmet, Unsolved, find_scene, prices, synthesise
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.convex_model import build_convex_model
-from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peaks, split_by_offset
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peak_factors, split_by_offset
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import tighten_limits
 
@@ -65,7 +65,7 @@ def with_bound(case, key, value):
         pair = list(getattr(case.synthesis, names[-1]))
         pair[int(last) - 1] = value
         return case.replace(**{".".join(names): pair})
-    kept = {f"synthesis.{name}": peak for name, peak in default_peaks(case).items()}
+    kept = {f"synthesis.{name}": peak for name, peak in default_peak_factors(case).items()}
     return case.replace(**{**(kept if key in kept else {}), key: value})
 
 

@@ -176,7 +176,7 @@ def test_a_miss_shows_each_value_beside_its_limit(capsys):
 
 @pytest.mark.parametrize("width", [40, 80, 130])
 def test_nothing_is_cut_off_at_any_width(capsys, monkeypatch, width):
-    monkeypatch.setattr("camopt.cli.terminal.largest_row_width", lambda: width)
+    monkeypatch.setattr("camopt.cli.terminal.table_width_limit", lambda: width)
     laws = ["modified-trapezoid", "cycloidal"]
     rows = [
         {"law": law, "base_radius_mm": 43.75, "binding": "pressure_angle, pressure_angle_return"} for law in laws

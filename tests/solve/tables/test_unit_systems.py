@@ -50,7 +50,7 @@ from camopt.show.sheet.true_cam import TrueCam
 from camopt.solve.contour.curve import disc_curves
 from camopt.solve.synthesis.files import write_known_cam_and_summary
 from camopt.solve.synthesis.known_law_cams import build_known_law_cams
-from camopt.solve.tables.cells import shown_column_name, suffix_of
+from camopt.solve.tables.cells import column_suffix_of_unit, shown_column_name
 
 PINT = UnitRegistry()
 UNITS = sorted(
@@ -156,11 +156,13 @@ def test_every_unit_of_a_quantity_has_its_counterpart(unit, inch):
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_a_name_says_the_unit_in_which_its_number_is_shown(name, inch):
     unit = QUANTITIES[name].unit
-    assert not unit or f"_{name}".endswith(suffix_of(unit))
+    assert not unit or f"_{name}".endswith(column_suffix_of_unit(unit))
     if not unit or unit == unit_in_shown_system(unit):
         assert shown_column_name(name) == name
         return
-    assert shown_column_name(name) == name.removesuffix(suffix_of(unit)) + suffix_of(unit_in_shown_system(unit))
+    assert shown_column_name(name) == name.removesuffix(column_suffix_of_unit(unit)) + column_suffix_of_unit(
+        unit_in_shown_system(unit)
+    )
 
 
 def test_units_are_those_of_the_process_and_come_back():

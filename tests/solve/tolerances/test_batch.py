@@ -12,7 +12,7 @@ from camopt.core.mistakes import BadInput
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.tolerances.batch import share_with_confidence
 from camopt.solve.tolerances.error_samples import exceed_tolerances, real_error_parts, sample_errors
-from camopt.solve.tolerances.errors import error_ranges
+from camopt.solve.tolerances.errors import error_ranges_at_one_contact
 from tests.solve.tolerances.test_margins import scene_of
 
 FACE = camopt.find_scene("bucket-valve")
@@ -106,7 +106,9 @@ def test_so_many_cams_are_outside_of_their_tolerances_as_normal_distributions_ha
     scene, offset = FACE.replace(tolerances={"bore_eccentricity": 0.01}), {"plus": 0.5, "minus": 0.5}
     scene = scene.replace(**{"tolerances.follower.offset": {**offset, **own}})
     problem = resolve_design(scene)
-    share = exceed_tolerances(sample_errors(scene, problem, 2**15, 0), error_ranges(scene, problem)).mean()
+    share = exceed_tolerances(
+        sample_errors(scene, problem, 2**15, 0), error_ranges_at_one_contact(scene, problem)
+    ).mean()
     assert share == pytest.approx(1.0 - within * (1.0 - np.exp(-4.5)), abs=1e-3)
     even = FACE.replace(tolerances={"follower.offset": {**offset, "distribution": "uniform"}})
     assert camopt.sample_cams(even, cams=500).outside == 0

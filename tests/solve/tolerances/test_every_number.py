@@ -21,7 +21,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED_KEYS
 from camopt.solve.tolerances import dwells_and_passages, worst_case
 from camopt.solve.tolerances.error_samples import sample_errors
-from camopt.solve.tolerances.errors import contact_errors, error_ranges, flat_errors
+from camopt.solve.tolerances.errors import contact_errors, error_ranges_at_one_contact, flat_errors
 from camopt.solve.tolerances.margins import ToleranceBox
 from camopt.solve.tolerances.real_cam import RealCam, follower_offset_in_train
 from camopt.solve.tolerances.response import ToolResponse
@@ -78,7 +78,7 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
     for number in range(times(6, 300)):
         stage = [*STAGES][number % len(STAGES)]
         scene, problem = scene_with_stage(stage)
-        ends = error_ranges(scene, problem)
+        ends = error_ranges_at_one_contact(scene, problem)
         shares = rng.choice([0.0, 1.0], len(ends)) if number % 2 else rng.uniform(size=len(ends))
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=True)}
         place = np.array([rng.uniform(0.1, 6.1)])

@@ -12,7 +12,7 @@ from camopt.core.numerics.curves import Linear
 from camopt.model.effects import EvaluationBlock
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.constraints import ConstantBound, Constraint
-from camopt.scene.problem.problem import at_rounding_error, resolve_design
+from camopt.scene.problem.problem import resolve_design, with_rounding_relative_error
 from camopt.scene.scene import Scene
 from camopt.solve.verdicts.constraint_boxes import constraint_verdict_over_box
 from camopt.solve.verdicts.effect_runs import run_effects
@@ -41,7 +41,7 @@ def scene_of(contact):
 def test_no_cam_within_the_tolerances_is_worse_than_the_worst_cam(contact):
     """Of 300 cams inside, on the sides and at the corners; and the scene of the worst cam has the worst value."""
     scene, rng = scene_of(contact), np.random.default_rng(4)
-    found, problem = camopt.tolerance(scene), at_rounding_error(resolve_design(scene))
+    found, problem = camopt.tolerance(scene), with_rounding_relative_error(resolve_design(scene))
     keys = list(found.margins[0].sizes)
     fields = [key.partition(".")[2].replace("face_radius", "roller_radius") for key in keys]
     shares = rng.uniform(size=(300, len(keys)))
@@ -68,7 +68,7 @@ def test_no_cam_within_the_tolerances_is_worse_than_the_worst_cam(contact):
         assert margin.verdict == ("held" if side * (margin.worst - margin.bound) <= 0.0 else "broken"), margin
         alone = resolve_design(found.worst_cam(margin.limit))
         there = run_effects(
-            EvaluationBlock(at_rounding_error(alone).setup, alone.programme, alone.design),
+            EvaluationBlock(with_rounding_relative_error(alone).setup, alone.programme, alone.design),
             limit.required_quantities,
         ).columns
         worst = max(abs(float(np.ravel(there[name])[0])) for name in limit.shown_quantities)
@@ -77,7 +77,7 @@ def test_no_cam_within_the_tolerances_is_worse_than_the_worst_cam(contact):
 
 def test_a_cam_inside_the_box_that_is_worse_than_all_corners_is_found():
     """A curve that is highest at an offset which is no corner, and not the middle."""
-    problem = at_rounding_error(resolve_design(scene_of("offset-roller")))
+    problem = with_rounding_relative_error(resolve_design(scene_of("offset-roller")))
 
     def hill(designs, programme):
         off = np.square(designs.offset - 11.3) + np.square(designs.roller_radius - 14.1)

@@ -29,7 +29,7 @@ DIGITS, STEP, APART = 40, 1e-12, 1e-5
 def package_response(answers, key):
     """What the package says."""
     if key.startswith("bore"):
-        return answers.bore_responses[key == "bore y"]
+        return answers.bore_responses_in_two_directions[key == "bore y"]
     if key == "profile":
         return answers.profile_response
     if key in ("phase", "face_tilt"):

@@ -9,8 +9,8 @@ from support.cams import cam_with
 import camopt
 from camopt.core.mistakes import BadInput
 from camopt.model.effects import EvaluationBlock
-from camopt.scene.problem.problem import at_rounding_error, resolve, resolve_design
-from camopt.scene.problem.tolerance_zones import designs_with_errors
+from camopt.scene.problem.problem import resolve, resolve_design, with_rounding_relative_error
+from camopt.scene.problem.tolerance_zones import design_copies_with_errors
 from camopt.scene.scene import Scene
 from camopt.solve.front.table_certificate import certify_table
 from camopt.solve.verdicts.effect_runs import run_effects
@@ -40,10 +40,10 @@ def scene_of(contact, tolerances=None, **more):
 
 def worst_excess(scene):
     """Of a dense scan of all cams within the tolerances: corners, sides and insides."""
-    problem = at_rounding_error(resolve_design(scene))
+    problem = with_rounding_relative_error(resolve_design(scene))
     spans = {field: np.linspace(zone.lower, zone.upper, STEPS) for field, zone in problem.zones.items()}
     offs = [dict(zip(spans, values, strict=True)) for values in itertools.product(*spans.values())]
-    cams = designs_with_errors(problem.design, offs)
+    cams = design_copies_with_errors(problem.design, offs)
     limits = problem.without_deferred_limits.limits
     needs = frozenset(name for limit in limits for name in limit.required_quantities)
     return excesses(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import camopt
-from camopt.scene.problem.problem import at_rounding_error, resolve_design
-from camopt.scene.problem.tolerance_zones import designs_with_errors, train_entries
+from camopt.scene.problem.problem import resolve_design, with_rounding_relative_error
+from camopt.scene.problem.tolerance_zones import design_copies_with_errors, entries_of_train_numbers
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -33,16 +33,16 @@ def robust_scene(name, tolerances=None, **more):
 
 def worst_excess(scene, steps=STEPS):
     """Over all limits, of a dense scan of all cams and trains within the tolerances: corners, sides and insides."""
-    problem = at_rounding_error(resolve_design(scene))
+    problem = with_rounding_relative_error(resolve_design(scene))
     spans = {field: np.linspace(zone.lower, zone.upper, steps) for field, zone in problem.zones.items()}
-    trains = train_entries(spans)
+    trains = entries_of_train_numbers(spans)
     own = {field: each for field, each in spans.items() if field not in trains}
     offs = [dict(zip(own, values, strict=True)) for values in itertools.product(*own.values())]
     worst = []
     for values in itertools.product(*trains.values()):
         numbers = {key: problem.nominal_numbers[key] + by for key, by in zip(trains, values, strict=True)}
         each = problem.with_numbers(numbers)
-        worst.append(evaluate_limits(each, each.limits, designs_with_errors(each.design, offs))[0].max())
+        worst.append(evaluate_limits(each, each.limits, design_copies_with_errors(each.design, offs))[0].max())
     return max(worst)
 
 

@@ -9,7 +9,7 @@ from support.real_cams import PairCams, RealPairs
 
 import camopt
 from camopt.core.mistakes import BadInput
-from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_by_contact
+from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_at_contacts_by_key
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.true_cam import TrueCam
@@ -21,7 +21,7 @@ from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, Int
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import PairResponse, separation_range
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_magnitude
-from camopt.solve.tolerances.worst_case import exact_tool_error, make_worst_cam_search
+from camopt.solve.tolerances.worst_case import make_worst_cam_search, tool_error_function_at_contact
 from camopt.solve.verdicts.constraint_boxes import BoxParts
 from tests.solve.measured.test_pair_inspection import drawn_pair as pair_drawn
 from tests.solve.measured.test_pair_inspection import lift_off_profile
@@ -37,7 +37,7 @@ def discs(kind):
     """The discs of a scene, dense: points and normals in the frame of the cam."""
     scene, _ = pair_drawn(kind)
     points = camopt.cam_points(scene, DENSE)
-    names = ("profile", "second_profile") if scene.mechanism.second_keys else ("profile", "profile")
+    names = ("profile", "second_profile") if scene.mechanism.second_contact_size_keys else ("profile", "profile")
 
     def curve(name, unit=""):
         return points[f"{name}_x{unit}"] + 1j * points[f"{name}_y{unit}"]
@@ -112,9 +112,9 @@ def test_first_order_is_the_slope_of_what_both_contacts_do_exactly():
     problem, step = resolve_design(pair_of(**EVERY)), 1e-5
     answers = PairResponse(problem, ANGLES)
     for tolerance in (key for key in (*EVERY, *MORE) if key not in ("drive.base_radius", "bore_eccentricity")):
-        for key, at in errors_by_contact(problem.setup.mechanism, tolerance).items():
+        for key, at in errors_at_contacts_by_key(problem.setup.mechanism, tolerance).items():
             off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
-            np.testing.assert_allclose(answers.error_response(at)[0], off, rtol=1e-4, atol=1e-7)
+            np.testing.assert_allclose(answers.tool_response(at)[0], off, rtol=1e-4, atol=1e-7)
             np.testing.assert_allclose(answers.separation_response(at), apart, rtol=1e-4, atol=1e-5)
     for way in (0.0, np.pi / 2):
         errors = {"bore_eccentricity": step, "bore_eccentricity_way": way}
@@ -133,7 +133,11 @@ def test_the_worst_cam_of_a_pair_is_within_what_is_proved_and_random_ones_too(ev
     angles = rng.uniform(0.0, 2 * np.pi, cams)
     errors = {"bore_eccentricity_way": rng.uniform(-np.pi, np.pi, cams)}
     for tolerance, size in EVERY.items():
-        keys = errors_by_contact(problem.setup.mechanism, tolerance) if tolerance != "drive.base_radius" else ()
+        keys = (
+            errors_at_contacts_by_key(problem.setup.mechanism, tolerance)
+            if tolerance != "drive.base_radius"
+            else ()
+        )
         for key in keys:
             zone = np.radians(size) if "phase" in key else size
             errors[key] = rng.choice([0.0 if "bore" in key else -1.0, 1.0], cams) * zone
@@ -178,7 +182,11 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     parts = BoxParts(panels, np.ones(panels.size), rows, rows, np.ones((len(rows), 1)))
     half, middle = (getattr(problem.programme.table, each) for each in ("half_width", "centre"))
     with np.errstate(all="ignore"):
-        value = search.bound_search(exact_tool_error(search.cam, 0)).enclose_quantity(parts).value
+        value = (
+            search.bound_search(tool_error_function_at_contact(search.cam, 0))
+            .enclose_quantity_times_side(parts)
+            .value
+        )
     places = middle + u * half
     own = dict(errors)
     if "bore_eccentricity_way" in own:  # in the ground where the first contact touches, to the frame of the cam
@@ -297,7 +305,7 @@ def test_no_preload_turns_the_shaft_more_than_its_energy_changes_and_one_nearly_
     angles = rng.uniform(0.0, 2 * np.pi, cams)
     errors = {"bore_eccentricity_way": rng.uniform(-np.pi, np.pi, cams)}
     for tolerance, size in SMOOTH.items():
-        for key in errors_by_contact(problem.setup.mechanism, tolerance):
+        for key in errors_at_contacts_by_key(problem.setup.mechanism, tolerance):
             zone = np.radians(size) if "phase" in key else size
             errors[key] = rng.choice([1.0, 1.0] if "bore" in key else [-1.0, 1.0], cams) * zone
     stored = [
@@ -384,7 +392,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
         given = {**off, "bore_eccentricity": np.abs(bore), "bore_eccentricity_way": np.angle(bore)}
         given.pop("train.1.coupler")
         moved, _ = PairCams(problem).at(given, theta)
-        return RealCam(problem).error_at_tool(off, theta, [moved]).error
+        return RealCam(problem).highest_order_error_at_tool(off, theta, [moved]).error
 
     before, at, after = (exact(angles + side * step) for side in (-1, 0, 1))
     np.testing.assert_allclose(cams.motion_errors(off, places, 0), at, rtol=1e-9)

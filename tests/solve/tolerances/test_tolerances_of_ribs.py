@@ -9,7 +9,7 @@ from support.real_cams import PairCams
 from support.ribs import centres, flanks, rib
 
 import camopt
-from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_by_contact
+from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_at_contacts_by_key
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.response import PairResponse
@@ -111,9 +111,9 @@ def test_first_order_is_the_slope_of_what_both_rollers_do_exactly(motion):
     answers = PairResponse(problem, ANGLES)
     arm = ("follower.arm_length",) if problem.setup.angular else ()
     for tolerance in ("follower.roller_spacing", "follower.roller_radius", "profile", "phase", *arm):
-        for key, at in errors_by_contact(problem.setup.mechanism, tolerance).items():
+        for key, at in errors_at_contacts_by_key(problem.setup.mechanism, tolerance).items():
             off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
-            np.testing.assert_allclose(answers.error_response(at)[0], off, rtol=1e-4, atol=1e-6)
+            np.testing.assert_allclose(answers.tool_response(at)[0], off, rtol=1e-4, atol=1e-6)
             np.testing.assert_allclose(answers.separation_response(at), apart, rtol=1e-4, atol=1e-5)
     for way, (one, other) in zip((0.0, np.pi / 2), answers.bore_responses, strict=True):
         off, apart = PairCams(problem).at({"bore_eccentricity": step, WAY: way}, ANGLES)

@@ -21,7 +21,7 @@ from camopt.solve.tolerances.errors import (
     BORE,
     BORE_DIRECTION,
     contact_errors,
-    error_ranges,
+    error_ranges_at_one_contact,
     flat_errors,
     repeat_cam_errors,
 )
@@ -110,7 +110,7 @@ def test_no_cam_exceeds_the_bound_and_the_worst_cam_nearly_has_it(contact, law):
     """By 200,000 cams, half of them at corners, at random places, and a local search from the worst of them."""
     scene, rng = scene_with_tolerances(contact, law), np.random.default_rng(2)
     found, problem = camopt.tolerance(scene).worst_case, resolve_design(scene)
-    unit, zones = motion_unit_factor(problem.setup, 0), error_ranges(scene, problem)
+    unit, zones = motion_unit_factor(problem.setup, 0), error_ranges_at_one_contact(scene, problem)
     ends = np.array([*zones.values()])
     assert 0.0 <= found.gap <= 2e-5 * found.bound
     assert abs(found.bound - camopt.tolerance(scene).errors[0].worst) < 1e-4
@@ -161,7 +161,7 @@ def test_random_cams_within_their_tolerances_are_within_the_bound():
         scene = scene_with_tolerances(contact, str(law), str(rotation), 10 ** rng.uniform(-3, -1.5))
         problem, bound = resolve_design(scene), camopt.tolerance(scene).worst_case.bound
         shares = rng.choice([0.0, 1.0], 9) if number % 2 else rng.uniform(size=9)
-        ends = error_ranges(scene, problem)
+        ends = error_ranges_at_one_contact(scene, problem)
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=False)}
         place = rng.uniform(0.1, 6.1)
         found = RealCam(problem).contact_error(flat_errors(errors), np.array([place]))

@@ -27,7 +27,7 @@ def reached_quantities(name):
     names = [
         each
         for each in available_quantities(resolve_design(scene).setup)
-        if each in QUANTITIES and QUANTITIES[each].relation
+        if each in QUANTITIES and QUANTITIES[each].relation_to_limit
     ]
     found = evaluate(scene.replace(outputs=names))
     return scene, {each: found[each] for each in names if NEARLY_ZERO < abs(found[each]) < np.inf}

@@ -78,12 +78,12 @@ def test_what_is_known_of_parts_of_a_turn_is_known_of_all_of_it(goal):
     case, curve = EvaluationBlock(problem.setup, problem.programme, designs), problem.setup.mechanism.pressure
     questions, whole = [(RISE | DWELL, goal), (RETURN, goal)], (RISE | DWELL | RETURN, goal)
     known = NOTHING_KNOWN.with_extremes(curve, questions, case.extremes(curve, questions))
-    found, expected = known.find_extremes(curve, [whole]), case.extremes(curve, [whole])
+    found, expected = known.find_known_extremes(curve, [whole]), case.extremes(curve, [whole])
     np.testing.assert_array_equal(found.value, expected.value)
     assert np.all(np.abs(found.width) <= 1e-9 * np.abs(found.value))
-    assert known.find_extreme(curve, (RISE, goal)) is None
-    assert known.find_extremes(curve, [whole, (RISE, goal)]) is None
-    some = known.take(np.array([3, 1])).find_extreme(curve, (RETURN, goal))
+    assert known.find_known_extreme(curve, (RISE, goal)) is None
+    assert known.find_known_extremes(curve, [whole, (RISE, goal)]) is None
+    some = known.take(np.array([3, 1])).find_known_extreme(curve, (RETURN, goal))
     np.testing.assert_array_equal(some.value, case.extremes(curve, questions).value[1, [3, 1]])
     again = replace(case, known_extremes=known).extremes(curve, [whole])
     np.testing.assert_array_equal(again.value, expected.value)

@@ -21,9 +21,9 @@ from camopt.core.quantities import (
     QUANTITIES,
     RMS_ORDERS,
     STROKE_WORDS,
-    error_quantity,
-    motion_mean,
-    motion_quantity,
+    motion_error_name,
+    motion_peak_name,
+    motion_rms_name,
 )
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.effects import EFFECTS, EvaluationBlock, available_quantities
@@ -32,11 +32,15 @@ from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.limits import Limits
 from camopt.scene.problem.constraints import CONSTRAINT_SIDES, ConstantBound, Constraint
 from camopt.scene.problem.limit import Limit
-from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity
+from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity_name
 from camopt.scene.problem.limits import PART_LIMITS as PART_KEYS
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.synthesis import SynthesisSettings
-from camopt.solve.smallest.enclosure import enclose_limits, size_constraints_with_variants, size_mean_constraints
+from camopt.solve.smallest.enclosure import (
+    enclose_limits,
+    size_constraints_with_variants,
+    size_dependent_mean_constraints,
+)
 from camopt.solve.synthesis import nonconvex_constraints
 from camopt.solve.synthesis.linear_constraints import is_linear
 from camopt.solve.synthesis.problem_from_scene import problem_from_settings
@@ -57,14 +61,14 @@ GROOVED = {"groove_depth": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3
 RIBBED = {"rib_height": 8, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3}
 WITHOUT_SPEED = (
     {
-        motion_quantity(derivative, stroke, angular=angular, timed=False)
+        motion_peak_name(derivative, stroke, angular=angular, timed=False)
         for derivative, stroke, angular in product(DERIVATIVE_UNITS, STROKE_WORDS, (False, True))
     }
     | {
-        motion_mean(derivative, angular=angular, timed=False)
+        motion_rms_name(derivative, angular=angular, timed=False)
         for derivative, angular in product(RMS_ORDERS, (False, True))
     }
-    | {error_quantity(order, angular=angular, timed=False) for order, angular in product((1, 2), (False, True))}
+    | {motion_error_name(order, angular=angular, timed=False) for order, angular in product((1, 2), (False, True))}
 )
 """What only a scene without a speed has."""
 OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
@@ -222,7 +226,10 @@ def in_ranges(problem):
     sizes = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box = problem.design.with_values(sizes)
     found = enclose_limits(
-        problem, [*size_constraints_with_variants(problem), *size_mean_constraints(problem)], box, ["size"]
+        problem,
+        [*size_constraints_with_variants(problem), *size_dependent_mean_constraints(problem)],
+        box,
+        ["size"],
     )
     assert bool(found.empty[0]) != bool(found.within_rounding[0])
     return bool(found.empty[0])
@@ -246,7 +253,7 @@ class Bent(Limit):
 @pytest.mark.parametrize("goal", CONSTRAINT_SIDES)
 def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
     """A bound on κ·(R_r + 3 mm), above and below: the profile of this cam has concave flanks."""
-    problem = at_rounding_error(resolve(scene_of("roller")))
+    problem = with_rounding_relative_error(resolve(scene_of("roller")))
     constraint = Constraint(
         problem.setup.mechanism.curvature, ALL_STROKES, goal, ConstantBound(1.0), BodyRadiusPlus(3.0)
     )
@@ -286,7 +293,7 @@ def test_only_constraints_with_one_kind_of_factor_are_compared():
 def worst_angles(problem, constraint):
     """Just before and after where each side of a constraint is worst."""
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
-    goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.sides]
+    goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs]
     return problem.programme.one_sided_angles(
         case.extremes(constraint.curve, goals).where, constraint.kinds
     ).ravel()
@@ -300,7 +307,7 @@ def sizes_of(synthesis_problem):
         if synthesis_problem.has_trace_point
         else design.size + synthesis_problem.prime_less_cam_radius
     )
-    return float(design.lead[0]), float(height[0])
+    return float(design.signed_offset[0]), float(height[0])
 
 
 def over_samples(synthesis_problem, constraint, monkeypatch):
@@ -364,13 +371,13 @@ def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side
     bound = value + eased * NEAR * abs(value) if near else 1.0
     scene, broken = scene_of(contact, key, bound), outwards * (value - bound) > 0.0
     assert broken == (side == "broken") or not near
-    problem = at_rounding_error(resolve(scene))
+    problem = with_rounding_relative_error(resolve(scene))
     problem = replace(problem, limits=tuple(each for each in problem.limits if each.name == key))
     assert in_doubles(scene, key) == broken
     assert in_balls(problem, key) == broken
-    if limit.mean_constraint is not None and not limit.is_of_motion:
+    if limit.mean_constraint is not None and not limit.is_decided_by_motion_alone:
         assert in_ranges(problem) == broken
-    elif limit.constraints and not limit.is_of_motion:
+    elif limit.constraints and not limit.is_decided_by_motion_alone:
         assert in_ranges(problem) == broken
         # free laws drive no tool, and no second contact
         assert contact in WITH_MORE or in_planes(problem, key, monkeypatch) == broken
@@ -397,7 +404,7 @@ def test_bounds_on_derivatives_by_the_cam_angle_need_no_speed(contact):
 def test_a_short_key_and_the_name_of_its_quantity_say_the_same(contact):
     limits = limits_of(contact)
     for key in limits.keys() & {*LOAD_LIMITS, *PART_KEYS}:
-        short, long = limits[key], limits[limited_quantity(key, resolve(scene_of(contact)).setup)]
+        short, long = limits[key], limits[limited_quantity_name(key, resolve(scene_of(contact)).setup)]
         assert [c._replace(curve=None) for c in short.constraints] == [
             c._replace(curve=None) for c in long.constraints
         ]
@@ -423,9 +430,9 @@ def test_a_short_key_and_the_name_of_its_quantity_say_the_same(contact):
 def test_every_quantity_that_is_a_peak_or_a_mean_is_limited_here(contact):
     setup = resolve(scene_of(contact)).setup
     names = {name for effect in EFFECTS.values() for name in (*effect.peaks(setup), *effect.means(setup))}
-    names &= {name for name in available_quantities(setup) if QUANTITIES[name].relation}
+    names &= {name for name in available_quantities(setup) if QUANTITIES[name].relation_to_limit}
     assert len(names) > 20
-    assert names <= {limited_quantity(key, setup) for key in limits_of(contact)}
+    assert names <= {limited_quantity_name(key, setup) for key in limits_of(contact)}
     decided = {
         name for name in names if limits_of(contact)[name].constraints or limits_of(contact)[name].mean_constraint
     }
@@ -437,5 +444,5 @@ def test_every_peak_is_bounded_from_the_side_that_its_list_says(contact):
     setup = resolve(scene_of(contact)).setup
     for effect in EFFECTS.values():
         for name, peak in effect.peaks(setup).items():
-            if QUANTITIES[name].relation:
-                assert peak.is_least == (QUANTITIES[name].relation == AT_LEAST), name
+            if QUANTITIES[name].relation_to_limit:
+                assert peak.is_least == (QUANTITIES[name].relation_to_limit == AT_LEAST), name

@@ -36,7 +36,7 @@ from camopt.core.mistakes import BadInput
 from camopt.core.quantities import QUANTITIES
 from camopt.model.motion import LAWS
 from camopt.scene.problem.limits import LOAD_LIMITS
-from camopt.scene.problem.problem import at_rounding_error, resolve
+from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.space import grid_space
 from camopt.solve.front.table_certificate import certify_table
 from camopt.solve.verdicts.certify import certify_limits, certify_limits_and_self_crossing
@@ -485,7 +485,7 @@ def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
     cam, refused = evaluate(scene), []
     for name, quantity in LOAD_LIMITS.items():
         if quantity in cam:
-            lax = scene.replace(limits={name: 1e9 if QUANTITIES[quantity].side > 0.0 else 1e-9})
+            lax = scene.replace(limits={name: 1e9 if QUANTITIES[quantity].limit_sign > 0.0 else 1e-9})
             (limit,) = (each for each in resolve(lax).limits if each.name == name)
             if limit.is_infinite_on_motion(resolve(lax).programme):
                 refused.append(name)
@@ -498,7 +498,7 @@ def test_a_mean_is_decided_over_a_box_of_nothing(share):
     """The length of a groove, of a cam within tolerances that are none of its own: that ended in an IndexError."""
     scene = find_scene("barrel-traverse").replace(limits=None)
     length = evaluate(scene.replace(outputs=["groove_length_mm"]))["groove_length_mm"]
-    problem = at_rounding_error(resolve(scene.replace(limits={"groove_length_mm": length * share})))
+    problem = with_rounding_relative_error(resolve(scene.replace(limits={"groove_length_mm": length * share})))
     (limit,) = (each for each in problem.limits if each.name == "groove_length_mm")
     assert limit_verdict_over_box(problem, limit, problem.design, {}).verdict == (
         "held" if share > 1.0 else "broken"

@@ -22,7 +22,7 @@ from camopt.core.numerics.curves import (
     value_and_slope_formula,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
-from camopt.model.effects.peak import Derivative, NumberKind
+from camopt.model.effects.peak import MotionDerivative, NumberKind
 from camopt.model.mechanisms import Designs
 from support.balls.ball import Ball, as_arb
 
@@ -60,7 +60,7 @@ class ExactCurve:
 
 
 def _values(made: Any, motion: list[Ball]) -> tuple[arb, arb]:
-    if isinstance(made, Derivative):
+    if isinstance(made, MotionDerivative):
         return motion[made.order].arb, motion[made.order + 1].arb
     y, y1, y2, y3, y4, *load = motion
     value, slope = value_and_slope(made, ..., State(y, y1, y2, y3, LOADS[len(load)](*load), y4))

@@ -21,7 +21,7 @@ from typing import Any, cast
 from flint import arb, arb_series
 
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.constraints import TurnMeanConstraint
@@ -98,8 +98,8 @@ class MeanOfPowers:
     def of(cls, mean: Mean, design: Designs, motion: ExactMotion) -> "MeanOfPowers":
         """The mean of a quantity."""
         turn = cast(Programme, motion)
-        if isinstance(derivative := mean.curves[0][0], Derivative):
-            motion = derivative.source_motion(motion)
+        if isinstance(derivative := mean.curves[0][0], MotionDerivative):
+            motion = derivative.motion_of_tool_or_follower(motion)
         return cls([(ExactCurve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
 
     def enclosures(self, until: float = inf) -> Iterator[arb]:
@@ -147,7 +147,7 @@ class MeanOfPowers:
 
 def _may_be(kinds: int, stroke: ExactStroke, speed: arb) -> bool:
     """Whether a follower that moves with this y' may be on a piece of some kinds."""
-    about = Side(ExactCurve(Derivative(0)), kinds).on(stroke)
+    about = Side(ExactCurve(MotionDerivative(0)), kinds).on(stroke)
     return about is not None and about.applies(speed)[0]
 
 
@@ -159,7 +159,7 @@ def _width(ball: arb) -> float:
 @precisely(DISPLACEMENT_TERMS)
 def mean_verdict(constraint: TurnMeanConstraint, design: Designs, motion: ExactMotion, until: float = inf) -> str:
     """The verdict on a limit's constraint on a mean, for a design (in balls)."""
-    allowed, factor = constraint.upper_bound(BALL_NUMBERS), as_arb(constraint.factor(design))
+    allowed, factor = constraint.upper_bound_of_each_side(BALL_NUMBERS), as_arb(constraint.factor(design))
     for found in MeanOfPowers.of(constraint.mean, design, motion).enclosures(until):
         over = (found * factor - allowed) * constraint.side
         if over <= 0 or over > 0:

@@ -4,7 +4,7 @@ from typing import Any
 
 from flint import acb, arb
 
-from camopt.core.numerics.point_contact import ellipticity_of, pressure_factor
+from camopt.core.numerics.point_contact import contact_half_axis_ratio, pressure_factor_and_derivative
 from support.balls.ball import Ball, ball_between
 
 SHORT_CHORD = arb(2) ** -64  # relative: a chord this short stands for the slope
@@ -41,10 +41,10 @@ def _factor(t: arb) -> arb:
 
 
 def _start(t: arb) -> arb:
-    return arb(float(ellipticity_of(float(t.mid())))).log().mid()
+    return arb(float(contact_half_axis_ratio(float(t.mid())))).log().mid()
 
 
-@pressure_factor.register
+@pressure_factor_and_derivative.register
 def _of_ball(t: Ball, table: Any) -> tuple[Any, Any]:
     """h falls and is convex: its ends bound it, and chords outside them its slope."""
     low, high = t.arb.lower(), t.arb.upper()

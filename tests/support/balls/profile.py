@@ -13,10 +13,10 @@ from flint import arb, arb_series
 from camopt.core.numerics.taylor import (
     Direction,
     Taylor,
-    direction,
+    cosine_and_sine_series,
+    series_derivative,
     series_quotient,
     series_root,
-    series_slope,
     vector_angle,
 )
 from camopt.model.motion.profile_law import ProfileLaw
@@ -74,12 +74,12 @@ def _(a: arb_series, b: arb_series) -> arb_series:
     return a * b.inv()  # not known where b may be zero; divided by b, it would be an error
 
 
-@series_slope.register
+@series_derivative.register
 def _(series: arb_series) -> arb_series:
     return series.derivative()
 
 
-@direction.register
+@cosine_and_sine_series.register
 def _(angle: arb_series) -> Direction:
     sine, cosine = angle.sin_cos()
     return Direction(cosine, sine)

@@ -13,12 +13,12 @@ from typing import Any, cast
 
 import support.balls.point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.peak import Derivative
+from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import ASSEMBLY, Limit
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
@@ -39,21 +39,25 @@ def exact_turn(programme: Programme) -> ExactMotion:
     motion = exact_motion(programme)
     if programme.monotone:
         return motion
-    highest = Largest(Side(ExactCurve(Derivative(0))).parts(motion)).within(HIGHEST_ERROR)
+    highest = Largest(Side(ExactCurve(MotionDerivative(0))).parts(motion)).within(HIGHEST_ERROR)
     return replace(motion, highest=highest)
 
 
 def sides_of(constraint: Constraint, design: Designs, motion: ExactMotion) -> Iterator[Side]:
     """The sides of a constraint for a design (in balls)."""
     curve = ExactCurve(constraint.curve(design, cast(Programme, motion)))
-    return (Side(curve, constraint.kinds, sign) for sign in constraint.sides)
+    return (Side(curve, constraint.kinds, sign) for sign in constraint.side_signs)
 
 
 def largest_of(constraints: Iterable[Constraint], design: Designs, motion: ExactMotion) -> Largest:
     """What the curves of constraints are at most, on all their sides, for a design (in balls)."""
     parts: list[tuple[Side, TurnPart]] = []
     for constraint in constraints:
-        turn = constraint.curve.source_motion(motion) if isinstance(constraint.curve, Derivative) else motion
+        turn = (
+            constraint.curve.motion_of_tool_or_follower(motion)
+            if isinstance(constraint.curve, MotionDerivative)
+            else motion
+        )
         for side in sides_of(constraint, design, motion):
             parts += side.parts(turn)
     return Largest(parts)
@@ -70,7 +74,9 @@ def constraint_verdict(
 
 def verdict_on_constraint(largest: Largest, constraint: Constraint, design: Designs, until: float = inf) -> str:
     """The verdict on a constraint for a design (in balls), from what its curves are at most."""
-    return largest.verdict(constraint.upper_bound(BALL_NUMBERS), as_arb(constraint.factor(design)), until)
+    return largest.verdict(
+        constraint.upper_bound_of_each_side(BALL_NUMBERS), as_arb(constraint.factor(design)), until
+    )
 
 
 def on_arcs(problem: Problem, curve: Any) -> bool:
@@ -84,8 +90,8 @@ def _on_arcs(problem: Problem, constraint: Constraint, design: Designs) -> Itera
 
     A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
     """
-    factor, allowed = as_arb(constraint.factor(design)), constraint.upper_bound(BALL_NUMBERS)
-    for side, radius in product(constraint.sides, problem.profile):
+    factor, allowed = as_arb(constraint.factor(design)), constraint.upper_bound_of_each_side(BALL_NUMBERS)
+    for side, radius in product(constraint.side_signs, problem.profile):
         if isinf(radius):  # a line
             yield sign_of(-allowed)
         elif problem.setup.mechanism.flat_faced:
@@ -99,11 +105,11 @@ def _without_curves(
     problem: Problem, limit: Limit, design: Designs, exact: Designs, motion: ExactMotion, until: float
 ) -> str:
     """The verdict on a limit without curves: a crossing, a size, an integral, or one of the motion."""
-    if limit.decider:
-        broken = limit.decider(problem.setup, design, problem.programme)
+    if limit.single_design_decider:
+        broken = limit.single_design_decider(problem.setup, design, problem.programme)
         return UNDECIDED if broken is None else BROKEN if broken else HELD
     if not is_integrated(limit.required_quantities):
-        case = EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design)
+        case = EvaluationBlock(with_rounding_relative_error(problem).setup, problem.programme, design)
         return _quantity_verdict(limit, run_effects(case, limit.required_quantities), design)
     for rows in integrated_rows(problem, motion, design, exact, limit.required_quantities):
         found = _quantity_verdict(limit, rows, design)

@@ -21,7 +21,7 @@ from camopt.core.quantities import QUANTITIES
 from camopt.model.effects import EFFECTS, EvaluationBlock
 from camopt.model.effects.section import AREA, CENTROID, POLAR_MOMENT, PROFILE_LENGTH
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.problem import Problem, at_rounding_error
+from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
 from camopt.solve.verdicts.effect_runs import with_effect
 from support.balls.ball import as_arb, ball_between, precisely
@@ -52,7 +52,7 @@ def integrated_rows(
     """
     if not problem.setup.mechanism.body.bounded or problem.programme.corners:
         return
-    case = EvaluationBlock(at_rounding_error(problem).setup, problem.programme, design)
+    case = EvaluationBlock(with_rounding_relative_error(problem).setup, problem.programme, design)
     for parts in STROKE_PARTS:
         rows = section_rows(problem, motion, exact, parts)
         if not all(np.isfinite(width) for width in rows.outward.values()):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.extremes import Precision, extremes
+from camopt.core.numerics.extremes import Precision, extremes_of_curve
 from camopt.core.numerics.piecewise import MotionTable
 from camopt.core.numerics.sampling import write_sampled_extremes
 from camopt.model.motion.programme import Programme
@@ -44,7 +44,7 @@ def enclosure_method(relative_error: float) -> Method:
     """Enclosures with a relative error."""
 
     def enclose_extremes(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
-        result = extremes(f, count, programme.table, questions, Precision(relative_error, np.inf))
+        result = extremes_of_curve(f, count, programme.table, questions, Precision(relative_error, np.inf))
         return result.value, result.width
 
     return Method("enclosure", relative_error, enclose_extremes)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import elementwise
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.extremes import Extremes, Precision, extremes
+from camopt.core.numerics.extremes import Extremes, Precision, extremes_of_curve
 from camopt.model.effects.peak import Peak
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import peak_at_first_contact
@@ -48,7 +48,7 @@ class PeakSubject:
     def _extremes(self, designs: Designs) -> Extremes:
         """Extremes of designs in doubles."""
         curve, questions = self._curve_question(designs)
-        return extremes(
+        return extremes_of_curve(
             curve, len(designs), self.problem.programme.table, questions, Precision(SINGLE_DESIGN_ERROR, 1e-9)
         )
 
@@ -170,7 +170,7 @@ class RadiusSubject:
             If the secant method does not converge.
         """
         place, design = self.numbers[design_number], self.designs.take([design_number])
-        bound = self.peak_subject.peak.scale.extreme_for_quantity(
+        bound = self.peak_subject.peak.scale.weighted_extreme_for_quantity(
             float(self.peak_subject.truth[place]), digit_numbers()
         )
 
@@ -200,7 +200,9 @@ def subjects_of(problem: Problem) -> list[Subject]:
     for name in ("pressure angle", "curvature" if mechanism.curvature else "radius of curvature"):
         peak = peak_at_first_contact(QUANTITY_OF[name], problem.setup)
         assert peak is not None
-        of = PeakSubject(name, problem, peak.as_magnitude() if mechanism.two_sided else peak, designs)
+        of = PeakSubject(
+            name, problem, peak.as_magnitude() if mechanism.has_flanks_on_both_sides else peak, designs
+        )
         if np.all(np.abs(of.truth) > 0.0):  # a flat face that translates has no pressure angle
             found.append(of)
             inside = (

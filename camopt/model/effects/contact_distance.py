@@ -17,7 +17,7 @@ import numpy as np
 from camopt.core.numerics import LARGEST
 from camopt.core.numerics.curves import Linear
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
-from camopt.model.effects.peak import IDENTITY_SCALE, Multiple, Peak
+from camopt.model.effects.peak import IDENTITY_SCALE, MultipleScale, Peak
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.ribs import roller_spacing_as_displacement
 from camopt.model.motion.programme import Programme
@@ -36,20 +36,23 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     (name,) = offered_quantities(case.setup)
-    return {name: _frame_scale(case.setup).factor * _contact_distance(case.setup, case.designs, case.programme)}
+    return {
+        name: _contact_distance_scale(case.setup).factor
+        * _contact_distance(case.setup, case.designs, case.programme)
+    }
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     """The distance as the largest value of a constant curve, for searches and proofs."""
-    curves = ((partial(_constant_distance_curve, setup), ALL_STROKES),)
-    return {name: Peak(curves, LARGEST, _frame_scale(setup)) for name in offered_quantities(setup)}
+    curves = ((partial(_constant_contact_distance_curve, setup), ALL_STROKES),)
+    return {name: Peak(curves, LARGEST, _contact_distance_scale(setup)) for name in offered_quantities(setup)}
 
 
-def _frame_scale(setup: Setup) -> Multiple:
-    return Multiple(180.0 / pi) if setup.angular else IDENTITY_SCALE
+def _contact_distance_scale(setup: Setup) -> MultipleScale:
+    return MultipleScale(180.0 / pi) if setup.angular else IDENTITY_SCALE
 
 
-def _constant_distance_curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
+def _constant_contact_distance_curve(setup: Setup, designs: Designs, programme: Programme) -> Linear:
     none = np.zeros(len(designs))
     return Linear(none, none, none, _contact_distance(setup, designs, programme) + none)
 

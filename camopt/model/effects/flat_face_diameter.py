@@ -34,16 +34,16 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
         2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
         for ends in (
             [case.columns[name] for name in FACE_REACHES],
-            [case.outer_bound(name) for name in FACE_REACHES],
+            [case.outer_end_of_column_enclosure(name) for name in FACE_REACHES],
         )
     )
     return {FACE_DIAMETER: EnclosedValue(diameter, far - diameter, diameter)}
 
 
-def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:
     """The reach at which the circle about the follower's axis has the bound as its diameter."""
     width = setup.bodies.face_width or 0.0
-    if name != FACE_DIAMETER or "materials.face_width" in setup.free or bound < width:
+    if quantity_name != FACE_DIAMETER or "materials.face_width" in setup.free or bound < width:
         return NecessaryConditions()
     return NecessaryConditions(reach=difference_of_squares_root(bound, width) / 2.0)
 

@@ -30,13 +30,13 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {} if setup.solid.bore_radius else {WALL: ("part.bore",)}
 
 
-def cam_radius_for_wall(setup: Setup, wall: float) -> float:
+def cam_radius_for_wall(setup: Setup, wall_thickness: float) -> float:
     """Base or mean radius for a thickness of the wall [mm]; infinite if the hub's wall is thinner."""
     solid = setup.solid
-    if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
+    if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall_thickness:
         return inf
     inwards = (solid.groove_depth_or_rib_height or 0.0) / 2.0 if setup.mechanism.body.developed else 0.0
-    return wall + solid.bore_reach + inwards
+    return wall_thickness + solid.bore_reach + inwards
 
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
@@ -48,7 +48,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     return {WALL: np.minimum(wall, solid.hub_radius - solid.bore_reach) if solid.hub_radius else wall}
 
 
-def necessary_conditions(setup: Setup, name: str, bound: float) -> NecessaryConditions:
+def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:
     return NecessaryConditions(least_size=cam_radius_for_wall(setup, bound))
 
 
