@@ -122,9 +122,9 @@ def search_part_by_halving(curve, design, panels, panel, error, query, best, sta
 
     The part is the first row of the stack. The range of its slope is tried first, then its jets, then its halves
     and so on. ``error`` is the rounding error of the panel, infinite where a denominator may be zero in it; the
-    error of a part replaces it. If one part has no bound, the whole has none, and halving stops. With ``query.blur``,
-    parts are also halved until their rounding error is small enough, as far as halving helps. Only the errors of
-    parts that may exceed the best value count.
+    error of a part replaces it. If one part has no bound, the whole has none, and halving stops. With
+    ``query.blur``, parts are also halved until their rounding error is small enough, as far as halving helps. Only
+    the errors of parts that may exceed the best value count.
     """
     half_width = panels.half_width[panel]
     whole = call_by_address(curve.part, (curve.source, panel, 0.0, 1.0, design))
