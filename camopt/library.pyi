@@ -11,6 +11,7 @@ from .scene.schema import scene_schema as scene_schema
 from .scene.search import nest_dotted_keys as nest_dotted_keys
 from .scene.sources import shipped_toml as shipped_toml
 from .scene.units import convert_text_to_unit as convert_text_to_unit
+from .show.drawing.linkage import draw_open_linkage as draw_open_linkage
 from .show.exporting.cam_points import write_points as write_points
 from .show.reporting.listings import list_keys as list_keys
 from .show.reporting.listings import list_laws as list_laws

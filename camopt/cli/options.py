@@ -216,7 +216,7 @@ def name_options_in_mistakes(changes: Changes) -> Iterator[None]:
                 option += mistake.key[len(key) :]
             named = replace(mistake, file="camopt", key=option) if key else mistake
             named_mistakes.setdefault(str(named), named)
-        raise BadInput(named_mistakes.values()) from None
+        raise BadInput(named_mistakes.values(), error.scene) from None
 
 
 def pop_overrides_as_changes(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
@@ -321,11 +321,20 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add --row and the options that override the scene; the command gets the changed scene."""
+    """Add --row and the options that override the scene; the command gets the changed scene.
+
+    If a linkage of the scene cannot be assembled, the file ``picture`` of the command shows it as far as it goes.
+    """
 
     @wraps(command)
     def with_scene(scene: str, row: int | None, **options: Any) -> Any:
-        return command(scene=cli.read_scene(scene, row, pop_overrides_as_changes(options)), **options)
+        try:
+            changed = cli.read_scene(scene, row, pop_overrides_as_changes(options))
+        except BadInput as refused:
+            if (picture := options.get("picture")) and library.draw_open_linkage(refused, picture):
+                cli.print_notes([f"{picture} shows the linkage as far as it goes"])
+            raise
+        return command(scene=changed, **options)
 
     return override_options(row_option(with_scene))
 

@@ -80,6 +80,8 @@ class BadInput(CamoptError, ValueError):
     ----------
     mistakes : iterable of Mistake
         Each with its place (``file``, ``key``), the ``value`` there, and the ``allowed`` values.
+    scene : Scene, optional
+        The refused scene without its wrong values, from which a picture can show the mistake.
 
     Examples
     --------
@@ -90,8 +92,8 @@ class BadInput(CamoptError, ValueError):
     ['cam.rpm', 'cam.base_radus']
     """
 
-    def __init__(self, mistakes: Iterable[Mistake]) -> None:
-        self.mistakes = tuple(mistakes)
+    def __init__(self, mistakes: Iterable[Mistake], scene: Any = None) -> None:
+        self.mistakes, self.scene = tuple(mistakes), scene
         super().__init__(self.mistakes)  # pickle rebuilds the error from it, in another process
 
     def __str__(self) -> str:

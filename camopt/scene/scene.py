@@ -356,7 +356,7 @@ class Scene(HasHtml, Drawable, SceneTable):
                     )
                 )
         if mistakes:
-            raise BadInput(mistakes)
+            raise BadInput(mistakes, sound)
         self._file, self._by_crank = file, by_crank
 
     @classmethod

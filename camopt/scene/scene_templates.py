@@ -26,6 +26,7 @@ PURPOSES = {
     "lock-bolt": "indexing-overlap",
     "belt": "belt-matching",
     "barrel": "feeder-with-stop",
+    "lever": "slide-by-bell-crank",
 }
 """Purposes of cams, each with a shipped scene."""
 PAIRINGS = {

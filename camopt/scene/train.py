@@ -193,7 +193,7 @@ def check_train(scene: "Scene") -> Iterator[Fault]:
     """Every fault of a train: in its stages, in ``[search]``, and a tool beyond a dead point."""
     yield from _check_searched_stages(scene)
     try:
-        train = _train_without_loads(scene)
+        train = train_without_loads(scene)
     except StageFault as fault:
         yield f"train.{fault.number}", None, str(fault)
         return
@@ -225,7 +225,7 @@ def stage_count_text(scene: "Scene") -> str:
     return "1 stage" if len(scene.train) == 1 else f"{len(scene.train) or 'no'} stages"
 
 
-def _train_without_loads(scene: "Scene") -> Train | None:
+def train_without_loads(scene: "Scene") -> Train | None:
     """The train of a scene without loads, which ``scene.load`` checks; None if a value or the follower is wrong."""
     if scene.follower.motion not in MOTIONS or scene.has_refused_value("train", all_keys=True):
         return None
@@ -300,7 +300,7 @@ class Lifts(NamedTuple):
 
 def lifts_through_train(scene: "Scene", given_lift: float | None) -> Lifts:
     """The lifts of tool and follower of a scene with a train; ``given_lift`` is the lift of ``[[motion]]``."""
-    other, train = None, None if any(check_train(scene)) else _train_without_loads(scene)
+    other, train = None, None if any(check_train(scene)) else train_without_loads(scene)
     if train is not None and (turn := _given_turn(scene, out := _train_from_given_end(scene, train))):
         low, high = sorted(
             formula_value_at_end(out.follower_displacement, level) for level in (turn.low, turn.high)

@@ -85,7 +85,9 @@ def evaluate(
 
 @click.command(cls=Command)
 @click.argument("scene")
-@click.argument("file", type=OutputPath(*dict.fromkeys((*PICTURE_SUFFIXES, *ANIMATION_SUFFIXES))))
+@click.argument(
+    "picture", metavar="FILE", type=OutputPath(*dict.fromkeys((*PICTURE_SUFFIXES, *ANIMATION_SUFFIXES)))
+)
 @scene_options
 @output_options
 @click.option(
@@ -99,26 +101,24 @@ def evaluate(
 @click.option(
     "--steps", is_flag=True, help="With --construction: give each step its own page (PDF) or frame (GIF)."
 )
-def plot(scene: Any, file: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
+def plot(scene: Any, picture: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
     """Draw the cam with its diagrams.
 
     FILE is a PNG, SVG or PDF. A GIF or MP4 shows the cam turning. --construction draws the construction of the cam
-    with ruler and compasses, as lectures teach it.
+    with ruler and compasses, as lectures teach it. If a linkage cannot be assembled, FILE shows it as far as it
+    goes, with the gap.
     """
-    document: dict[str, Any] = {"scene": scene.name, "file": str(file)}
+    document: dict[str, Any] = {"scene": scene.name, "file": str(picture)}
     if construction is None:
         refuse_without("--construction", {"steps": steps or None})
-    if construction is None and file.suffix.lower() not in PICTURE_SUFFIXES:
-        camopt.animate(scene, file)
-    elif construction is None:
-        camopt.plot(scene, file)
+        (camopt.plot if picture.suffix.lower() in PICTURE_SUFFIXES else camopt.animate)(scene, picture)
     else:
         result = camopt.construct(scene, construction)
-        camopt.plot(result, file, steps=steps)
+        camopt.plot(result, picture, steps=steps)
         document |= result.to_dict()
         if not (quiet or as_json):
             cli.print_sections(result.table())
-    return cli.print_json_or_files(document, as_json, quiet, [file])
+    return cli.print_json_or_files(document, as_json, quiet, [picture])
 
 
 @click.command(cls=Command)

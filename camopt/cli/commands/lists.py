@@ -43,9 +43,9 @@ def new(
 ) -> int:
     """Write a scene to start from, with comments.
 
-    NAME is the purpose of the cam (valve, rocker, feeder, press, lock-bolt, belt), or a shipped scene. Without a
-    NAME, camopt makes a simple cam; --form and --follower choose its kind. Without a FILE, camopt prints the scene.
-    Comments in the scene show further keys and tables.
+    NAME is the purpose of the cam (valve, rocker, feeder, press, lock-bolt, belt, lever), or a shipped scene. A
+    lever moves its tool by a coupler. Without a NAME, camopt makes a simple cam; --form and --follower choose its
+    kind. Without a FILE, camopt prints the scene. Comments in the scene show further keys and tables.
 
     An exercise has round numbers and a cam that can be made. `camopt plot FILE solution.pdf --construction` draws
     its solution.

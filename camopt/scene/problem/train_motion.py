@@ -36,7 +36,7 @@ def follower_motion_through_train(
     try:
         return drive(replace(given, load=None), train, zero, load)
     except StageFault as fault:
-        raise BadInput([Mistake(scene.file, f"train.{fault.number}", None, str(fault), bare=True)]) from None
+        raise BadInput([Mistake(scene.file, f"train.{fault.number}", None, str(fault), bare=True)], scene) from None
 
 
 def train_fault(scene: Scene) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
+from io import BytesIO
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -27,6 +28,10 @@ PAGE_SCRIPTS = {
     "serve": (*CAM_SCRIPTS, "tables", "controls", "requests", "serve_page", "start"),
 }
 """Scripts of each kind of page; each script uses only earlier ones."""
+
+
+DOTS_PER_INCH = 110
+"""Dots of pictures on a page."""
 
 
 def render_page(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
@@ -83,3 +88,10 @@ def deflate_to_text(data: bytes) -> str:
 def data_url(data: bytes, kind: str) -> str:
     """A data URL that holds a file."""
     return f"data:{kind};base64,{b64encode(data).decode()}"
+
+
+def figure_url(figure: Any) -> str:
+    """A data URL that holds a picture."""
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=DOTS_PER_INCH)
+    return data_url(file.getvalue(), "image/png")

@@ -20,11 +20,12 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
+from camopt.show.drawing.linkage import draw_open_linkage
 from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cam_data import cam_data
 from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters, cam_sentences, cams_page
 from camopt.show.reporting.controls import FOLDED_GROUPS, Control, control_values, controls_of, scene_with_settings
-from camopt.show.reporting.page import render_page
+from camopt.show.reporting.page import figure_url, render_page
 from camopt.show.reporting.search import BackgroundSearch
 from camopt.show.reporting.sections import (
     UNPROVED,
@@ -258,17 +259,22 @@ def request_mistakes(request: Any) -> list[Mistake]:
 
 
 def answer_request(session: Session, request_name: str, request: Any) -> PageAnswer:
-    """The answer to a request in ``REQUESTS``; or its mistakes, each with the key of a control and a text."""
+    """The answer to a request in ``REQUESTS``; or its mistakes, each with the key of a control and a text.
+
+    For a linkage that cannot be assembled, ``picture`` shows it as far as it goes.
+    """
     try:
         if mistakes := request_mistakes(request):
             raise BadInput(mistakes)
         return REQUESTS[request_name](session, request)
     except BadInput as refused:
+        linkage = draw_open_linkage(refused)
         return {
+            **({"picture": figure_url(linkage)} if linkage else {}),
             "mistakes": [
                 {"key": each.key, "text": each.allowed if each.bare else f"must be {each.allowed}"}
                 for each in refused.mistakes
-            ]
+            ],
         }
     except OSError as trouble:
         return {"mistakes": [{"key": "", "text": trouble.strerror or str(trouble)}]}

@@ -1,6 +1,5 @@
 """Effects of tolerances on a page: sentences while a control moves, a section when the controls rest."""
 
-from io import BytesIO
 from math import isinf
 
 from camopt.core.quantities.unit_systems import to_shown_unit
@@ -8,7 +7,7 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import Tolerances
 from camopt.show.pictures.tolerances import draw
-from camopt.show.reporting.page import data_url
+from camopt.show.reporting.page import figure_url
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tolerances.batch import yield_of_cams
 from camopt.solve.tolerances.tolerance import MotionError, MotionErrors, first_order_errors
@@ -18,7 +17,6 @@ YIELD_CAMS = 1024
 """Cams drawn for the yield on a page."""
 MOVING_CAMS, RESTING_CAMS = 256, 4096
 """Cams drawn for the yield in a sentence, while a control moves and when it rests."""
-DOTS_PER_INCH = 110
 
 
 def has_tolerances(scene: Scene, problem: Problem) -> bool:
@@ -53,6 +51,4 @@ def _error_text(error: MotionError) -> str:
 
 def errors_image(errors: MotionErrors) -> str:
     """The picture of the errors over the turn, as a data URL."""
-    file = BytesIO()
-    draw(errors).savefig(file, format="png", dpi=DOTS_PER_INCH)
-    return data_url(file.getvalue(), "image/png")
+    return figure_url(draw(errors))

@@ -701,6 +701,23 @@ def test_a_bad_value_is_told_beside_its_control_and_the_cam_stays(browser, serve
         assert page.locator(".stale").count() == 0
 
 
+@pytest.mark.usefixtures("_plainly")
+def test_a_linkage_that_cannot_be_assembled_is_shown_as_far_as_it_goes(browser, tmp_path):
+    with served("slide-by-bell-crank", tmp_path) as server, page_of(browser, server) as page:
+        slider = page.locator(".control[data-key='train.1.offset'] input[type=range]")
+        slider.evaluate(
+            "(slider) => { slider.max = 120; slider.value = 120; slider.dispatchEvent(new Event('input')); }"
+        )
+        page.wait_for_selector("html[data-state=refused]")
+        assert page.locator("#stage img").is_visible()
+        assert (
+            page.locator("header .broken").text_content().startswith("the coupler (220) does not reach the slide")
+        )
+        slide(page, "train.1.offset", -150)
+        assert page.locator("#stage img").count() == 0
+        assert page.locator("#stage path.solid").count() == 1
+
+
 def test_keys_move_a_slider_and_angles_share_the_turn(browser, server):
     with page_of(browser, server) as page:
         page.locator("summary", has_text="Angles of the turn").click()

@@ -37,7 +37,12 @@ class ServePage {
   /** Show an answer of the server; `newest` if no control has moved since its request. */
   show(answer, proved, newest) {
     for (const control of this.controls) control.complain();
-    this.find("stage").classList.toggle("stale", Boolean(answer.mistakes));
+    this.find("stage").classList.toggle("stale", Boolean(answer.mistakes && !answer.picture));
+    if (answer.picture) {
+      for (const id of ["stage", "legend"]) this.find(id).replaceChildren();
+      drawLines(document.querySelector("header"), answer.mistakes.map(({ text }) => [text, "verdict broken"]));
+      htmlElement(this.find("stage"), "img", { src: answer.picture, alt: "The linkage, as far as it goes" });
+    }
     if (answer.mistakes) return this.complain(answer.mistakes);
     if (newest) {
       this.values = answer.values;
