@@ -9,15 +9,11 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.files import write_text
-from camopt.model.motion.programme import Programme
 from camopt.show.exporting.workpiece import Export, Workpiece
 from camopt.solve.measured.columns import MM_PER_UNIT
 from camopt.solve.measured.s96 import S96_DECIMALS, S96_REPEATED, S96_ROWS, S96_UNIT
 
 NOSE_DEG = 180.0
-NOSE_SAMPLES = 36_000
-NOSE_SHARE = 1e-9
-"""Share of the lift by which the nose may be lower than the highest point."""
 
 
 def write(work: Workpiece, path: Path) -> Export:
@@ -26,7 +22,7 @@ def write(work: Workpiece, path: Path) -> Export:
     if work.problem.setup.angular:
         what = "another kind of file: this one has lifts of a translating follower"
         raise BadInput([Mistake("camopt", "file", path.name, what)])
-    degrees = np.arange(S96_ROWS - S96_REPEATED) + (nose_angle_deg(programme) - NOSE_DEG)
+    degrees = np.arange(S96_ROWS - S96_REPEATED) + (programme.nose_angle_deg - NOSE_DEG)
     lifts = programme.motion_at(np.radians(degrees % 360.0))[0] / MM_PER_UNIT[S96_UNIT]
     rows = [*lifts, *lifts[:S96_REPEATED]]
     write_text(path, "".join(f"{max(lift, 0.0):.{S96_DECIMALS}f}\n" for lift in rows))
@@ -37,16 +33,3 @@ def write(work: Workpiece, path: Path) -> Export:
         else []
     )
     return Export(path, about={"lines": len(rows), "lift_max_mm": programme.lift}, notes=tuple(notes))
-
-
-def nose_angle_deg(programme: Programme) -> float:
-    """Cam angle of the highest point of the motion, or of the middle of the first dwell there [deg]."""
-    angles = np.linspace(0.0, 2.0 * np.pi, NOSE_SAMPLES, endpoint=False)
-    y = programme.motion_at(angles)[0]
-    highest = y >= y.max() - NOSE_SHARE * programme.lift
-    starts = np.flatnonzero(highest & ~np.roll(highest, 1))
-    if not starts.size:
-        return 0.0
-    after = np.roll(highest, -starts[0])
-    length = int(np.argmin(after)) - 1
-    return float(np.degrees(angles[starts[0]] + 0.5 * length * angles[1]) % 360.0)

@@ -11,7 +11,6 @@ import camopt
 from camopt import BadInput
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.exporting.s96 import nose_angle_deg
 from camopt.solve.measured.columns import TableColumns
 from camopt.solve.measured.measured_points import read_points
 
@@ -203,7 +202,7 @@ def test_a_lobe_is_the_same_after_s96(name, tmp_path):
     assert all(len(row.partition(".")[2]) == 8 for row in rows)
     points = read_points(tmp_path / "lobe.s96", TableColumns())
     programme = resolve_design(scene).programme
-    turned = np.radians(points.angles + nose_angle_deg(programme) - 180.0)
+    turned = np.radians(points.angles + programme.nose_angle_deg - 180.0)
     np.testing.assert_allclose(points.lifts, programme.motion_at(turned % (2.0 * np.pi))[0], atol=25.4e-8)
     assert points.lifts.argmax() == 180
 
