@@ -37,7 +37,10 @@ from camopt.cli.options import (
 @click.option(
     "--out", type=OutputPath(".html"), default="camopt-report.html", show_default=True, help="Page to write."
 )
-def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
+@click.option("--full", is_flag=True, help="Print the effects and the scene too; the page has both, folded.")
+def report(
+    what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, full: bool, **overrides: Any
+) -> int:
     """Write a result as one HTML page.
 
     The page needs only a browser: no network and no server. WHAT is a scene, or a folder or table that a command
@@ -50,7 +53,7 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
         if hasattr(target, "file"):
             refuse_scene_file(target.file, out)
     with cli.progress(quiet, ""):
-        camopt.report(shown, out)
+        camopt.report(shown, out, full=full)
     return cli.print_json_or_files({"file": str(out)}, as_json, quiet, [out])
 
 

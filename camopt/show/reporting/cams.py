@@ -56,12 +56,16 @@ class Chapter:
     open: bool = False
     picture: str = ""
     """A picture as a data URL."""
+    detail: bool = False
+    """Whether only a full page prints it."""
 
 
-def cams_page(cams: Sequence[ShownCam], title: str = "", summaries: Sequence[str] = ()) -> str:
+def cams_page(
+    cams: Sequence[ShownCam], title: str = "", summaries: Sequence[str] = (), *, full: bool = False
+) -> str:
     """The HTML page of cams, side by side at one scale. The default title is the name of the first cam.
 
-    ``summaries`` are sentences for the head of the page.
+    ``summaries`` are sentences for the head of the page. A ``full`` page prints effects and scenes too.
     """
     problems = [resolve_design(shown.scene) for shown in cams]
     evaluations = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
@@ -99,6 +103,7 @@ def cams_page(cams: Sequence[ShownCam], title: str = "", summaries: Sequence[str
         sections=sections,
         downloads=files,
         several=several,
+        full=full,
     )
 
 
@@ -142,9 +147,9 @@ def cam_chapters(
             _prefixed_title(prefix, "Sizes, materials and motion"),
             [inputs_table(shown.scene), motion_table(shown.scene), *train_tables(shown.scene)],
         ),
-        Chapter(_prefixed_title(prefix, "Effects"), [effects_table(problem)]),
+        Chapter(_prefixed_title(prefix, "Effects"), [effects_table(problem)], detail=True),
         *_tolerance_chapters(shown.scene, problem, prefix, pictures),
-        Chapter(_prefixed_title(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
+        Chapter(_prefixed_title(prefix, "Scene (TOML)"), text=shown.scene.to_toml(), detail=True),
     ]
 
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 MOST_PAGE_CAMS = 4  # side by side
 
 
-def report(what: Any, path: str | os.PathLike[str]) -> Path:
+def report(what: Any, path: str | os.PathLike[str], *, full: bool = False) -> Path:
     """Write a result as one HTML file.
 
     Parameters
@@ -53,6 +53,8 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
         optimum or a synthesis, the page shows the cam and adds a chapter with the result.
     path : str or os.PathLike
         The file, which ends in .html.
+    full : bool, optional
+        Also print the effects and the scene (TOML). The page has both in any case, folded.
 
     Returns
     -------
@@ -74,21 +76,21 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     place = expand_user_path(path)
     check_writable(place)
     targets = what if isinstance(what, (list, tuple)) else [what]
-    write_text(place, _page_html([item for target in targets for item in page_items(target)]))
+    write_text(place, _page_html([item for target in targets for item in page_items(target)], full))
     return place
 
 
-def _page_html(items: list[ShownCam | ResultRows]) -> str:
+def _page_html(items: list[ShownCam | ResultRows], full: bool) -> str:
     cams, results = [x for x in items if isinstance(x, ShownCam)], [x for x in items if isinstance(x, ResultRows)]
     if bool(cams) == bool(results):
         raise BadInput([Mistake("camopt", "what", None, "either cams or tables of designs, not both")])
     if len(cams) > MOST_PAGE_CAMS:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_PAGE_CAMS} cams side by side")])
     if results:
-        return results_page(_with_distinct_names(results))
+        return results_page(_with_distinct_names(results), full)
     first, *others = dict.fromkeys(cam.scene.name for cam in cams)
     title = first + (f" beside {others[0]}" if len(others) == 1 else f" and {len(others)} others" if others else "")
-    return cams_page(_with_distinct_names(cams), title, [cam.summary for cam in cams if cam.summary])
+    return cams_page(_with_distinct_names(cams), title, [cam.summary for cam in cams if cam.summary], full=full)
 
 
 def _with_distinct_names(items: list[Any]) -> list[Any]:

@@ -98,7 +98,7 @@ class CoarsePicture(Picture):
     per_degree = 1.0
 
 
-def results_page(results: Sequence[ResultRows]) -> str:
+def results_page(results: Sequence[ResultRows], full: bool = False) -> str:
     """The HTML page of one table of designs, or of several with the same columns."""
     import pandas as pd
 
@@ -135,6 +135,7 @@ def results_page(results: Sequence[ResultRows]) -> str:
         sections=[
             Chapter(f"{r.name}: scene (TOML)", text=s.to_toml()) for r, s in zip(results, scenes, strict=True)
         ],
+        full=full,
     )
 
 

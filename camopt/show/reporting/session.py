@@ -124,6 +124,7 @@ class Session:
             sections=answer["sections"],
             downloads=[],
             several=False,
+            full=False,
             groups=groups,
             folded=FOLDED_GROUPS,
             file=f"{file_stem(scene)}.toml",

@@ -335,7 +335,8 @@ MARGIN = 38.0  # pt: the 14 mm of the style sheet, less what a letter takes beyo
 
 ROWS_ON_PAPER = """() => {
   dispatchEvent(new Event("beforeprint"));
-  const rows = [...document.querySelectorAll("table:not(.grid table) tr")].map((row) => row.textContent);
+  const tables = document.querySelectorAll("table:not(.grid table, .noprint table)");
+  const rows = [...tables].flatMap((table) => [...table.rows].map((row) => row.textContent));
   dispatchEvent(new Event("afterprint"));
   return rows;
 }"""
@@ -351,7 +352,7 @@ def printable(folder, swept, fronted):
             "camopt.show.reporting.cams.cam_downloads_and_missing_reason", lambda scene, stem: ([], "")
         )  # files are not printed
         cam, cams = (camopt.report(what, folder / f"{len(what)}.html") for what in ("exhaust-valve", several))
-    return {"a cam": (cam, 5), "cams": (cams, 13), "a sweep": (swept[1], 8), "a frontier": (fronted, 7)}
+    return {"a cam": (cam, 4), "cams": (cams, 13), "a sweep": (swept[1], 8), "a frontier": (fronted, 7)}
 
 
 def drop_blanks(text):
@@ -383,6 +384,18 @@ def test_a_page_prints_whole(kind, browser, printable):
                 assert "Lightordark" not in text
         assert page.evaluate("document.documentElement.dataset.theme") is None
         assert page.locator(".onlyprint *").count() == 0
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_only_a_full_page_prints_effects_and_scene(full, browser, tmp_path):
+    page_file = camopt.report("press-feed-by-pair", tmp_path / "cam.html", full=full)
+    with watched_page(browser) as page:
+        open_page(page, page_file)
+        with pymupdf.open(stream=page.pdf(format="A4"), filetype="pdf") as printed:
+            text = "".join(sheet.get_text() for sheet in printed)
+            assert ("Effects that ran" in text) is ('form = "disc"' in text) is full
+            assert full or len(printed) <= 4
+        assert page.locator("details:not([open]) > summary").all_text_contents()[-2:] == ["Effects", "Scene (TOML)"]
 
 
 def test_a_sweep_prints_its_dots(browser, printable):

@@ -19,8 +19,8 @@ function drawTable(parent, { title, heads, rows, note }) {
 function drawSections(parent, sections) {
   const open = new Set([...parent.querySelectorAll("details[open] > summary")].map((each) => each.textContent));
   parent.replaceChildren();
-  for (const { title, tables, text } of sections) {
-    const details = htmlElement(parent, "details", open.has(title) ? { open: "" } : {});
+  for (const { title, tables, text, detail } of sections) {
+    const details = htmlElement(parent, "details", { ...(open.has(title) ? { open: "" } : {}), ...(detail ? { class: "noprint" } : {}) });
     htmlElement(details, "summary", {}, title);
     for (const each of tables) drawTable(details, each);
     if (text) htmlElement(details, "pre", {}, text);
