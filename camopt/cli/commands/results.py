@@ -38,8 +38,20 @@ from camopt.cli.options import (
     "--out", type=OutputPath(".html"), default="camopt-report.html", show_default=True, help="Page to write."
 )
 @click.option("--full", is_flag=True, help="Print the effects and the scene too; the page has both, folded.")
+@click.option(
+    "--align-noses", is_flag=True, help="Draw the noses of all cams at the cam angle of the nose of the first."
+)
+@click.option("--turn", type=float, default=0.0, help="Draw the cams after the first later by this cam angle, deg.")
 def report(
-    what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, full: bool, **overrides: Any
+    what: tuple[str, ...],
+    row: int | None,
+    as_json: bool,
+    quiet: bool,
+    out: Path,
+    full: bool,
+    align_noses: bool,
+    turn: float,
+    **overrides: Any,
 ) -> int:
     """Write a result as one HTML page.
 
@@ -53,7 +65,7 @@ def report(
         if hasattr(target, "file"):
             refuse_scene_file(target.file, out)
     with cli.progress(quiet, ""):
-        camopt.report(shown, out, full=full)
+        camopt.report(shown, out, full=full, align_noses=align_noses, turn=turn)
     return cli.print_json_or_files({"file": str(out)}, as_json, quiet, [out])
 
 

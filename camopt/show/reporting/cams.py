@@ -61,11 +61,18 @@ class Chapter:
 
 
 def cams_page(
-    cams: Sequence[ShownCam], title: str = "", summaries: Sequence[str] = (), *, full: bool = False
+    cams: Sequence[ShownCam],
+    title: str = "",
+    summaries: Sequence[str] = (),
+    *,
+    full: bool = False,
+    align_noses: bool = False,
+    turn: float = 0.0,
 ) -> str:
     """The HTML page of cams, side by side at one scale. The default title is the name of the first cam.
 
-    ``summaries`` are sentences for the head of the page. A ``full`` page prints effects and scenes too.
+    ``summaries`` are sentences for the head of the page. A ``full`` page prints effects and scenes too. Cams after
+    the first are drawn later in the turn: by the angle to its nose with ``align_noses``, and by ``turn`` [deg].
     """
     problems = [resolve_design(shown.scene) for shown in cams]
     evaluations = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
@@ -82,6 +89,13 @@ def cams_page(
     ]
     if any(picture.undercut for picture in pictures):
         lines.append(Cell(UNDERCUT_NOTE))
+    noses = [problem.programme.nose_angle_deg if align_noses else 0.0 for problem in problems]
+    shifts = [0.0, *((noses[0] - nose + turn + 180.0) % 360.0 - 180.0 for nose in noses[1:])]
+    for label, picture, shift in zip(labels, pictures, shifts, strict=True):
+        faults = [words for name, words in FAULTS.items() if picture.quantity_values.get(name)]
+        unmade = Cell(f"{label} — cannot be made: {' and '.join(faults)}.", "alarm")
+        late = Cell(f"{label} — drawn {abs(shift):.4g}° {'later' if shift > 0.0 else 'earlier'} in the turn.")
+        lines += [*([unmade] if several and picture.undercut else []), *([late] if shift else [])]
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
         Chapter(
@@ -97,8 +111,12 @@ def cams_page(
     return render_page(
         "cams",
         title or cams[0].scene.name,
-        {"cams": [cam_data(picture) for picture in pictures], "labels": labels, "words": words},
-        lines=[*lines, *([Cell(f"No files for machines: the cam {why}.", "alarm")] if why else [])],
+        {
+            "cams": [cam_data(picture) | {"shift": each} for picture, each in zip(pictures, shifts, strict=True)],
+            "labels": labels,
+            "words": words,
+        },
+        lines=[*lines, *([Cell(f"No files for machines: {why}.", "alarm")] if why else [])],
         tables=titled if several else limits,
         sections=sections,
         downloads=files,
@@ -107,6 +125,8 @@ def cams_page(
     )
 
 
+FAULTS = {"undercut": "it is undercut", "self_crossing": "its profile crosses itself"}
+"""Quantities of cams that cannot be made, with words for each."""
 UNDERCUT_NOTE = "The follower is drawn on the theoretical profile; the thin parts of this profile are cut away."
 
 
@@ -182,7 +202,7 @@ def _downloads_and_missing_reasons(cams: Sequence[ShownCam], several: bool) -> t
         stem = re.sub(r"[^\w-]+", "-", cam.scene.name).strip("-")[:40] or "cam"
         downloads, why = cam_downloads_and_missing_reason(cam.scene, f"{stem}-{place}" if several else stem)
         files += downloads
-        reasons += [why] if why else []
+        reasons += [f"{cam.label if several else 'the cam'} {why}"] if why else []
     return files, "; ".join(dict.fromkeys(reasons))
 
 

@@ -42,7 +42,14 @@ if TYPE_CHECKING:
 MOST_PAGE_CAMS = 4  # side by side
 
 
-def report(what: Any, path: str | os.PathLike[str], *, full: bool = False) -> Path:
+def report(
+    what: Any,
+    path: str | os.PathLike[str],
+    *,
+    full: bool = False,
+    align_noses: bool = False,
+    turn: float = 0.0,
+) -> Path:
     """Write a result as one HTML file.
 
     Parameters
@@ -55,6 +62,11 @@ def report(what: Any, path: str | os.PathLike[str], *, full: bool = False) -> Pa
         The file, which ends in .html.
     full : bool, optional
         Also print the effects and the scene (TOML). The page has both in any case, folded.
+    align_noses : bool, optional
+        Draw the other cams later or earlier in the turn, so that their noses are at that of the first. The nose is
+        the highest point of the motion, or the middle of the dwell there.
+    turn : float, optional
+        Draw the other cams later in the turn by this cam angle [deg]; with ``align_noses`` after the alignment.
 
     Returns
     -------
@@ -76,21 +88,26 @@ def report(what: Any, path: str | os.PathLike[str], *, full: bool = False) -> Pa
     place = expand_user_path(path)
     check_writable(place)
     targets = what if isinstance(what, (list, tuple)) else [what]
-    write_text(place, _page_html([item for target in targets for item in page_items(target)], full))
+    options: dict[str, Any] = {"full": full, "align_noses": align_noses, "turn": turn}
+    write_text(place, _page_html([item for target in targets for item in page_items(target)], **options))
     return place
 
 
-def _page_html(items: list[ShownCam | ResultRows], full: bool) -> str:
+def _page_html(items: list[ShownCam | ResultRows], *, full: bool, **options: Any) -> str:
     cams, results = [x for x in items if isinstance(x, ShownCam)], [x for x in items if isinstance(x, ResultRows)]
     if bool(cams) == bool(results):
         raise BadInput([Mistake("camopt", "what", None, "either cams or tables of designs, not both")])
     if len(cams) > MOST_PAGE_CAMS:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_PAGE_CAMS} cams side by side")])
+    if any(options.values()) and len(cams) < 2:
+        raise BadInput([Mistake("camopt", "what", None, "two cams, to align their noses or turn one")])
     if results:
         return results_page(_with_distinct_names(results), full)
     first, *others = dict.fromkeys(cam.scene.name for cam in cams)
     title = first + (f" beside {others[0]}" if len(others) == 1 else f" and {len(others)} others" if others else "")
-    return cams_page(_with_distinct_names(cams), title, [cam.summary for cam in cams if cam.summary], full=full)
+    return cams_page(
+        _with_distinct_names(cams), title, [cam.summary for cam in cams if cam.summary], full=full, **options
+    )
 
 
 def _with_distinct_names(items: list[Any]) -> list[Any]:

@@ -209,6 +209,49 @@ def test_two_cams_share_scale_and_diagrams(browser, folder):
         assert page.locator(".diagram").first.locator(".dot").count() == 2
 
 
+SHIFTED = """([angle, place]) => {
+  camopt.player.go(angle);
+  const diagram = document.querySelector(".diagram");
+  return Number(diagram.querySelectorAll("output")[place].textContent.replace("−", "-"));
+}"""
+
+
+@pytest.mark.parametrize(("align", "turn"), [(True, 0.0), (True, -100.0), (False, 250.0)])
+def test_cams_are_aligned_at_their_noses_or_at_an_angle(align, turn, browser, tmp_path):
+    names = ["two-pauses", "harmonic-240rpm-offset"]  # with noses at 142.5° and 105°
+    path = camopt.report(names, tmp_path / "two.html", align_noses=align, turn=turn)
+    later = 37.5 * align + turn
+    with watched_page(browser) as page:
+        open_page(page, path)
+        for angle in (0.0, 10.0, 95.0, 142.5, 200.0, 300.0, 359.0):
+            for place, (name, shift) in enumerate(zip(names, (0.0, later), strict=True)):
+                points = camopt.cam_points(camopt.find_scene(name), [(angle - shift) % 360])
+                displacement = points["displacement_mm"][0]
+                assert page.evaluate(SHIFTED, [angle, place]) == pytest.approx(displacement, abs=0.02)
+            bodies = page.eval_on_selector_all(
+                "svg.cam .body", "all => all.map((e) => e.getAttribute('transform'))"
+            )
+            turned = [float(re.findall(r"-?[\d.]+", each)[0]) for each in bodies]
+            assert (turned[0] - turned[1] - later) % 360 == pytest.approx(0.0, abs=1e-6) or later % 360 == 0
+        words = f"drawn {abs((later + 180) % 360 - 180):.4g}° {'later' if (later + 180) % 360 > 180 else 'earlier'}"
+        assert words in page.locator("header").text_content()
+
+
+def test_the_page_of_two_cams_says_which_cannot_be_made(tmp_path):
+    scene = camopt.find_scene("exhaust-valve")
+    small = scene.replace(**{"name": "Small cam", "cam.base_radius": 5})
+    text = camopt.report([scene, small], tmp_path / "two.html").read_text(encoding="utf-8")
+    assert "Small cam — cannot be made: it is undercut and its profile crosses itself." in text
+    assert text.count(" — cannot be made") == 1
+    assert "No files for machines: Small cam cannot be made" in text
+
+
+@pytest.mark.parametrize("options", [{"align_noses": True}, {"turn": 5.0}])
+def test_one_cam_is_not_aligned(options, tmp_path):
+    with pytest.raises(camopt.BadInput, match="two cams"):
+        camopt.report("two-pauses", tmp_path / "one.html", **options)
+
+
 def test_filters_agree_with_pandas(browser, swept):
     folder, path = swept
     table = camopt.load(folder / "designs.parquet")

@@ -223,10 +223,42 @@ function valueAt(pieces, values, degrees) {
   return a + t * (b - a);
 }
 
+/** The motion, strokes and panels of a cam, later in the turn by its shift in deg. A piece that passes 360° is cut there. */
+function laterBy(cam) {
+  const { shift = 0, motion: { pieces }, strokes, panels } = cam;
+  if (!shift) return cam;
+  const late = (angle) => (((angle + shift) % 360) + 360) % 360;
+  const cuts = pieces.map(({ angle }) => {
+    const back = Math.floor((angle[0] + shift) / 360) * 360 - shift;
+    const angles = angle.map((each) => each - back), k = angles.findIndex((each) => each > 360);
+    return { angles, k, share: k > 0 ? (360 - angles[k - 1]) / (angles[k] - angles[k - 1]) : 0 };
+  });
+  const cut = (values, { k, share }) => {
+    if (k < 1) return [values];
+    const [a, b] = [values[k - 1], values[k]], middle = typeof a === "number" && typeof b === "number" ? a + share * (b - a) : b;
+    return [[...values.slice(0, k), middle], [middle, ...values.slice(k)]];
+  };
+  const parts = cuts.flatMap((each, place) => cut(each.angles, each).map((angle, part) => ({ kind: pieces[place].kind, angle: part ? angle.map((x) => x - 360) : angle })));
+  const order = [...parts.keys()].sort((a, b) => parts[a].angle[0] - parts[b].angle[0]);
+  const sorted = (rows) => rows && order.map((k) => rows.flatMap((values, place) => cut(values, cuts[place]))[k]);
+  const moved = strokes.flatMap((each) => {
+    const start = late(each.start), over = start + each.angle - 360;
+    return over > 1e-9 ? [{ ...each, start, angle: 360 - start }, { ...each, start: 0, angle: over }] : [{ ...each, start }];
+  });
+  return {
+    ...cam, strokes: moved, motion: { ...cam.motion, pieces: order.map((k) => parts[k]) },
+    panels: panels.map((panel) => ({
+      ...panel, values: sorted(panel.values), reference: sorted(panel.reference), other: sorted(panel.other), undercut: sorted(panel.undercut),
+      peaks: panel.peaks.map((peak) => ({ ...peak, angle: late(peak.angle) })), impulses: panel.impulses.map((each) => ({ ...each, angle: late(each.angle) })),
+      marks: panel.marks.map(([start, end, ...levels]) => [late(start), late(start) + end - start, ...levels]),
+    })),
+  };
+}
+
 /** All diagrams of the cams: panels with the same title and unit share a diagram. */
 function drawDiagrams(parent, cams, move) {
   const groups = new Map();
-  cams.forEach((cam, place) => {
+  cams.map(laterBy).forEach((cam, place) => {
     for (const panel of cam.panels) {
       const key = `${panel.title}|${panel.unit}`;
       if (!groups.has(key)) groups.set(key, []);

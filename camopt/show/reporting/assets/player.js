@@ -96,7 +96,7 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
   const box = commonBox([...views.map((view) => view.box), ...room]);
   for (const view of views) {
     view.frame(box);
-    player.follow((angle) => view.turn(angle));
+    player.follow((angle) => view.turn((angle - (view.cam.shift || 0) + 720) % 360));
   }
   drawLegend(stage);
   if (!diagrams) return box;
