@@ -13,15 +13,15 @@ from camopt.solve.smallest import optimise as smallest
 from camopt.solve.tolerances import allocation, dwells_and_passages, worst_case
 
 PACKAGE = Path(camopt.__file__).parent
-CLOCKS = ("time", "monotonic", "perf_counter", "process_time")
+CLOCKS = ("time", "monotonic", "perf_counter", "process_time", "thread_time")
 READERS = {
     "cli/commands/searches.py": "the seconds of a user",
     "cli/interrupts.py": "signals that a terminal sends twice",
     "core/engines/dask_cluster.py": "the number of designs in a task of a cluster",
     "core/numerics/budget.py": "the seconds of a user",
+    "core/numerics/clock.py": "tables of times",
     "core/kernels/kernel_cache.py": "ages of folders",
     "core/storage/files.py": "ages of files",
-    "show/studies/accuracy/table.py": "a table of times",
     "solve/front/estimate.py": "a note on the time of a sweep",
     "solve/front/store.py": "how often files are written",
     "solve/synthesis/frontier.py": "a note on the time of a frontier",
