@@ -177,6 +177,13 @@ class Part(SceneTable):
         Key("Date of issue, as a text or a TOML date such as 2026-11-25"),
     ] = None
     language: Annotated[Literal["en", "de"], Key("Language of the drawing")] = "en"
+    standard: Annotated[
+        Literal["iso", "asme"] | None,
+        Key(
+            "Standard of the drawing: iso is in mm with first-angle projection, asme in inches with third-angle "
+            "projection and in English; if not given, the shown units decide"
+        ),
+    ] = None
 
     @property
     def plate_extents(self) -> tuple[tuple[float, float], ...]:

@@ -24,11 +24,12 @@ from camopt.show.sheet.marks import (
     width_of,
 )
 from camopt.show.sheet.ring import NAME_DISTANCE
-from camopt.show.sheet.sizes import bore_text, groove_width_text, keyway_width_text
+from camopt.show.sheet.sizes import bore_text, groove_width_text, keyway_width_text, profile_symbols
+from camopt.show.sheet.standards import sheet_standard
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.contour.hole import keyway_corners, keyway_direction_angle
 
-LETTER_DISTANCE = 9.0  # mm from the end of a cutting plane to its letter
+LETTER_DISTANCE, ARROW_SHAFT = 9.0, 5.0  # mm from the end of a cutting plane to its letter, and length of its arrow
 MARK_LENGTH = 4.0  # mm: length of the timing mark
 TIMING_TEXT = "timing mark"
 UPWARD, SAME_DIRECTION = 0.5 * pi, 1e-6  # rad
@@ -88,7 +89,7 @@ def _keyway_width(view: FrontView, taken: Marks) -> Marks:
     return first_free_marks(
         (
             distance_dimension(*ends, side * across, side * (level + further), width, datum)
-            for further in TRIAL_OFFSETS
+            for further in TRIAL_OFFSETS * sheet_standard().text_share
             for ends, side in (((last, first), 1.0), ((first, last), -1.0))
         ),
         taken,
@@ -157,7 +158,7 @@ def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
     turn, found = keyway_direction_angle(view.part), []
     if not view.part.thickness or is_keyway_section_vertical(view.part):
         return []
-    seen = np.exp(1j * (turn - pi / 2))
+    seen = sheet_standard().section_side * np.exp(1j * (turn - pi / 2))
     for direction in (turn, turn + pi):
         radii = (
             view.largest_radius(direction) + 1.5,
@@ -169,13 +170,17 @@ def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
 
 
 def _plane_end(foot: complex, view_direction: complex) -> Marks:
-    """One end of a cutting plane, with the direction of view (unit vector)."""
-    end = foot + 6.0 * foot / abs(foot)
-    letter = Words(end - LETTER_DISTANCE * view_direction - 0.5j * LARGE, "A", LARGE, 0.5)
+    """One end of a cutting plane, with the direction of view (unit vector).
+
+    In first angle its arrow points to the plane, in third angle away from it (ASME Y14.3).
+    """
+    end, side = foot + 6.0 * foot / abs(foot), sheet_standard().section_side
+    tip = end if side > 0.0 else end + ARROW_SHAFT * view_direction
+    letter = Words(end - side * LETTER_DISTANCE * view_direction - 0.5j * LARGE, "A", LARGE, 0.5)
     return [
         line_mark(foot, end, pen=THICK),
-        line_mark(end - 5.0 * view_direction, end),
-        arrowhead(end, view_direction),
+        line_mark(tip - ARROW_SHAFT * view_direction, tip),
+        arrowhead(tip, view_direction),
         letter,
     ]
 
@@ -192,7 +197,7 @@ def _rotation_callout(view: FrontView, turn: float) -> Marks:
 def _surface_leader(view: FrontView, turn: float) -> Marks:
     """A leader to the profile, with its tolerance and roughness."""
     part = view.part
-    frame = symbols.surface_symbols(part, symbols.datums_of(part, bool(part.thickness)))
+    frame = profile_symbols(part, bool(part.thickness))
     if not frame:
         return []
     box, side = marks_box(frame), 1.0 if cos(turn) >= 0.0 else -1.0

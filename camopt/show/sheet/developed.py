@@ -41,7 +41,7 @@ from camopt.show.sheet.marks import (
     Marks,
     Pen,
     Words,
-    length_text,
+    decimal_text,
     line_mark,
     marks_box,
     rectangle_line,
@@ -51,12 +51,14 @@ from camopt.show.sheet.marks import (
 from camopt.show.sheet.section import Gap, hatch_lines, keyway_edge, outline_lines
 from camopt.show.sheet.sizes import (
     bore_text,
-    fit_suffix,
+    fitted_text,
     groove_width_text,
     hole_outline,
     keyway_depth_text,
     keyway_width_text,
+    profile_symbols,
 )
+from camopt.show.sheet.standards import length_text, size_text
 from camopt.show.sheet.true_cam import POINT_STEP, TrueCam
 from camopt.solve.contour.curve import centred_cylinder_ends, pitch_curve_axial_extent
 from camopt.solve.contour.hole import keyway_direction_angle
@@ -158,7 +160,7 @@ class DevelopedView:
         marks = distance_dimension(foot, end, 1.0, -FIRST_LEVEL, self._circumference_text)
         if self.part.thickness:
             marks += distance_dimension(
-                end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, length_text(self.part.thickness)
+                end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, size_text(self.part.thickness)
             )
         return [*marks, *self._groove_width_marks()]
 
@@ -201,7 +203,7 @@ class DevelopedView:
     def _surface_marks(self, right: complex) -> Marks:
         """Tolerance and roughness of the flanks, with a leader to one of them."""
         part = self.part
-        frame = symbols.surface_symbols(part, symbols.datums_of(part, self.has_section))
+        frame = profile_symbols(part, self.has_section)
         if not frame:
             return []
         corner = right - marks_box(frame).high
@@ -243,7 +245,7 @@ class DevelopedView:
 
     @property
     def _outer_diameter_text(self) -> str:
-        return f"Ø{length_text(2 * self.outer_radius / self.scale)}{fit_suffix(self.part.outer_fit)}"
+        return f"Ø{fitted_text(2 * self.outer_radius / self.scale, self.part.outer_fit)}"
 
     def section_and_bore_marks(self) -> Marks:
         """Section and hole side by side, if the scene gives their sizes."""
@@ -268,7 +270,7 @@ class DevelopedView:
             line_mark(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)
         ]
         low, beyond = -1j * round_, self.outer_radius - round_ + FIRST_LEVEL
-        marks += distance_dimension(low, low + length, 1.0, -beyond, length_text(self.part.thickness or 0.0))
+        marks += distance_dimension(low, low + length, 1.0, -beyond, size_text(self.part.thickness or 0.0))
         marks += self._diameter_marks()
         if radius:
             marks += distance_dimension(
@@ -281,7 +283,7 @@ class DevelopedView:
         )
         ends = corner - 1j * self._flank_height, complex(length, self.outer_radius)
         ends = (ends[1] - 1j * self._flank_height, corner) if self.cam.is_ribbed else ends
-        marks += distance_dimension(*ends, 1j, ends[0].real - far, length_text(self._flank_height / self.scale))
+        marks += distance_dimension(*ends, 1j, ends[0].real - far, size_text(self._flank_height / self.scale))
         if datum := symbols.datums_of(self.part, self.has_section).bore:
             marks += datum_symbol(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
         return marks
@@ -294,7 +296,7 @@ class DevelopedView:
             )
         above, below = self._section_gaps
         foot = self._cylinder_radius
-        marks = distance_dimension(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{length_text(2 * foot / self.scale)}")
+        marks = distance_dimension(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{size_text(2 * foot / self.scale)}")
         ends = complex(below[0], -self.outer_radius), complex(above[0], self.outer_radius)
         return [
             *marks,
@@ -322,7 +324,7 @@ class DevelopedView:
         """The cam angles of the section, above its upper groove and below its lower one."""
         feet = self.outer_radius + VALUE_GAP, -self.outer_radius - FIRST_LEVEL - VALUE_GAP - MEDIUM
         for gap, turn, foot in zip(self._section_gaps, self._section_angles, feet, strict=True):
-            text = f"{length_text(degrees(turn % (2 * pi)))}°"
+            text = f"{decimal_text(degrees(turn % (2 * pi)))}°"
             yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
 
     @property

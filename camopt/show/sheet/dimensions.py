@@ -8,6 +8,7 @@ from camopt.show.sheet.marks import (
     Marks,
     Words,
     arc_points,
+    closed_line,
     line_mark,
     readable_direction,
     rectangle_line,
@@ -21,6 +22,7 @@ FIRST_LEVEL, LEVEL_STEP = 8.0, 8.0  # mm from the part to the first dimension, a
 TEXT_ABOVE_LINE = 1.25  # mm from a dimension line to its value
 CELL, STEM = 2 * LARGE, 2.0  # mm: height of a tolerance frame; length from a datum triangle to its letter
 DATUM_REACH = ARROW_LENGTH + STEM + CELL  # mm from an arrow to the far side of the letter
+BASIC_FRAME = 0.3  # mm from a basic value to its frame
 VALUE_GAP = 2.0  # mm between a value and its arrows
 
 
@@ -86,25 +88,33 @@ def datum_symbol(point: complex, direction: complex, stem: float, letter: str) -
 
 
 def radius_from_outside(
-    point: complex, direction: complex, length: float, value: str, height: float = LARGE
+    point: complex, direction: complex, length: float, value: str, is_basic: bool = False
 ) -> Marks:
     """Dimension of a radius from outside: a line with an arrow to a point of the arc, and the value."""
     tail = point + length * direction
     turn = readable_direction(float(np.angle(direction)))
     middle = point + (length + ARROW_LENGTH) / 2 * direction
-    words = Words(middle + 1j * np.exp(1j * turn) * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)
-    return [line_mark(tail, point), arrowhead(point, -direction), words]
+    return [line_mark(tail, point), arrowhead(point, -direction), *_value_above_line(middle, value, turn, is_basic)]
 
 
 def radius_from_centre(
-    start: complex, point: complex, clear_length: float, value: str, height: float = LARGE
+    start: complex, point: complex, clear_length: float, value: str, is_basic: bool = False
 ) -> Marks:
     """Dimension of a radius from the centre: an arrow to the arc, with the value beyond occupied parts."""
     direction = (point - start) / abs(point - start)
     turn = readable_direction(float(np.angle(direction)))
     middle = start + (clear_length + abs(point - start) - ARROW_LENGTH) / 2 * direction
-    words = Words(middle + 1j * np.exp(1j * turn) * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)
-    return [line_mark(start, point), arrowhead(point, direction), words]
+    return [line_mark(start, point), arrowhead(point, direction), *_value_above_line(middle, value, turn, is_basic)]
+
+
+def _value_above_line(middle: complex, value: str, turn: float, is_basic: bool) -> Marks:
+    """A value above a line in a direction [rad]; a basic one interrupts the line and is in a frame (ASME Y14.5)."""
+    rise = -LARGE / 2 if is_basic else TEXT_ABOVE_LINE
+    words = Words(middle + 1j * rise * np.exp(1j * turn), value, LARGE, 0.5, turn, backed=True)
+    if not is_basic:
+        return [words]
+    frame = BASIC_FRAME * np.exp(1j * turn) * np.array([-1.0 - 1j, 1.0 - 1j, 1.0 + 1j, -1.0 + 1j])
+    return [words, closed_line(*(words.corners + frame))]
 
 
 def angle_dimension(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:

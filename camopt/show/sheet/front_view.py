@@ -25,12 +25,12 @@ from camopt.show.sheet.marks import (
     Marks,
     arc_points,
     circle_mark,
-    length_text,
     line_mark,
     width_of,
 )
 from camopt.show.sheet.ring import RingSector, ring_marks
 from camopt.show.sheet.sizes import hole_outline
+from camopt.show.sheet.standards import length_text, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.contour.hole import keyway_direction_angle
@@ -265,18 +265,21 @@ class FrontView:
 
     def _radius_marks(self) -> Marks:
         low, high = self.radius_texts
-        marks = self._base_radius_marks(low)
+        basic = sheet_standard().has_tolerance_block and self.part.profile_tolerance is not None
+        marks = self._base_radius_marks(low, basic)
         if abs(abs(self.highest_point) - abs(self.lowest_point)) <= SAME_RADIUS * abs(self.highest_point):
             return marks
         if self._is_largest_radius_inside:
-            return [*marks, *radius_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high)]
+            return [*marks, *radius_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high, basic)]
         away = self.highest_point / abs(self.highest_point)
         return [
             *marks,
-            *radius_from_outside(self.highest_point, away, self.ring_radius - abs(self.highest_point) - 3.0, high),
+            *radius_from_outside(
+                self.highest_point, away, self.ring_radius - abs(self.highest_point) - 3.0, high, basic
+            ),
         ]
 
-    def _base_radius_marks(self, value: str) -> Marks:
+    def _base_radius_marks(self, value: str, basic: bool) -> Marks:
         """Dimension of the base radius, at a dwell on the base circle, else at the base circle."""
         away = self.lowest_point / abs(self.lowest_point)
         sizes = np.abs(self.walls[0])
@@ -288,9 +291,11 @@ class FrontView:
             lines = np.append(self._line_directions, np.angle(self.highest_point))
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
             return radius_from_centre(
-                0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value
+                0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value, basic
             )
-        return radius_from_outside(self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value)
+        return radius_from_outside(
+            self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value, basic
+        )
 
 
 def _outline_radius(outline: ComplexArray, turn: float) -> float:

@@ -42,7 +42,6 @@ GERMAN = {
     "Breaks limits of its design: {}.": "Verletzt Grenzen der Auslegung: {}.",
     "Not proved to meet the limits of its design.": "Die Grenzen der Auslegung sind nicht nachgewiesen.",
     "Dimensions in mm. Projection method 1.": "Maße in mm. Projektionsmethode 1.",
-    "Dimensions in inch. Projection method 1.": "Maße in Zoll. Projektionsmethode 1.",
     "General tolerances {}.": "Allgemeintoleranzen {}.",
     "Edges ISO 13715: outer {}, inner {}.": "Kanten ISO 13715: außen {}, innen {}.",
     "Other surfaces Ra {}.": "Übrige Oberflächen Ra {}.",

@@ -13,7 +13,6 @@ import numpy as np
 from shapely import LineString, Polygon, STRtree
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities.unit_systems import SYSTEMS, shown_system, to_shown_unit
 
 POINTS_PER_MM = 72 / 25.4  # points
 CAPITAL_HEIGHT = 0.729  # height of capitals over the font size of DejaVu Sans; lettering is measured by it
@@ -136,6 +135,21 @@ def shift_marks(marks: Iterable[Mark], by: complex) -> Marks:
     ]
 
 
+def mirror_marks(marks: Iterable[Mark], text_distance: float) -> Marks:
+    """Marks mirrored at the vertical through 0; upright texts stay on the left of their dimension lines.
+
+    ``text_distance`` is the distance of a text from its dimension line [mm].
+    """
+    return [
+        mark._replace(points=-mark.points.conj())
+        if isinstance(mark, Line)
+        else mark._replace(at=-mark.at.conjugate() - 2 * text_distance)
+        if mark.turn
+        else mark._replace(at=-mark.at.conjugate(), place=1.0 - mark.place)
+        for mark in marks
+    ]
+
+
 class OccupiedArea:
     """The marks already on the paper, prepared for tests of overlap."""
 
@@ -172,15 +186,6 @@ def decimal_text(value: float, digits: int = 3) -> str:
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return ("0" if text == "-0" else text).replace("-", "−")
-
-
-def length_text(length: float, digits: int = 3) -> str:
-    """A length given in mm, as a dimension in the shown unit; inches have one decimal more."""
-    return decimal_text(to_shown_unit(length, "mm"), digits + EXTRA_DECIMALS[shown_system()])
-
-
-EXTRA_DECIMALS = dict(zip(SYSTEMS, (0, 1), strict=True))
-"""Additional decimals of lengths, by unit system."""
 
 
 def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) -> tuple[list[str], float]:

@@ -3,15 +3,16 @@
 from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
 
-from camopt.core.quantities.unit_systems import shown_system, to_shown_unit, unit_in_shown_system
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects import find_quantity
 from camopt.model.effects.curvature import CUTTER_RADIUS
 from camopt.model.effects.pressure import BOTTOM_ANGLE
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.stroke import RETURN, RISE, Stroke
 from camopt.scene.problem.limit import Limit
-from camopt.show.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal_text, length_text, wrap_text
+from camopt.show.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal_text, wrap_text
 from camopt.show.sheet.sizes import groove_clearance, keyway_depth_text
+from camopt.show.sheet.standards import length_text, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam, constant_velocity_strokes
 from camopt.show.sheet.two_contacts import contact_notes
 from camopt.solve.contour.hole import keyway_direction_angle
@@ -44,7 +45,7 @@ def numbered_notes(texts: Iterable[str], width: float) -> Marks:
 def note_texts(cam: TrueCam) -> Iterator[str]:
     """Texts of the notes of a cam, broken limits first."""
     yield from _broken_limits(cam)
-    yield " ".join(_general_notes(cam))
+    yield from filter(None, [" ".join(_general_notes(cam))])
     yield from _follower_notes(cam)
     yield from contact_notes(cam)
     yield from _rotation_notes(cam)
@@ -80,16 +81,19 @@ def _limit_texts(limit: Limit, evaluation: Evaluation) -> list[str]:
 
 
 def _general_notes(cam: TrueCam) -> Iterator[str]:
-    """General notes: unit, projection, general tolerances, edges, other surfaces."""
-    part = cam.part
-    yield cam.translate(f"Dimensions in {shown_system()}. Projection method 1.")
-    if part.general_tolerances:
+    """General notes on edges, and on what the title block does not have: unit, projection, tolerances, surfaces."""
+    part, in_block = cam.part, sheet_standard().has_tolerance_block
+    if in_block and part.profile_tolerance is not None:
+        yield "Values of the table and radii of the profile are basic."
+    if not in_block:
+        yield cam.translate("Dimensions in mm. Projection method 1.")
+    if part.general_tolerances and not in_block:
         yield cam.translate("General tolerances {}.").format(part.general_tolerances)
     if part.edges:
         edges = (f"{to_shown_unit(value, 'mm'):+.3g}" for value in part.edges)
         yield cam.translate("Edges ISO 13715: outer {}, inner {}.").format(*edges)
-    if part.other_roughness is not None:
-        yield cam.translate("Other surfaces Ra {}.").format(f"{to_shown_unit(part.other_roughness, 'µm'):.3g}")
+    if part.other_roughness is not None and not in_block:
+        yield cam.translate("Other surfaces Ra {}.").format(f"{part.other_roughness:.3g}")
 
 
 def _follower_notes(cam: TrueCam) -> Iterator[str]:

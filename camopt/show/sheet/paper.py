@@ -1,16 +1,20 @@
 """Sheets of paper: size, frame, centring marks and zones by ISO 5457, the scales of ISO 5455, and the title block.
 
 The title block is that of ISO 7200, 180 mm wide, in the lower right corner. Fields that are not given stay empty.
+Sheets of ASME Y14.1 have zones and marks of their own.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import floor, log10
 from typing import NamedTuple
 
+from camopt.core.quantities.unit_systems import INCH_MM
 from camopt.core.storage.version import VERSION
 from camopt.scene.part import Part
 from camopt.show.sheet import symbols
+from camopt.show.sheet.dimensions import arrowhead
 from camopt.show.sheet.languages import LANGUAGES
 from camopt.show.sheet.marks import (
     BORDER,
@@ -22,9 +26,12 @@ from camopt.show.sheet.marks import (
     MarkBox,
     Marks,
     Words,
+    cut_lines,
     fitted_words,
     line_mark,
+    marks_box,
     rectangle_line,
+    wrap_text,
 )
 
 BINDING_EDGE, OTHER_EDGE = 20.0, 10.0  # mm: margin at the binding edge, and at the others
@@ -40,13 +47,13 @@ class Paper:
     name: str
     width: float
     height: float
+    margins: tuple[float, float, float] = (BINDING_EDGE, OTHER_EDGE, OTHER_EDGE)  # left, right, top and bottom
 
     @property
     def frame(self) -> MarkBox:
         """The frame of the drawing area."""
-        return MarkBox(
-            complex(BINDING_EDGE, OTHER_EDGE), complex(self.width - OTHER_EDGE, self.height - OTHER_EDGE)
-        )
+        left, right, level = self.margins
+        return MarkBox(complex(left, level), complex(self.width - right, self.height - level))
 
     @property
     def is_a4(self) -> bool:
@@ -93,18 +100,55 @@ def _zone_borders(low: float, high: float) -> list[float]:
     return [k * ZONE for k in range(first, last + 1) if low + 1.0 < k * ZONE < high - 1.0]
 
 
+@dataclass(frozen=True)
+class AnsiPaper(Paper):
+    """A sheet of ASME Y14.1, with the number of its zones across and upwards; size A has none.
+
+    Zones have numbers from right to left and letters upwards. Arrows point to the middles of the frame.
+    """
+
+    zones: tuple[int, int] = (0, 0)
+
+    def marks(self) -> Marks:
+        """Frame, zones and alignment arrows."""
+        middle, half = (self.frame.low + self.frame.high) / 2, self.frame.size / 2
+        tips = {half.real + 0j: 1.0, -half.real + 0j: -1.0, 1j * half.imag: 1j, -1j * half.imag: -1j}
+        arrows = (arrowhead(middle + tip, -outwards) for tip, outwards in tips.items())
+        return [rectangle_line(*self.frame, BORDER), *arrows, *self._zones(middle)]
+
+    def _zones(self, middle: complex) -> Iterator[Mark]:
+        """Names of zones on all sides from the lower right corner, and ticks between them."""
+        half = self.frame.high - middle
+        for count, names, along, away in (
+            (self.zones[0], "12345678", -half.real, 1j * half.imag),
+            (self.zones[1], BORDER_LETTERS, 1j * half.imag, half.real),
+        ):
+            for side, (k, name) in product((-away, away), enumerate(names[:count])):
+                outwards, foot = side / abs(side), middle + side - along + 2 * k / count * along
+                yield line_mark(foot, foot + ZONES * outwards * (k > 0))
+                at = foot + along / count + (ZONES / 2 + 1.0) * outwards - 0.5j * MEDIUM
+                yield Words(at, name, MEDIUM, 0.5)
+
+
+ANSI_PAPERS = (
+    AnsiPaper("A", 8.5 * INCH_MM, 11.0 * INCH_MM, (0.38 * INCH_MM, 0.38 * INCH_MM, 0.25 * INCH_MM)),
+    AnsiPaper("B", 17.0 * INCH_MM, 11.0 * INCH_MM, (0.62 * INCH_MM, 0.62 * INCH_MM, 0.38 * INCH_MM), (4, 2)),
+    AnsiPaper("C", 22.0 * INCH_MM, 17.0 * INCH_MM, (0.5 * INCH_MM, 0.5 * INCH_MM, 0.75 * INCH_MM), (4, 4)),
+    AnsiPaper("D", 34.0 * INCH_MM, 22.0 * INCH_MM, (INCH_MM, INCH_MM, 0.5 * INCH_MM), (8, 4)),
+)
 A4, A3, A2 = Paper("A4", 210.0, 297.0), Paper("A3", 420.0, 297.0), Paper("A2", 594.0, 420.0)
 LEAST_VIEW = 40.0  # mm on the paper; smaller cams are enlarged
 
 
-def paper_scales(size: float) -> Iterator[float]:
-    """Scales of ISO 5455 for a part of a size [mm], downwards from 1:1, or from an enlargement."""
-    series = (1.0, 2.0, 5.0)
-    place = 0
+def paper_scales(size: float, series: tuple[float, ...] = (1.0, 2.0, 5.0)) -> Iterator[float]:
+    """Scales for a part of a size [mm], downwards from 1:1, or from an enlargement; by default of ISO 5455."""
+    place, decades = 0, len(series)
     if size < LEAST_VIEW:
         decade = max(0, floor(log10(LEAST_VIEW / size)))
         place = next(
-            k for k in range(3 * decade, 3 * decade + 4) if _preferred_scale_factor(series, k) * size >= LEAST_VIEW
+            k
+            for k in range(decades * decade, decades * (decade + 1) + 1)
+            if _preferred_scale_factor(series, k) * size >= LEAST_VIEW
         )
     while True:
         yield _preferred_scale_factor(series, place)
@@ -113,7 +157,7 @@ def paper_scales(size: float) -> Iterator[float]:
 
 def _preferred_scale_factor(series: tuple[float, ...], place: int) -> float:
     """1, 2, 5, 10, … for places from 0; ½, ⅕, ⅒, … for negative places."""
-    decade, within = divmod(abs(place), 3)
+    decade, within = divmod(abs(place), len(series))
     factor = series[within] * 10.0**decade
     return factor if place >= 0 else 1.0 / factor
 
@@ -122,11 +166,11 @@ def scale_name(scale: float) -> str:
     return f"{scale:.0f}:1" if scale >= 1.0 else f"1:{1.0 / scale:.0f}"
 
 
-BLOCK_WIDTH, BLOCK_HEIGHT, BLOCK_ROW = 180.0, 36.0, 9.0  # mm
+BLOCK_WIDTH, BLOCK_HEIGHT, BLOCK_ROW, TALL_ROW = 180.0, 36.0, 9.0, 12.0  # mm; a taller field may have a title
 FIELD_PAD = 0.9  # mm from the edges of a field
 LEADING = 1.4  # distance of lines in letter heights
-TITLE_HEIGHT = 5.0  # mm: height of the letters of a short title
-PROJECTION_FIELD = "projection"
+TITLE_HEIGHT, LINES_HEIGHT = 5.0, 2.2  # mm: height of the letters of a short title, and of lines in a field
+PROJECTION_FIELD, LINES_FIELD = "projection", "lines"
 
 
 class Field(NamedTuple):
@@ -163,28 +207,72 @@ def block_fields(part: Part, title: str, scale: str, paper: str, sheet: str) -> 
     ]
 
 
-def title_block(part: Part, title: str, scale: str, paper: str, sheet: str) -> Marks:
-    """The title block from its lower left corner."""
-    say = LANGUAGES[part.language]
-    marks: Marks = [rectangle_line(0j, complex(BLOCK_WIDTH, BLOCK_HEIGHT), BORDER)]
-    for field in block_fields(part, title, scale, paper, sheet):
-        marks.append(
-            rectangle_line(complex(field.x, field.y), complex(field.x + field.width, field.y + field.height), THIN)
-        )
-        if field.name == PROJECTION_FIELD:
-            marks += symbols.projection_symbol(complex(field.x + field.width / 2, field.y + field.height / 2))
+def asme_fields(part: Part, title: str, scale: str, paper: str, sheet: str, surfaces: str) -> list[Field]:
+    """The fields of a title block by ASME Y14.1 with general tolerances, and a roughness of surfaces in µin."""
+    depth = part.case_depth and f"CASE {part.case_depth}{'' if part.case_depth[-1].isalpha() else ' mm'}"
+    tolerances = part.general_tolerances or "\n.XX ±.01\n.XXX ±.005\n.XXXX ±.0010\nANGLES ±0.5°"
+    lines = (
+        f"UNLESS OTHERWISE SPECIFIED:\nDIMENSIONS ARE IN INCHES\nTOLERANCES: {tolerances}",
+        f"SURFACES {surfaces} µin Ra",
+        *(() if part.edges else ("BREAK SHARP EDGES",)),
+        "INTERPRET PER ASME Y14.5-2018\nDO NOT SCALE DRAWING",
+    )
+    return [
+        Field(0, 10, 56, 40.8, LINES_FIELD, "\n".join(lines)),
+        Field(0, 0, 56, 10, PROJECTION_FIELD, "THIRD ANGLE\nPROJECTION"),
+        Field(56, 40.8, 46, 10, "DRAWN", " ".join(filter(None, (part.designer, part.date_of_issue)))),
+        Field(56, 30.6, 46, 10.2, "CHECKED"),
+        Field(56, 20.4, 46, 10.2, "APPROVED", part.approved_by or ""),
+        Field(56, 10.2, 46, 10.2, "MATERIAL", part.material or ""),
+        Field(56, 0, 46, 10.2, "HARDNESS / FINISH", "; ".join(filter(None, (part.hardness, depth)))),
+        Field(102, 38.1, 84, 12.7, "COMPANY", part.legal_owner or ""),
+        Field(102, 22.4, 84, 15.7, "TITLE", title),
+        Field(102, 9.7, 12, 12.7, "SIZE", paper),
+        Field(114, 9.7, 60, 12.7, "DWG NO.", part.number or ""),
+        Field(174, 9.7, 12, 12.7, "REV", part.revision or ""),
+        Field(102, 0, 26, 9.7, "SCALE", scale),
+        Field(128, 0, 34, 9.7, "SOURCE", f"camopt {VERSION}"),
+        Field(162, 0, 24, 9.7, "SHEET", sheet.replace("/", " OF ")),
+    ]
+
+
+def title_block(
+    part: Part, title: str, scale: str, paper: str, sheet: str, other_fields: Sequence[Field] = ()
+) -> Marks:
+    """The title block from its lower left corner; other fields take the place of those of ISO."""
+    fields = other_fields or block_fields(part, title, scale, paper, sheet)
+    translate, right = LANGUAGES[part.language], max(field.x + field.width for field in fields)
+    marks: Marks = [rectangle_line(0j, complex(right, max(field.y + field.height for field in fields)), BORDER)]
+    for field in fields:
+        low = complex(field.x, field.y)
+        marks.append(rectangle_line(low, complex(field.x + field.width, field.y + field.height), THIN))
+        if field.name in (PROJECTION_FIELD, LINES_FIELD):
+            marks += _field_lines(field) if field.value else []
+            aside = marks_box(marks[-2:]).size.real if field.value else 0.0
+            middle = complex(field.x + (field.width + aside) / 2, field.y + field.height / 2)
+            marks += symbols.projection_symbol(middle, bool(field.value)) if field.name == PROJECTION_FIELD else []
             continue
         top = field.y + field.height - FIELD_PAD - SMALL
-        marks.append(Words(complex(field.x + FIELD_PAD, top), say(field.name), SMALL))
+        marks.append(Words(complex(field.x + FIELD_PAD, top), translate(field.name), SMALL))
         marks += _field_value(field, top - FIELD_PAD)
     return marks
+
+
+def _field_lines(field: Field) -> Iterator[Words]:
+    """The lines of a field without its name, centred between its lower and upper edge."""
+    step, width = LINES_HEIGHT * LEADING, field.width - 2 * FIELD_PAD
+    lines = [line for text in field.value.split("\n") for line in wrap_text(text, width, LINES_HEIGHT)]
+    lines = cut_lines(lines, int(field.height / step), width, LINES_HEIGHT)
+    top = field.y + (field.height + (len(lines) - 1) * step - LINES_HEIGHT) / 2
+    for k, text in enumerate(lines):
+        yield Words(complex(field.x + FIELD_PAD, top - k * step), text, LINES_HEIGHT)
 
 
 def _field_value(field: Field, top: float) -> Marks:
     """The value of a field, in the largest letters that fit."""
     if not field.value:
         return []
-    tall = field.height > BLOCK_ROW
+    tall = field.height > TALL_ROW
     heights = (TITLE_HEIGHT, LARGE, MEDIUM, SMALL) if tall else (LARGE, MEDIUM, SMALL)
     room = field.width - 2 * FIELD_PAD
     texts, height = fitted_words(field.value, room, 1, heights[:-2] if tall else heights[:-1])

@@ -1,4 +1,4 @@
-"""The table of the profile at even cam angles: lift, polar coordinates of the profile and of the roller's centre.
+"""The table of the profile by cam angle: lift, polar coordinates of the profile and of the roller's centre.
 
 Polar angles φ of a disc cam count from the timing mark, against the sense of rotation, like the cam angle. A groove
 in the face of a disc has only the roller's centre, which is the centre of a cutter as wide as the groove. A
@@ -8,14 +8,13 @@ cylindrical cam has the roller's centre on the developed cylinder; its y is the 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import ceil
+from math import ceil, floor
 
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities.unit_systems import shown_system, to_shown_unit, unit_in_shown_system
+from camopt.core.quantities.unit_systems import INCH_MM, unit_in_shown_system
 from camopt.show.sheet.marks import (
-    EXTRA_DECIMALS,
     MEDIUM,
     THICK,
     Mark,
@@ -25,6 +24,7 @@ from camopt.show.sheet.marks import (
     rectangle_line,
     width_of,
 )
+from camopt.show.sheet.standards import length_text, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam
 
 ROW_HEIGHT = 4.0  # mm
@@ -47,16 +47,19 @@ class TableColumn:
         return max(width_of(text, MEDIUM) for text in (*self.head[1:], *self.cells)) + 2 * CELL_PADDING
 
 
-def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
-    """Columns of the table, with a step of the cam angle that divides the turn [deg]."""
+def table_columns(cam: TrueCam, step: float | None) -> list[TableColumn]:
+    """Columns of the table, with a step of the cam angle that divides the turn [deg].
+
+    Without a step the rows are so close that values between them can be interpolated.
+    """
     problem = cam.problem
-    degrees = np.arange(0.0, 360.0 - step / 2, step)
+    degrees = dense_angles(cam) if step is None else np.arange(0.0, 360.0 - step / 2, step)
     angles = np.radians(degrees)
     lift = problem.programme.motion_at(angles)[0]
     unit = unit_in_shown_system("mm")
     lifts = _decimal_texts(np.degrees(lift)) if problem.setup.angular else _length_texts(lift)
     curves = cam.curves_at(angles)
-    columns = [TableColumn(("", "θ", "°"), tuple(f"{each:g}" for each in degrees))]
+    columns = [TableColumn(("", "θ", "°"), tuple(f"{each:.6g}" for each in degrees))]
     if problem.setup.angular or cam.is_ribbed or not problem.setup.mechanism.body.developed:
         columns.append(TableColumn(("", "s", "°" if problem.setup.angular else unit), lifts))
     if cam.is_ribbed:
@@ -72,6 +75,35 @@ def table_columns(cam: TrueCam, step: float) -> list[TableColumn]:
     if problem.setup.mechanism.body.bounded:
         columns += _polar_columns(cam.translate("profile"), curves.profile[0], cam.sense)
     return [*columns, *(_polar_columns(cam.translate("centre"), curves.pitch, cam.sense) if centred else ())]
+
+
+DENSE_STEPS, INTERPOLATION_ERROR = (10.0, 1.0, 0.5), 0.0005 * INCH_MM  # deg, and mm
+
+
+def dense_angles(cam: TrueCam) -> FloatArray:
+    """Cam angles [deg] between which values are interpolated with a small error.
+
+    A segment has a row at its start and then its own step: 10° in a dwell, 1° in a stroke, or 0.5° in a steep one.
+    """
+    rows = []
+    for _, begin, end in cam.segments:
+        for step in np.radians(DENSE_STEPS):
+            inside = step * np.arange(floor(begin / step + 1e-6) + 1, ceil(end / step - 1e-6))
+            angles = np.concatenate([[begin], inside, [end]])
+            if _interpolation_error(cam, angles) <= INTERPOLATION_ERROR:
+                break
+        rows.append(angles[:-1])
+    return np.unique(np.round(np.degrees(np.concatenate(rows)) % 360.0, 6))
+
+
+def _interpolation_error(cam: TrueCam, angles: FloatArray) -> float:
+    """Largest error of the profile in the middle between cam angles [rad], across it [mm]."""
+    points, true = cam.curves_at(angles).profile[0], cam.curves_at((angles[1:] + angles[:-1]) / 2)
+    first, last, is_flat = points[:-1], points[1:], cam.problem.setup.mechanism.body.developed
+    means = (
+        (first + last) / 2 if is_flat else first * np.sqrt(last / first)
+    )  # of polar coordinates, unless it is flat
+    return float(np.abs(((means - true.profile[0]) * true.normal.conj()).real).max())
 
 
 def _rib_columns(cam: TrueCam, angles: FloatArray) -> Iterator[TableColumn]:
@@ -104,7 +136,7 @@ def _decimal_texts(values: FloatArray, digits: int = 3) -> tuple[str, ...]:
 
 def _length_texts(values: FloatArray) -> tuple[str, ...]:
     """Lengths given in mm, as texts in the shown unit."""
-    return _decimal_texts(to_shown_unit(np.asarray(values), "mm"), 3 + EXTRA_DECIMALS[shown_system()])
+    return tuple(map(length_text, values)) if sheet_standard().has_fixed_decimals else _decimal_texts(values)
 
 
 def points_table(columns: list[TableColumn], blocks: int) -> Marks:

@@ -1,4 +1,6 @@
-"""The section of a disc cam through its axis, drawn as the view from the left: plates, hub, groove and bore.
+"""The section of a disc cam through its axis: plates, hub, groove and bore.
+
+In first angle it is drawn as the view from the left, in third angle as the view from the right.
 
 It goes through the middle of the keyway, which is on top, or along the vertical centre line.
 """
@@ -15,7 +17,15 @@ from camopt.core.numerics import ComplexArray
 from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.scene.part import Part
 from camopt.show.sheet import symbols
-from camopt.show.sheet.dimensions import CELL, FIRST_LEVEL, LEVEL_STEP, STEM, datum_symbol, distance_dimension
+from camopt.show.sheet.dimensions import (
+    CELL,
+    FIRST_LEVEL,
+    LEVEL_STEP,
+    STEM,
+    TEXT_ABOVE_LINE,
+    datum_symbol,
+    distance_dimension,
+)
 from camopt.show.sheet.marks import (
     CHAIN,
     LARGE,
@@ -24,11 +34,12 @@ from camopt.show.sheet.marks import (
     Line,
     Marks,
     Words,
-    length_text,
     line_mark,
+    mirror_marks,
     shift_marks,
 )
 from camopt.show.sheet.sizes import bore_text, hole_outline, keyway_depth_text
+from camopt.show.sheet.standards import sheet_standard, size_text
 from camopt.solve.contour.hole import keyway_direction_angle
 
 HATCH_DISTANCE = 2.5  # mm between hatch lines
@@ -97,11 +108,12 @@ def section_marks(
     for k, plate in enumerate(plates if len(plates) > 1 else (), start=1):
         above = complex((plate.low + plate.high) / 2, plate.ends[1] + PLATE_OVERRUN)
         marks.append(Words(above, f"{k}", LARGE, 0.5))
-    return [*marks, *_section_dimensions(part, scale, plates)]
+    marks += _section_dimensions(part, scale, plates)
+    return marks if sheet_standard().section_side > 0.0 else mirror_marks(marks, TEXT_ABOVE_LINE)
 
 
 def _plate_of_profile(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
-    beyond = profile.imag[profile.real >= 0.0]
+    beyond = profile.imag[sheet_standard().section_side * profile.real >= 0.0]
     ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
     return Plate(low, high, _vertical_intervals_inside(profile), ends)
 
@@ -166,9 +178,7 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
         for first, last in row:
             level = first.imag - foot + FIRST_LEVEL + k * LEVEL_STEP
             along = 1.0 if first.real == plates[0].high > plates[-1].high else -1.0  # values on the free side
-            marks += distance_dimension(
-                first, last, along, -along * level, length_text((first - last).real / scale)
-            )
+            marks += distance_dimension(first, last, along, -along * level, size_text((first - last).real / scale))
     if part.bore:
         radius = part.bore / 2 * scale
         marks += distance_dimension(whole - 1j * radius, whole + 1j * radius, 1j, -FIRST_LEVEL, bore_text(part))
@@ -180,13 +190,13 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
             marks += datum_symbol(place, -1j, max(STEM, hub - radius), datum)
     if height := part.groove_depth or part.rib_height:
         rim = plates[0].high + 1j * plates[0].ends[1]
-        marks += distance_dimension(rim - height * scale, rim, 1.0, FIRST_LEVEL, length_text(height))
+        marks += distance_dimension(rim - height * scale, rim, 1.0, FIRST_LEVEL, size_text(height))
         if datum := symbols.datums_of(part, bool(part.thickness)).face:
             marks += datum_symbol(rim - 1j * CELL, 1.0, STEM, datum)
     if across := part.hub_diameter or part.outer_diameter:
         half = 0.5j * across * scale
         marks += distance_dimension(
-            whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{length_text(across)}"
+            whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{size_text(across)}"
         )
     return marks
 

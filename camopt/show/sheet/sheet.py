@@ -12,6 +12,7 @@ from math import inf, pi
 from typing import NamedTuple
 
 from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.quantities.unit_systems import shown_in, shown_system
 from camopt.model.mechanisms.elements import Body
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
@@ -21,19 +22,10 @@ from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView, is_keyway_section_vertical
 from camopt.show.sheet.marks import LARGE, MarkBox, Marks, Words, draw_marks, marks_box, shift_marks
 from camopt.show.sheet.notes import note_texts, numbered_notes
-from camopt.show.sheet.paper import (
-    A2,
-    A3,
-    A4,
-    BLOCK_HEIGHT,
-    BLOCK_WIDTH,
-    Paper,
-    paper_scales,
-    scale_name,
-    title_block,
-)
+from camopt.show.sheet.paper import Paper, paper_scales, scale_name
 from camopt.show.sheet.points_table import points_table, table_columns
 from camopt.show.sheet.section import section_marks
+from camopt.show.sheet.standards import SYSTEM_OF_STANDARD, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam
 
 FRAME_MARGIN, VIEW_DISTANCE = 4.0, 8.0  # mm: from the frame to the contents, and between views
@@ -44,10 +36,13 @@ PlacedMarks = Iterator[tuple[MarkBox, Marks]]
 
 
 class Arrangement(NamedTuple):
-    """A layout to try: paper, step of the table (deg), number of its blocks, and the function that places all."""
+    """A layout to try: paper, step of the table (deg), number of its blocks, and the function that places all.
+
+    Without a step the rows of the table are so close that values between them can be interpolated.
+    """
 
     paper: Paper
-    step: float
+    step: float | None
     blocks: int
     place: "Callable[[SheetMargins, SheetViews], PlacedMarks]"
 
@@ -69,7 +64,7 @@ class SheetMargins:
     @property
     def level_above_block(self) -> float:
         """The level above the title block."""
-        return self.form.paper.frame.low.imag + BLOCK_HEIGHT + FRAME_MARGIN
+        return self.form.paper.frame.low.imag + sheet_standard().block_size.imag + FRAME_MARGIN
 
     @cached_property
     def table(self) -> Marks:
@@ -83,11 +78,11 @@ class SheetMargins:
 
     def frame_marks(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
-        paper = self.form.paper
+        paper, standard = self.form.paper, sheet_standard()
         sheet_number = f"{self.cam.disc.number}/{len(self.cam.cam_of_each_sheet)}"
-        block = title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, sheet_number)
+        block = standard.title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, sheet_number)
         low, high = paper.frame
-        return [*paper.marks(), *shift_marks(block, complex(high.real - BLOCK_WIDTH, low.imag))]
+        return [*paper.marks(), *shift_marks(block, complex(high.real - standard.block_size.real, low.imag))]
 
 
 @dataclass(frozen=True)
@@ -111,7 +106,7 @@ class SheetViews:
         if not is_keyway_section_vertical(part):
             box = marks_box(beside)
             above = complex((box.low.real + box.high.real) / 2, box.high.imag + 3.0)
-            beside.append(Words(above, "A–A", LARGE, 0.5))
+            beside.append(Words(above, sheet_standard().section_name, LARGE, 0.5))
         return [*marks, *beside]
 
     @cached_property
@@ -145,7 +140,7 @@ def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
 def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """Views on the left with notes below, table on the right above the title block."""
     inner = margins.inner
-    beside_block = inner.high.real + FRAME_MARGIN - BLOCK_WIDTH - VIEW_DISTANCE - inner.low.real
+    beside_block = inner.size.real + FRAME_MARGIN - sheet_standard().block_size.real - VIEW_DISTANCE
     said = shift_marks(numbered_notes(margins.texts, beside_block), inner.low)
     yield inner, said
     rows = shift_marks(margins.table, inner.high - marks_box(margins.table).high)
@@ -162,11 +157,12 @@ def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
 
 def developed_view_above_section(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """The developed groove on top; below it the body on the left, and table, notes and title block on the right."""
-    inner, right = margins.inner, margins.inner.high.real + FRAME_MARGIN - BLOCK_WIDTH
+    inner, wide = margins.inner, sheet_standard().block_size.real
+    right = inner.high.real + FRAME_MARGIN - wide
     groove, body = views.developed_view_and_section
     floor = inner.high.imag - marks_box(groove).size.imag
     said = shift_marks(
-        numbered_notes(margins.texts, BLOCK_WIDTH - FRAME_MARGIN), complex(right, margins.level_above_block)
+        numbered_notes(margins.texts, wide - FRAME_MARGIN), complex(right, margins.level_above_block)
     )
     yield inner, said
     rows = shift_marks(
@@ -202,27 +198,32 @@ MOST_BLOCKS = 12
 
 
 def sheet_arrangements(body: Body, step: float | None = None) -> Iterator[Arrangement]:
-    """Arrangements to try at each scale, the best first. With a step of the table [deg], A2 is tried too."""
-    defaults = CYLINDER_ARRANGEMENTS if body.developed else DISC_ARRANGEMENTS
-    if step is None:
+    """Arrangements to try at each scale, the best first.
+
+    With a step of the table [deg], or with its dense rows, larger papers are tried too.
+    """
+    small, middle, *large = sheet_standard().papers
+    cylinder_forms = (
+        Arrangement(middle, 5.0, 4, developed_view_above_section),
+        *(Arrangement(middle, 10.0, blocks, developed_view_above_section) for blocks in (4, 3, 2)),
+        Arrangement(middle, 10.0, 1, views_beside_table),
+    )
+    disc_forms = (
+        *(Arrangement(small, 10.0, blocks, views_above_table) for blocks in (3, 2)),
+        Arrangement(middle, 5.0, 2, views_beside_table),
+        Arrangement(middle, 10.0, 1, views_beside_table),
+    )
+    defaults = cylinder_forms if body.developed else disc_forms
+    if step is None and not sheet_standard().has_dense_table:
         yield from defaults
         return
     for paper, place in dict.fromkeys(
-        [*((form.paper, form.place) for form in defaults), (A3, views_beside_table), (A2, views_beside_table)]
+        [
+            *((form.paper, form.place) for form in defaults),
+            *((paper, views_beside_table) for paper in (middle, *large)),
+        ]
     ):
         yield from (Arrangement(paper, step, blocks, place) for blocks in range(1, MOST_BLOCKS + 1))
-
-
-CYLINDER_ARRANGEMENTS = (
-    Arrangement(A3, 5.0, 4, developed_view_above_section),
-    *(Arrangement(A3, 10.0, blocks, developed_view_above_section) for blocks in (4, 3, 2)),
-    Arrangement(A3, 10.0, 1, views_beside_table),
-)
-DISC_ARRANGEMENTS = (
-    *(Arrangement(A4, 10.0, blocks, views_above_table) for blocks in (3, 2)),
-    Arrangement(A3, 5.0, 2, views_beside_table),
-    Arrangement(A3, 10.0, 1, views_beside_table),
-)
 
 
 SHEET_INCH_MM = 25.4  # mm per inch
@@ -248,9 +249,10 @@ def write_sheets(
 ) -> list[Sheet]:
     """Write the workshop drawing of a cam as a PDF at true size. The default step of its table is 5 or 10 deg.
 
-    A sheet is A4 or A3, or A2 for a table with many rows. It shows the front view of a disc cam with the angles of
-    its motion and its section, or the developed groove of a cylindrical cam with its section and hole. It has the
-    table of the profile, notes and the title block. The scale is 1:1 if that fits, else the nearest standard scale.
+    A sheet is A4 or A3, or A2 for a table with many rows; by ASME it is A to D. It shows the front view of a disc
+    cam with the angles of its motion and its section, or the developed groove of a cylindrical cam with its section
+    and hole. It has the table of the profile, notes and the title block. The scale is 1:1 if that fits, else the
+    nearest standard scale.
     A pair of discs has a sheet for each disc (``only_disc``: number of a single one), with the other disc dashed,
     and the section of both. The same scene gives the same file.
 
@@ -282,6 +284,11 @@ def sheets_of(scene: Scene, problem: Problem, step: float | None = None) -> list
 
 def sheet_of(cam: TrueCam, step: float | None = None, largest_scale: float = inf) -> Sheet:
     """The sheet with the first scale, up to ``largest_scale``, and arrangement that hold the drawing."""
+    with shown_in(SYSTEM_OF_STANDARD.get(cam.part.standard or "", shown_system())):
+        return _fitting_sheet(cam, step, largest_scale)
+
+
+def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sheet:
     if step is not None and not (step >= LEAST_STEP and (360.0 / step).is_integer()):
         raise BadInput([Mistake("camopt", "step", step, f"a step of at least {LEAST_STEP:g} deg that divides 360")])
     body = cam.problem.setup.mechanism.body
@@ -292,10 +299,11 @@ def sheet_of(cam: TrueCam, step: float | None = None, largest_scale: float = inf
         for form in sheet_arrangements(body, step)
         if (desk := SheetMargins(cam, form, texts)).has_room_for_table
     ]
+    largest = sheet_standard().papers[-1]
     for scale in (
         scale
-        for scale in islice(paper_scales(2.0 * cam.size), MOST_SCALES)
-        if width * scale < A2.width and scale <= largest_scale
+        for scale in islice(paper_scales(2.0 * cam.size, sheet_standard().scale_series), MOST_SCALES)
+        if width * scale < largest.width and scale <= largest_scale
     ):
         views = SheetViews(cam, scale)
         for desk in desks:
@@ -304,6 +312,6 @@ def sheet_of(cam: TrueCam, step: float | None = None, largest_scale: float = inf
                     cam, desk.form.paper, scale, [*desk.frame_marks(scale), *map(cam.localise_mark, marks)]
                 )
     if step is not None:
-        why = "larger: a table with this step does not fit on A2; a .csv file has any step"
+        why = f"larger: a table with this step does not fit on {largest.name}; a .csv file has any step"
         raise BadInput([Mistake("camopt", "step", step, why)])
     raise BadInput([Mistake(cam.scene.file, "scene", cam.scene.name, "a cam that fits on a sheet of A3")])

@@ -7,32 +7,44 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray
 from camopt.scene.fits import keyway_depth_tolerance
-from camopt.scene.iso286 import limit_deviations
+from camopt.scene.iso286 import Deviations, limit_deviations
 from camopt.scene.part import Part
-from camopt.show.sheet.marks import arc_points, length_text
+from camopt.show.sheet.marks import Marks, arc_points
+from camopt.show.sheet.standards import length_text, sheet_standard, size_text
+from camopt.show.sheet.symbols import datums_of, surface_symbols
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.solve.contour.hole import keyway_corners
 
 
 def bore_text(part: Part) -> str:
     """Text of the bore diameter with its fit."""
-    return f"Ø{length_text(part.bore or 0.0)}{fit_suffix(part.bore_fit)}"
+    return f"Ø{fitted_text(part.bore or 0.0, part.bore_fit)}"
 
 
 def keyway_width_text(part: Part) -> str:
     """Text of the keyway width with its fit."""
-    return f"{length_text(part.keyway_width or 0.0)}{fit_suffix(part.keyway_fit)}"
+    return fitted_text(part.keyway_width or 0.0, part.keyway_fit)
 
 
 def keyway_depth_text(part: Part) -> str:
     """Text of the depth from bore to keyway bottom, with the tolerance of DIN 6885 if the keyway has a fit."""
-    depth = length_text((part.bore or 0.0) + (part.keyway_depth or 0.0))
-    return f"{depth} +{length_text(keyway_depth_tolerance(part.keyway_width or 0.0))}" if part.keyway_fit else depth
+    depth, more = (part.bore or 0.0) + (part.keyway_depth or 0.0), keyway_depth_tolerance(part.keyway_width or 0.0)
+    if not part.keyway_fit:
+        return size_text(depth)
+    return sheet_standard().toleranced_text(depth, f"+{length_text(more)}", Deviations(0.0, more))
 
 
-def fit_suffix(fit: str | None) -> str:
-    """A fit as the end of a dimension; empty without a fit."""
-    return f" {fit}" if fit else ""
+def fitted_text(size: float, fit: str | None) -> str:
+    """Text of a size with its fit, if it has one."""
+    return sheet_standard().toleranced_text(size, fit, fit_deviations(fit, size)) if fit else size_text(size)
+
+
+def fit_deviations(fit: str, size: float) -> Deviations | None:
+    """Limit deviations of a fit; None if the standard has no such class for the size."""
+    try:
+        return limit_deviations(fit, size)
+    except ValueError:
+        return None
 
 
 def hole_outline(part: Part, turn: float) -> ComplexArray:
@@ -43,6 +55,13 @@ def hole_outline(part: Part, turn: float) -> ComplexArray:
     half = asin(part.keyway_width / 2 / radius)
     corners = keyway_corners(part, turn)
     return np.concatenate([corners, arc_points(radius, turn + half, turn + 2 * np.pi - half), corners[:1]])
+
+
+def profile_symbols(part: Part, has_section: bool) -> Marks:
+    """Tolerance and roughness of the profile."""
+    zone = length_text(2 * (part.profile_tolerance or 0.0), 4)
+    roughness = None if part.roughness is None else sheet_standard().roughness_text(part.roughness)
+    return surface_symbols(part, datums_of(part, has_section), zone, roughness)
 
 
 class Clearance(NamedTuple):
@@ -59,11 +78,7 @@ def groove_clearance(cam: TrueCam) -> Clearance:
     drive, fit, tolerance = cam.scene.drive, cam.part.groove_fit, cam.part.profile_tolerance
     given = drive.clearance if drive else None
     if fit and cam.roller_radius:
-        try:
-            deviations = limit_deviations(fit, 2 * cam.roller_radius)
-        except ValueError:  # the standard has no such class for this size
-            return Clearance(given, None)
-        return Clearance(given, (deviations.lower, deviations.upper))
+        return Clearance(given, fit_deviations(fit, 2 * cam.roller_radius))
     if given is not None and tolerance is not None:
         return Clearance(given, (given - 2 * tolerance, given + 2 * tolerance))
     return Clearance(given, None)
@@ -72,5 +87,5 @@ def groove_clearance(cam: TrueCam) -> Clearance:
 def groove_width_text(cam: TrueCam) -> str:
     """Text of the width of a groove: the roller diameter with a fit, or the width in files."""
     if cam.part.groove_fit:
-        return f"{length_text(2 * cam.roller_radius)} {cam.part.groove_fit}"
+        return fitted_text(2 * cam.roller_radius, cam.part.groove_fit)
     return length_text(2 * cam.problem.wall_distance_from_pitch_curve)

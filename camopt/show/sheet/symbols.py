@@ -1,13 +1,13 @@
-"""Symbols of a workshop drawing: first-angle projection, roughness, profile tolerance, datums, sense of rotation.
+"""Symbols of a workshop drawing: projection, roughness, profile tolerance, datums, sense of rotation.
 
-Sources: ISO 5456-2 (projection), ISO 21920-1 (surface texture), ISO 1101 and ISO 5459 (tolerance frame, datum).
+Sources: ISO 5456-2 (projection), ISO 21920-1 (surface texture), ISO 1101 and ISO 5459 (tolerance frame, datum);
+ASME Y14.3 (third-angle projection) and Y14.36M (roughness).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.scene.part import Part
 from camopt.show.sheet.dimensions import CELL, arrowhead
 from camopt.show.sheet.marks import (
@@ -20,7 +20,6 @@ from camopt.show.sheet.marks import (
     arc_points,
     circle_mark,
     closed_line,
-    length_text,
     line_mark,
     marks_box,
     rectangle_line,
@@ -31,10 +30,13 @@ ROTATION_ARROW = 5.0, np.radians(13.0)  # length in mm and half angle at the tip
 FRAME_PADDING = 1.5  # mm beside the text in a frame
 
 
-def projection_symbol(centre: complex) -> Marks:
-    """The symbol of first-angle projection: a truncated cone and, right of it, the view of its left end."""
+def projection_symbol(centre: complex, is_third_angle: bool = False) -> Marks:
+    """The symbol of first-angle projection: a truncated cone and, right of it, the view of its left end.
+
+    In third angle the view is on the left.
+    """
     small, large, half, over = 1.25, 2.5, 2.5, 1.0
-    left, right = centre - 5.0, centre + 5.0
+    left, right = (centre + 5.0, centre - 5.0) if is_third_angle else (centre - 5.0, centre + 5.0)
     cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
     marks: Marks = [
         closed_line(*cone, pen=THICK),
@@ -45,12 +47,14 @@ def projection_symbol(centre: complex) -> Marks:
     return [*marks, *(line_mark(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines)]
 
 
-def roughness_symbol(foot: complex, value: float) -> Marks:
-    """The symbol of a machined surface with Ra at most a value [µm], standing on its foot."""
+def roughness_symbol(foot: complex, text: str) -> Marks:
+    """The symbol of a machined surface, standing on its foot; a number alone is over its bar (ASME Y14.36M)."""
     low, high = 1.4 * LARGE, 3.0 * LARGE
     slope = 1 / np.tan(np.radians(60.0))
-    text = f"Ra {to_shown_unit(value, 'µm'):.3g}"
     left, right = foot + low * complex(-slope, 1.0), foot + high * complex(slope, 1.0)
+    if "Ra" not in text:
+        words = Words(foot + complex(low * slope - 0.6, low + 1.4), text, LARGE, 1.0)
+        return [line_mark(left, foot, right), line_mark(left, foot + low * complex(slope, 1.0)), words]
     bar = right + width_of(text, LARGE) + 2 * FRAME_PADDING
     return [
         line_mark(left, foot, right, bar),
@@ -77,15 +81,18 @@ def datums_of(part: Part, has_section: bool) -> Datums:
     return Datums(*(next(letters) if datum else "" for datum in present))
 
 
-def surface_symbols(part: Part, datums: Datums) -> Marks:
-    """Requirements on the profile: tolerance frame at the level of a leader, roughness above it."""
+def surface_symbols(part: Part, datums: Datums, zone: str, roughness: str | None) -> Marks:
+    """Requirements on the profile: tolerance frame at the level of a leader, roughness above it.
+
+    ``zone`` is the text of the width of the tolerance zone.
+    """
     marks: Marks = []
     if part.profile_tolerance is not None:
-        marks = tolerance_frame(0j, length_text(2 * part.profile_tolerance, 4), datums)
-    elif part.roughness is not None:
+        marks = tolerance_frame(0j, zone, datums)
+    elif roughness:
         marks = [line_mark(0.5j * CELL, 10.0 + 0.5j * CELL)]
-    if part.roughness is not None:
-        marks += roughness_symbol(complex(5.0, marks_box(marks).high.imag), part.roughness)
+    if roughness:
+        marks += roughness_symbol(complex(5.0, marks_box(marks).high.imag), roughness)
     return marks
 
 

@@ -20,6 +20,7 @@ from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.show.sheet.languages import LANGUAGES, with_decimal_sign
 from camopt.show.sheet.marks import Mark, Words, decimal_text
+from camopt.show.sheet.standards import sheet_standard
 from camopt.solve.contour.curve import CamCurve, Disc, cam_discs, disc_curves
 from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import LONGEST_CHORD, SHORTEST_CHORD, FittedPath, fit_path
@@ -133,15 +134,15 @@ class TrueCam:
     @property
     def translate(self) -> Callable[[str], str]:
         """A function that translates a text into the language of the drawing."""
-        return LANGUAGES[self.part.language]
+        return LANGUAGES[self._language]
+
+    @property
+    def _language(self) -> str:
+        return "en" if sheet_standard().is_english else self.part.language
 
     def localise_mark(self, mark: Mark) -> Mark:
         """A mark with the decimal sign of the language of the drawing."""
-        return (
-            mark._replace(text=with_decimal_sign(mark.text, self.part.language))
-            if isinstance(mark, Words)
-            else mark
-        )
+        return mark._replace(text=with_decimal_sign(mark.text, self._language)) if isinstance(mark, Words) else mark
 
     @property
     def size(self) -> float:

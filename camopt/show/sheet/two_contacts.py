@@ -16,7 +16,8 @@ import numpy as np
 
 from camopt.model.effects.contact_distance import ANGLE, BREADTH, DISTANCE
 from camopt.model.effects.error_response import contact_responses
-from camopt.show.sheet.marks import decimal_text, length_text
+from camopt.show.sheet.marks import decimal_text
+from camopt.show.sheet.standards import length_text
 from camopt.show.sheet.true_cam import TrueCam, design_quantity
 
 DIGIT_ROUNDING = 1e-6  # of a last digit, against rounding
