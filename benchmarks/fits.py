@@ -40,7 +40,7 @@ from camopt import LAWS, Unmet, find_scene, fit
 from camopt.model.motion.programme import Programme, derivative_peak, law_peaks
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
-from camopt.solve.measured.columns import TableColumns
+from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.measured_points import read_points
 from camopt.solve.measured.noise import estimate_point_errors, noise_band_factor
 from camopt.solve.measured.outline import LIKELY_DROP, Dwell, find_outline_and_doubts
@@ -397,7 +397,7 @@ def compare_dwells(
 
 def read_dwells(file: DwellFile) -> DwellsRead:
     """The dwells that the outline of a file has."""
-    points = read_points(file.rows, TableColumns())
+    points = read_points(file.rows, TableReadingOptions())
     noise = estimate_point_errors(points).noise
     band = noise * noise_band_factor(points.rows.size)
     outline, doubts = find_outline_and_doubts(points, band, band, noise, LIKELY_DROP, None)

@@ -40,7 +40,7 @@ from camopt.solve.front.pareto import (
     row_costs,
 )
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import excesses
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
 
 MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)
@@ -75,7 +75,7 @@ class Cams(Problem):  # type: ignore[misc]
                 EvaluationBlock(problem.setup, problem.programme, chosen), self.problem.required_quantities
             ).columns
             out["F"][index] = objective_costs(columns, len(chosen), self.problem.objectives)
-            excess = excesses(self.problem.limits, columns, chosen)
+            excess = relative_excesses_by_limit(self.problem.limits, columns, chosen)
             out["G"][index] = np.clip(excess, -WORST, WORST).T
         out["F"][np.all(out["G"] == WORST, axis=1)] = WORST  # cannot be put together
 

@@ -87,10 +87,10 @@ def warm(scenes: tuple[str, ...], as_json: bool, quiet: bool) -> int:
     machine. Later commands do not compile again for these scenes, nor for scenes with the same followers and
     quantities. Run it once in a container image or in CI.
     """
-    from camopt.show.studies.first_runs import compile_scenes
+    from camopt.show.studies.first_runs import compile_kernels_for_scenes
 
     with cli.progress(quiet, "scenes") as advance:
-        kernels, folder = compile_scenes(scenes, advance)
+        kernels, folder = compile_kernels_for_scenes(scenes, advance)
     if as_json:
         cli.print_json({"kernels": kernels, "folder": str(folder)})
     else:

@@ -97,7 +97,7 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
             click.echo(f"{server.address}\nCtrl-C stops the server.")
         sys.stdout.flush()
         if not no_browser:  # in a thread: some browsers run in this terminal until they are closed
-            Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
+            Thread(target=webbrowser.open, args=[server.one_time_address], daemon=True).start()
         server.serve_forever()
     return (
         0 if interrupts.exit_code_of_interrupt() == interrupts.CTRL_C_CODE else interrupts.exit_code_of_interrupt()

@@ -40,7 +40,7 @@ def curve_value(f: Any, i: Any, at: State) -> Any:
 
 
 @chosen_by_type(curve_value)
-def _formula_in_kernels(f, i, at):
+def _choose_formula_for_kernels(f, i, at):
     return KERNEL_FORMULAS.get(f)
 
 
@@ -58,7 +58,7 @@ def curve_or_number_value(f: Any, i: Any, at: State) -> Any:
 
 
 @chosen_by_type(curve_or_number_value)
-def _field_value_in_kernels(f, i, at):
+def _choose_field_value_for_kernels(f, i, at):
     return KERNEL_FORMULAS.get(f, lambda f, i, at: f[i])
 
 
@@ -112,7 +112,7 @@ def curve_derivatives(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
 
 
 @chosen_by_type(curve_derivatives)
-def _curve_derivatives_in_kernels(f, i, at):
+def _choose_curve_derivatives_for_kernels(f, i, at):
     return DERIVATIVE_FORMULAS.get(f)
 
 

@@ -114,7 +114,7 @@ def _dual_forces(load):
 
 
 @chosen_by_type(dual_load)
-def _dual_load_in_kernels(load):
+def _choose_dual_load_for_kernels(load):
     if load is NoneType:
         return lambda load: None
     return _dual_forces if load is TrainForces else lambda load: Load(Dual(load.value, load.slope), load.slope)
@@ -133,15 +133,15 @@ def state_without_slopes(at: State, y: Any) -> State:
 
 
 def _drop_state_slopes(at, y):
-    return State(at.y.value, at.y1.value, at.y2.value, at.y3.value, load_without_slopes(at.load), at.y3.slope)
+    return State(at.y.value, at.y1.value, at.y2.value, at.y3.value, load_from_dual_load(at.load), at.y3.slope)
 
 
 @chosen_by_type(state_without_slopes)
-def _state_without_slopes_in_kernels(at, y):
+def _choose_state_without_slopes_for_kernels(at, y):
     return _drop_state_slopes if y is Dual else lambda at, y: at
 
 
-def load_without_slopes(load: Any) -> Any:
+def load_from_dual_load(load: Any) -> Any:
     """The load without slopes, from a load in dual numbers."""
     if load is None:
         return None
@@ -152,8 +152,8 @@ def _drop_force_slopes(load):
     return TrainForces(load.value.value, load.value.slope, load.carried.value, load.carried.slope)
 
 
-@chosen_by_type(load_without_slopes)
-def _load_without_slopes_in_kernels(load):
+@chosen_by_type(load_from_dual_load)
+def _choose_load_from_dual_for_kernels(load):
     if load is NoneType:
         return lambda load: None
     return _drop_force_slopes if load is TrainForces else lambda load: Load(load.value.value, load.value.slope)
@@ -165,5 +165,5 @@ def dual_from_pair(pair: Any, y: Any) -> Any:
 
 
 @chosen_by_type(dual_from_pair)
-def _dual_from_pair_in_kernels(pair, y):
+def _choose_dual_from_pair_for_kernels(pair, y):
     return (lambda pair, y: Dual(pair[0], pair[1])) if y is Dual else lambda pair, y: pair[0]

@@ -164,7 +164,7 @@ def _pressure_factor_pair_of_dual(t, table):
 
 
 @chosen_by_type(pressure_factor_and_derivative)
-def _pressure_factor_pair_in_kernels(t, table):
+def _choose_pressure_factor_for_kernels(t, table):
     if t is Dual:
         return _pressure_factor_pair_of_dual
     if t is Jet:

@@ -63,7 +63,7 @@ def sine_cosine(y: Any) -> tuple[Any, Any]:
 
 
 @chosen_by_type(sine_cosine)
-def _sine_cosine_in_kernels(y):
+def _choose_sine_cosine_for_kernels(y):
     return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: sine_and_cosine_of_numbers(y))
 
 
@@ -107,5 +107,5 @@ def _cosine_and_sine_of_dual_sum(cosine, sine, y):
 
 
 @chosen_by_type(cosine_and_sine_of_sum)
-def _cosine_and_sine_of_sum_in_kernels(cosine, sine, y):
+def _choose_angle_sum_for_kernels(cosine, sine, y):
     return _cosine_and_sine_of_dual_sum if y is Dual else _cosine_and_sine_of_number_sum

@@ -147,7 +147,7 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
         }
         if LEADING_SPEED in wanted:
             columns[LEADING_SPEED] = largest_per_design(
-                _small_gap_landing_speeds(case, followers, flights, half_gap(case))
+                _small_gap_landing_speeds(case, followers, flights, half_clearance_along_motion(case))
             )
     columns[CROSSING_COUNT] = np.bincount(design, weights=crosses, minlength=count)
     if CROSSING_ANGLE in wanted:
@@ -173,7 +173,7 @@ def find_landings_and_speeds(
 
     A flight that would begin while the follower still flies does not take place; its speed is 0.
     """
-    ends = simulate_flights(case.programme, followers, flights, half_gap(case))
+    ends = simulate_flights(case.programme, followers, flights, half_clearance_along_motion(case))
     count = flights.design.size
     begun = ~np.isin(np.arange(count), _following_crossing_index(flights)[ends.length > _angle_to_next(flights)])
     omega = followers.omega[flights.setting]
@@ -204,7 +204,7 @@ def flights_and_followers_by_setting(case: EvaluationBlock) -> tuple[Flights, Fo
     return flights, Followers(settings[-1], rows[1] / speed, rows[0], speed, series)
 
 
-def half_gap(case: EvaluationBlock) -> HalfGap:
+def half_clearance_along_motion(case: EvaluationBlock) -> HalfGap:
     """Half the clearance along the motion, of a block's designs."""
     clearance = np.broadcast_to(case.setup_per_design.given.drive.clearance, len(case.designs))
     pressures = tuple(

@@ -76,9 +76,9 @@ REPORTED_TURNS = 1e6
 
 
 @curve_type_from_formula
-def trace_point_sliding_speed(state, speed, radius, turns, turning):
+def trace_point_sliding_speed(state, trace_point_speed, radius, turns, turn_per_velocity):
     """Sliding speed of a trace point, N_p − q·R [mm/rad], with q = turns + turning·y'."""
-    return speed - radius * (turns + turning * state.y1)
+    return trace_point_speed - radius * (turns + turn_per_velocity * state.y1)
 
 
 @curve_type_from_formula

@@ -310,7 +310,10 @@ def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, with_fronts
         objectives=(_objective_words(a), _objective_words(b)),
         units={name: a.units[name] for name in a.objectives},
         fronts=compare_fronts(a.front_costs(), b.front_costs()) if comparable else None,
-        first={"went": _best_by_first_objective(a, pairs.went), "came": _best_by_first_objective(b, pairs.came)},
+        first={
+            "went": _shown_rows_feasible_and_best_first(a, pairs.went),
+            "came": _shown_rows_feasible_and_best_first(b, pairs.came),
+        },
     )
 
 
@@ -318,7 +321,7 @@ def _objective_words(table: DesignTable) -> dict[str, str]:
     return {name: "minimise" if sign > 0.0 else "maximise" for name, sign in table.objectives.items()}
 
 
-def _best_by_first_objective(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
+def _shown_rows_feasible_and_best_first(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
     """Sizes and objectives of at most ``SHOWN_DESIGNS`` rows, with row numbers; the best feasible designs first."""
     if not rows.size:
         return []

@@ -13,15 +13,15 @@ from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
 from camopt.show.drawing import diagrams
 from camopt.show.drawing.cam import (
     CROSS_POINTS,
-    body_reach,
     draw_body,
     draw_centre,
     draw_stroke_starts,
     frame_with_scale_bar,
+    largest_body_radius,
 )
 from camopt.show.drawing.figures import TEXT_SEPARATOR, mechanism_and_sizes_line
 from camopt.show.drawing.follower import FollowerAxes, draw_follower
-from camopt.show.drawing.groove import draw_groove_follower, draw_groove_or_rib, surface_colour, surface_ends
+from camopt.show.drawing.groove import draw_groove_follower, draw_groove_or_rib, drawn_cylinder_ends, surface_colour
 from camopt.show.drawing.labels import place_labels
 from camopt.show.drawing.linkage import draw_fixed_parts, draw_member, sketch_extent_over_turn, train_sketch
 from camopt.show.drawing.moving_bodies import (
@@ -34,7 +34,7 @@ from camopt.show.drawing.moving_bodies import (
 )
 from camopt.show.drawing.panels import Panel, motion_panels
 from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fill_area
-from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc
+from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc_outline
 from camopt.show.drawing.style import FAINT, INK, MUTED, SMALL_SIZE, TEXT_SIZE, TITLE_SIZE
 
 SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
@@ -72,7 +72,7 @@ def _draw_disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     problem, size = picture.problem, picture.largest_pitch_radius
     ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
     draw_body(cam, picture)
-    draw_second_disc(cam, picture)
+    draw_second_disc_outline(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)
     draw_stroke_starts(cam, picture)  # without its labels, which would turn upside down
@@ -81,7 +81,7 @@ def _draw_disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     body = _follower_body(follower, picture)
     links, reach = _draw_train_bodies(ground, picture, spans, size)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
-    frame_with_scale_bar(ground, np.concatenate([max(size, body_reach(picture)) * CROSS_POINTS, *moved]))
+    frame_with_scale_bar(ground, np.concatenate([max(size, largest_body_radius(picture)) * CROSS_POINTS, *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
     turning = MovingBody(cam, NO_ROTATION + 0j, problem.design.sense * FRAME_ANGLES)
@@ -92,7 +92,7 @@ def _draw_disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
 
 def _draw_groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     """The groove in a window of one turn, with the follower in its middle."""
-    size, (low, high) = float(picture.problem.design.size[0]), surface_ends(picture)
+    size, (low, high) = float(picture.problem.design.size[0]), drawn_cylinder_ends(picture)
     half, around = np.pi * size, 2 * np.pi * size
     surface, ground, follower = (figure.add_axes(GROOVE_AREA) for _ in range(3))
     spans = draw_groove_follower(FollowerAxes(follower, ground, ground), picture)
@@ -177,7 +177,7 @@ def _draw_diagram_cursors(figure: Any, picture: Picture, boxes: Any) -> tuple[li
 def _draw_diagram_cursor(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
     """The cursor of a diagram, a line and a dot, and its reading."""
     assert panel.value_at is not None
-    factor, _ = diagrams.power_of_ten(panel.values, panel.unit)
+    factor, _ = diagrams.short_number_factor_and_unit(panel.values, panel.unit)
     values = panel.value_at(FRAME_ANGLES % (2 * np.pi)) * factor
     line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
     for each in (line_axes, dot_axes):

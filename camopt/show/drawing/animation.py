@@ -120,11 +120,11 @@ def animated_svg(stage: AnimatedFigure) -> str:
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
     for place, body in enumerate(stage.bodies):
         group = groups[f"body-{place}"]
-        for kind, values in body.svg_transforms(_file_points(body.axes, stage.figure)).items():
+        for kind, values in body.svg_transforms(_function_to_points_in_file(body.axes, stage.figure)).items():
             if len(set(values)) > 1:
                 _animate_transform(_wrap_content_in_group(group), kind, values, "linear")
         if body.windowed:
-            _clip_group(group, _axes_window(body.axes, stage.figure))
+            _clip_group(group, _axes_box_in_file(body.axes, stage.figure))
     for place, reading in enumerate(stage.readings):
         _animate_reading(groups[f"reading-{place}"], reading)
     return ElementTree.tostring(root, encoding="unicode")
@@ -198,15 +198,15 @@ def _clip_group(group: Element, window: tuple[float, float, float, float]) -> No
     group.set("clip-path", f"url(#{name})")
 
 
-def _axes_window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
+def _axes_box_in_file(axes: Any, figure: Any) -> tuple[float, float, float, float]:
     """The box of axes in the file: left, top, width, height [points]."""
     box, (width, height) = axes.get_position(), figure.get_size_inches() * POINTS_PER_INCH
     return (PAGES_AROUND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
 
 
-def _file_points(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
+def _function_to_points_in_file(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
     """A function from points of axes to places in the file, (n, 2) [points]."""
-    left, top, width, height = _axes_window(axes, figure)
+    left, top, width, height = _axes_box_in_file(axes, figure)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
 
     def points_in_file(points: ComplexArray) -> FloatArray:

@@ -11,7 +11,7 @@ from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, 
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
 from camopt.model.motion.stroke import DWELL
 from camopt.show.drawing.follower import FollowerAxes, draw_follower
-from camopt.show.drawing.labels import Label, label_places
+from camopt.show.drawing.labels import Label, label_place_candidates
 from camopt.show.drawing.linkage import draw_linkage
 from camopt.show.drawing.picture import (
     STROKE_NAMES,
@@ -23,7 +23,7 @@ from camopt.show.drawing.picture import (
     length_in_digits,
     round_length,
 )
-from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc, second_outline
+from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc_outline, second_outline
 from camopt.show.drawing.style import (
     COLOURS,
     FAINT,
@@ -51,11 +51,11 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
     draw_body(axes, whole)
-    draw_second_disc(axes, whole)
+    draw_second_disc_outline(axes, whole)
     labels = [*draw_stroke_starts(axes, picture), draw_rotation(axes, picture)]
     spans = draw_follower(FollowerAxes(axes, axes, axes), picture, size)
     second = [*draw_second_contact(axes, whole), second_outline(whole)]
-    body = body_reach(picture) * CROSS_POINTS
+    body = largest_body_radius(picture) * CROSS_POINTS
     parts = [pitch, body, *_draw_circles(axes, whole, pitch, size), *spans, *second]
     frame_with_scale_bar(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
@@ -91,7 +91,7 @@ def _draw_flanks(axes: Any, picture: Picture, labelled: set[Any]) -> None:
     """Draw the flanks at one contact by stroke; strokes in ``labelled`` get no further label."""
     radius = float(picture.problem.design.roller_radius[0])
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
-    for place, (kind, curves) in enumerate(zip(picture.kinds, picture.curves, strict=True)):
+    for place, (kind, curves) in enumerate(zip(picture.stroke_kind_of_each_piece, picture.curves, strict=True)):
         for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
             draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
@@ -103,7 +103,9 @@ def _draw_flanks(axes: Any, picture: Picture, labelled: set[Any]) -> None:
 def _fill_profile(axes: Any, picture: Picture) -> None:
     """Fill the inside of the profile."""
     solid = (
-        remaining_outline(picture) if picture.undercut else np.concatenate([c.profile[0] for c in picture.curves])
+        outline_left_by_undercutting(picture)
+        if picture.undercut
+        else np.concatenate([c.profile[0] for c in picture.curves])
     )
     edge = {"edgecolor": INK, "label": "cam after undercutting"} if picture.undercut else {"edgecolor": "none"}
     fill_area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
@@ -129,19 +131,19 @@ def _fill_ribbed_face(axes: Any, picture: Picture) -> None:
 
 def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
     """Fill the face of a disc, with its edge if its diameter is known."""
-    edge = body_reach(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
+    edge = largest_body_radius(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
     known = picture.problem.setup.solid.outer_diameter is not None
     fill_area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
 
 
-def body_reach(picture: Picture) -> float:
+def largest_body_radius(picture: Picture) -> float:
     """Largest radius of the body of a disc cam [mm]; if it is unknown, of the part that is drawn."""
     mechanism, solid = picture.problem.setup.mechanism, picture.problem.setup.solid
     reach = float(max(np.abs(c.profile).max() for c in picture.curves))
     return reach if mechanism.body.bounded else (solid.outer_diameter or 0.0) / 2 or reach * (1.0 + BODY_MARGIN)
 
 
-def remaining_outline(picture: Picture) -> ComplexArray:
+def outline_left_by_undercutting(picture: Picture) -> ComplexArray:
     """The outline of an undercut cam: the region that no position of the follower covers."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if picture.problem.setup.mechanism.flat_faced:
@@ -169,7 +171,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     steepest, picture = picture.steepest_contact, picture.contacts[0]
     problem = picture.problem
     mechanism = problem.setup.mechanism
-    spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -body_reach(picture)
+    spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -largest_body_radius(picture)
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
     draw_circle(axes, base, color=MUTED, label=f"base circle, R {length_in_digits(base)}", **thin)
@@ -185,7 +187,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
         _draw_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.touches_rib)
     draw_centre(axes, picture, size)
     if not problem.setup.angular:
-        spans.append(_draw_offset(axes, float(problem.design.offset[0]), lowest, size))
+        spans.append(_draw_offset_circle_and_dimension(axes, float(problem.design.offset[0]), lowest, size))
     return spans
 
 
@@ -208,7 +210,7 @@ def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
     draw_line(axes, point.conj() if mirrored else point, label="pitch point", **style)
 
 
-def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
+def _draw_offset_circle_and_dimension(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
     """Draw the offset circle, the follower's axis, and the offset as a dimension below the cam."""
     dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
     offset = offset if abs(offset) > INVISIBLE_OFFSET * size else 0.0
@@ -246,7 +248,7 @@ def draw_stroke_starts(axes: Any, picture: Picture) -> list[Label]:
         draw_line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
         style = {"fontsize": SMALL_SIZE, "color": MUTED, "bbox": box, "zorder": 4.5}
-        places = label_places(START_LABEL_DISTANCES, float(np.angle(foot - point)))
+        places = label_place_candidates(START_LABEL_DISTANCES, float(np.angle(foot - point)))
         labels.append(
             Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style, PROFILE_WIDTH)
         )
@@ -269,7 +271,11 @@ def draw_rotation(axes: Any, picture: Picture) -> Label:
     beside = radius * np.exp(1j * middle)
     style = {"fontsize": TITLE_SIZE, "color": INK, "zorder": 5}
     return Label(
-        axes, "ω", (beside.real, beside.imag), label_places(ROTATION_LABEL_DISTANCES, middle + np.pi, 24), style
+        axes,
+        "ω",
+        (beside.real, beside.imag),
+        label_place_candidates(ROTATION_LABEL_DISTANCES, middle + np.pi, 24),
+        style,
     )
 
 

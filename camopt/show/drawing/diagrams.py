@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.show.drawing.labels import Label, label_places
+from camopt.show.drawing.labels import Label, label_place_candidates
 from camopt.show.drawing.panels import NEGLIGIBLE, MarkedPeak, MoveMark, Panel, PieceValues
 from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits
 from camopt.show.drawing.style import (
@@ -56,11 +56,11 @@ def draw_diagrams(
 
 
 def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
-    factor, unit = power_of_ten(panel.values, panel.unit)
+    factor, unit = short_number_factor_and_unit(panel.values, panel.unit)
     if factor != 1.0:
         for peak in panel.peaks:
             peak.text = four_digits(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
-    angles = [np.degrees(piece) for piece in picture.pieces]
+    angles = [np.degrees(piece) for piece in picture.angles_of_pieces]
     for kind, start, end in picture.stroke_kind_spans:
         axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
     for low, high in panel.bands:
@@ -69,9 +69,11 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
     for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
         axes.plot(angle, value * factor, color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
-    for kind, angle, value in zip(picture.kinds, angles, panel.other or [], strict=panel.other is not None):
+    for kind, angle, value in zip(
+        picture.stroke_kind_of_each_piece, angles, panel.other or [], strict=panel.other is not None
+    ):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
-    for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
+    for kind, angle, value in zip(picture.stroke_kind_of_each_piece, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
     for mark in panel.marks:
         draw_condition_mark(axes, mark, factor)
@@ -94,7 +96,7 @@ def _draw_titles(axes: Any, title: str, note: str) -> None:
     right.set_fontsize(SMALL_SIZE * min(1.0, room / max(right.get_window_extent(renderer).width, 1.0)))
 
 
-def power_of_ten(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
+def short_number_factor_and_unit(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
     """A factor for short numbers in a diagram, and the unit with its power of ten."""
     every = np.abs(np.concatenate(values))
     largest = float(np.nanmax(np.append(every[np.isfinite(every)], 0.0)))
@@ -196,7 +198,12 @@ def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
     style = {"fontsize": SMALL_SIZE, "color": peak.colour, "zorder": 5}
     return Label(
-        axes, peak.text, (peak.angle, value), label_places(PEAK_LABEL_DISTANCES, outwards), style, PEN_WIDTH
+        axes,
+        peak.text,
+        (peak.angle, value),
+        label_place_candidates(PEAK_LABEL_DISTANCES, outwards),
+        style,
+        PEN_WIDTH,
     )
 
 

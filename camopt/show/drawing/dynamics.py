@@ -52,7 +52,7 @@ def _force_panels(picture: Picture) -> list[Panel]:
     if not has_quantities(picture, *ends):
         return []
     values = picture.curve_values(contact_force_curve(problem.setup, problem.design, problem.programme))
-    peaks = [*extreme_quantity_peaks(picture, values, *ends), *_flank_crossings(picture)]
+    peaks = [*extreme_quantity_peaks(picture, values, *ends), *_flank_crossing_peaks(picture)]
     limits, note = limit_lines(picture, ends[1]), _negative_force_note(picture)
     return [Panel(FORCE_TITLE, "N", values, peaks, limits, note=note, quantity=ends[0])]
 
@@ -65,7 +65,7 @@ def _pair_force_panels(picture: Picture) -> list[Panel]:
     if not has_quantities(picture, preload.preload_quantity_names(picture.problem.setup)[1]):
         return []
     (panel,) = merge_contacts(picture, _one_contact_force_panels)
-    panel.peaks += _flank_crossings(picture)
+    panel.peaks += _flank_crossing_peaks(picture)
     return [panel]
 
 
@@ -85,7 +85,7 @@ def _one_contact_force_panels(picture: Picture) -> list[Panel]:
     return [Panel(FORCE_TITLE, "N", values, extreme_peaks(picture, values, exact))]
 
 
-def _flank_crossings(picture: Picture) -> list[MarkedPeak]:
+def _flank_crossing_peaks(picture: Picture) -> list[MarkedPeak]:
     """Peaks at the cam angles where the follower crosses to the other flank, with its landing speed."""
     if not has_quantities(picture, clearance.CROSSING_SPEED):
         return []
@@ -132,7 +132,7 @@ def _joint_panels(picture: Picture) -> list[Panel]:
     worst = [float(joints.largest_joint_force(problem.programme, force, speed).value) for force in forces]
     highest = forces[int(np.argmax(worst))]
     turn = joints.programme_loaded_by_joint_force(problem.programme, highest.parts)
-    values = [joints.joint_force_at(turn, angles, speed) for angles in picture.pieces]
+    values = [joints.joint_force_at(turn, angles, speed) for angles in picture.angles_of_pieces]
     others = [
         f"{f.name} of stage {f.stage} {value_with_unit(w, 'N')}"
         for f, w in zip(forces, worst, strict=True)
@@ -188,7 +188,9 @@ def _sample_wave(picture: Picture, programme: Programme, wave: Wave, factor: flo
     table = programme.table
     starts = table.centre - table.half_width
     pieces = []
-    for angles, first, end in zip(picture.pieces, table.first_panel[:-1], table.first_panel[1:], strict=True):
+    for angles, first, end in zip(
+        picture.angles_of_pieces, table.first_panel[:-1], table.first_panel[1:], strict=True
+    ):
         panel = first + np.searchsorted(starts[first + 1 : end], angles, side="right")
         pieces.append(
             factor * wave.values_on_panels(panel, (angles - table.centre[panel]) / table.half_width[panel])[0]

@@ -30,7 +30,7 @@ from camopt.show.drawing.style import (
 )
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import Evaluation
-from camopt.solve.verdicts.limit_verdicts import excesses, violated_limit_names
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit, violated_limit_names
 
 
 def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
@@ -155,7 +155,7 @@ def _draw_header(figure: Any, picture: Picture) -> None:
         figure.text(
             0.98,
             1.0 - 0.42 * inch,
-            _fault_words(picture),
+            _undercut_and_broken_limits_words(picture),
             fontsize=TITLE_SIZE,
             color=ALARM,
             ha="right",
@@ -212,11 +212,11 @@ def geometry_results_line(picture: Picture) -> str:
     return TEXT_SEPARATOR.join(words)
 
 
-def _fault_words(picture: Picture) -> str:
+def _undercut_and_broken_limits_words(picture: Picture) -> str:
     """A text with "undercut" and the broken limits; empty if there are none."""
     problem = picture.problem
     columns = {name: np.atleast_1d(value) for name, value in picture.quantity_values.items()}
-    excess = excesses(problem.limits, columns, problem.design)
+    excess = relative_excesses_by_limit(problem.limits, columns, problem.design)
     broken = str(violated_limit_names(problem.limits, excess)[0]) if problem.limits else ""
     names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
     faults = ["undercut"] if picture.undercut else []

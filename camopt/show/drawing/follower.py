@@ -32,7 +32,7 @@ def draw_follower(parts: FollowerAxes, picture: Picture, size: float) -> list[Co
 
 def _draw_sliding_tip(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     trace = complex(_start_trace_and_normal(picture)[0])
-    seat = _draw_tip(parts, picture, trace, 1j, size)
+    seat = _draw_tip_and_find_seat(parts, picture, trace, 1j, size)
     return [*_draw_follower_stem(parts, picture, seat, size), np.array([trace])]
 
 
@@ -64,7 +64,9 @@ def _draw_follower_stem(parts: FollowerAxes, picture: Picture, seat: complex, si
     return [stem]
 
 
-def _draw_tip(parts: FollowerAxes, picture: Picture, trace: complex, up: complex, size: float) -> complex:
+def _draw_tip_and_find_seat(
+    parts: FollowerAxes, picture: Picture, trace: complex, up: complex, size: float
+) -> complex:
     """Draw a knife edge, roller or spherical face that moves along ``up``; return the seat of its carrier."""
     contact, axes = picture.scene.follower.contact, parts.follower
     radius = float(picture.problem.design.roller_radius[0])
@@ -92,7 +94,7 @@ def _draw_tip(parts: FollowerAxes, picture: Picture, trace: complex, up: complex
 def _draw_swinging_tip(parts: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     trace, pivot = complex(_start_trace_and_normal(picture)[0]), complex(picture.problem.design.centre_distance[0])
     up = -1j * (trace - pivot) / abs(trace - pivot)
-    seat = _draw_tip(parts, picture, trace, up, size)
+    seat = _draw_tip_and_find_seat(parts, picture, trace, up, size)
     draw_arm(parts, pivot, seat, size)
     swing = _draw_swing(parts.ground, picture, pivot, trace)
     return [swing, np.array([pivot + 0.12 * size * (1 - 1j), seat + 0.12j * size])]

@@ -43,7 +43,7 @@ def frames(stage: AnimatedFigure) -> Iterator[Image]:
     for frame in range(FRAMES):
         canvas.restore_region(behind)
         for body, affine in transforms:
-            body.place(affine, frame)
+            body.set_transform_at_frame(affine, frame)
             body.axes.draw(canvas.get_renderer())
         for text, values in stage.readings:
             text.set_text(values[frame])

@@ -43,7 +43,7 @@ STEM_WIDTH, STEM_OVERRUN = 0.05, 0.25
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """Draw the developed groove or rib over one turn, with rollers at its start; return the labels to place."""
     design = picture.problem.design
-    around, (low, high) = 2 * np.pi * float(design.size[0]), surface_ends(picture)
+    around, (low, high) = 2 * np.pi * float(design.size[0]), drawn_cylinder_ends(picture)
     sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
     (face,) = axes.fill(sheet.real, sheet.imag, facecolor=surface_colour(picture), edgecolor=INK, lw=1.0, zorder=1)
     draw_groove_or_rib(axes, picture, around)
@@ -78,7 +78,7 @@ def surface_colour(picture: Picture) -> str:
     return "white" if picture.problem.setup.mechanism.further_contacts else FILL
 
 
-def surface_ends(picture: Picture) -> tuple[float, float]:
+def drawn_cylinder_ends(picture: Picture) -> tuple[float, float]:
     """Ends of the drawn surface of a cylindrical cam along its axis [mm], beyond the whole groove."""
     radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
     pitch = np.concatenate([c.pitch.imag for each in picture.contacts for c in each.curves])
@@ -98,7 +98,9 @@ def draw_groove_or_rib(axes: Any, picture: Picture, circumference: float) -> Non
     elif radius > 0.0:
         _fill_groove(axes, contacts[0], radius, circumference)
     labelled = set()
-    for kind, curves in ((kind, c) for each in contacts for kind, c in zip(picture.kinds, each, strict=True)):
+    for kind, curves in (
+        (kind, c) for each in contacts for kind, c in zip(picture.stroke_kind_of_each_piece, each, strict=True)
+    ):
         for side in curves.profile[: 2 if radius > 0.0 else 1]:
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
             labelled.add(kind)
@@ -146,7 +148,7 @@ def _draw_developed_stroke_starts(axes: Any, picture: Picture, surface_corners: 
 
 def _draw_groove_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
     """Draw the stem of a translating follower, from its roller to the point that drives a train."""
-    size, top = float(picture.problem.design.size[0]), surface_ends(picture)[1]
+    size, top = float(picture.problem.design.size[0]), drawn_cylinder_ends(picture)[1]
     half, end = STEM_WIDTH * size / 2, start.real + 1j * (top + STEM_OVERRUN * size)
     stem = np.array([start - half, end - half, end + half, start + half])
     fill_area(axes, stem, facecolor=BODY, edgecolor=INK, lw=1.1, zorder=5)

@@ -23,7 +23,9 @@ LabelPlace = tuple[float, float]
 """Offset of the near edge of a label from its point [points]."""
 
 
-def label_places(distances: Iterable[float], first_direction: float = 0.0, directions: int = 8) -> list[LabelPlace]:
+def label_place_candidates(
+    distances: Iterable[float], first_direction: float = 0.0, directions: int = 8
+) -> list[LabelPlace]:
     """Places at each distance in turn, in ``directions`` directions, first near ``first_direction`` [rad]."""
     turns = [2.0 * pi * ((k + 1) // 2) * (-1) ** k / directions for k in range(directions)]
     return [(d * cos(first_direction + turn), d * sin(first_direction + turn)) for d in distances for turn in turns]

@@ -34,7 +34,7 @@ def limit_lines(picture: Picture, name: str, kinds: int = 0) -> list[tuple[int, 
     ]
     return list(
         dict.fromkeys(
-            (_magnitude_bound_kinds(constraint), _bound_in_quantity_unit(constraint, peak, picture))
+            (_stroke_kinds_of_magnitude_bound(constraint), _bound_in_quantity_unit(constraint, peak, picture))
             for constraint in constraints
         )
     )
@@ -49,7 +49,7 @@ def _curve_identity(curve_maker: Any) -> Hashable:
     )
 
 
-def _magnitude_bound_kinds(constraint: Constraint) -> int:
+def _stroke_kinds_of_magnitude_bound(constraint: Constraint) -> int:
     """Kinds of stroke over which a magnitude is bounded; 0 if only one sign is bounded."""
     if constraint.goal != LARGEST_MAGNITUDE:
         return 0

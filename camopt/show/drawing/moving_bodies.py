@@ -32,7 +32,7 @@ class MovingBody(NamedTuple):
         """Positions of points of the body, (points, frames)."""
         return np.asarray(self.path + (points[:, None] - self.path[0]) * np.exp(1j * self.angles))
 
-    def place(self, affine: Any, frame: int) -> None:
+    def set_transform_at_frame(self, affine: Any, frame: int) -> None:
         """Set an affine transform, in units of the axes, to the position at a frame."""
         centre, shift = self.path[0], self.path[frame] - self.path[0]
         affine.clear().rotate_around(centre.real, centre.imag, self.angles[frame]).translate(shift.real, shift.imag)

@@ -71,17 +71,24 @@ def cam_profile_svg(scene: Scene) -> str:
     extent = np.array([np.ptp(every.real), np.ptp(every.imag)])
     scale = CAM_PIXELS / extent.max()
 
-    def path(points: Any, **style: object) -> str:
+    def svg_path_in_picture(points: Any, **style: object) -> str:
         return _svg_path((points - corner).conj() * scale, **style)
 
     drawn = []
     if not body.developed:
-        drawn = [path(np.concatenate([s[0] for s in sides]), fill=FILL), path(circle, stroke=MUTED)]
-    for kind, piece in zip(picture.kinds, sides, strict=True):
-        drawn += [path(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
-    drawn += [path(second, stroke=SECOND_COLOUR, stroke_width=1.5)] if second.size else []
+        drawn = [
+            svg_path_in_picture(np.concatenate([s[0] for s in sides]), fill=FILL),
+            svg_path_in_picture(circle, stroke=MUTED),
+        ]
+    for kind, piece in zip(picture.stroke_kind_of_each_piece, sides, strict=True):
+        drawn += [svg_path_in_picture(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
+    drawn += [svg_path_in_picture(second, stroke=SECOND_COLOUR, stroke_width=1.5)] if second.size else []
     cross = 0.06 * size * np.array([-1, 1], dtype=complex)
-    drawn += [] if body.developed else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
+    drawn += (
+        []
+        if body.developed
+        else [svg_path_in_picture(cross, stroke=INK), svg_path_in_picture(1j * cross, stroke=INK)]
+    )
     return _svg_page(drawn, scale * extent, f"{body.size_name} {value_with_unit(size)}", scene.name)
 
 

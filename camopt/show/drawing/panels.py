@@ -152,7 +152,9 @@ def _displacement_panel(picture: Picture) -> Panel:
     factor, unit = (np.degrees(1.0), "deg") if setup.tool_turns else (1.0, "mm")
     values = [rows[0] * factor for rows in picture.tool_motion]
     panel = Panel(_motion_title("Displacement", picture), unit, values)
-    panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, {ALL_STROKES: tool.lift * factor})
+    panel.peaks = _stroke_peaks(
+        picture, picture.tool_stroke_kind_of_each_piece, values, {ALL_STROKES: tool.lift * factor}
+    )
     panel.marks, panel.value_at = (
         move_condition_marks(picture, 0, factor),
         lambda angles: tool.motion_at(angles)[0] * factor,
@@ -211,7 +213,7 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
     }
     exact = {kind: picture.quantity_values[key] for kind, key in names.items()}
     panel = Panel(_motion_title(name.capitalize(), picture), QUANTITIES[names[RISE]].unit, values)
-    panel.peaks = _stroke_peaks(picture, picture.tool_kinds, values, exact)
+    panel.peaks = _stroke_peaks(picture, picture.tool_stroke_kind_of_each_piece, values, exact)
     panel.marks, panel.value_at = (
         move_condition_marks(picture, order, factor),
         lambda angles: programme.motion_at(angles)[order] * factor,
@@ -231,14 +233,19 @@ def _pressure_panel(picture: Picture) -> Panel:
     programme, exact = picture.problem.programme, picture.quantity_values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
         reach = partial(picture.curve_values_at, mechanism.reach(design, programme))
-        values = [reach(angles) for angles in picture.pieces]
+        values = [reach(angles) for angles in picture.angles_of_pieces]
         peaks = extreme_quantity_peaks(picture, values, "face_reach_max_mm", "face_reach_min_mm")
         limits, note = limit_lines(picture, "face_reach_max_mm"), "pressure angle 0 throughout"
         return Panel("Contact on the face", "mm", values, peaks, limits, note=note, value_at=reach)
     tangent = partial(picture.curve_values_at, mechanism.pressure(design, programme))
-    values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
+    values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.angles_of_pieces]
     bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
-    panel = Panel("Pressure angle", "deg", values, _stroke_peaks(picture, picture.kinds, values, bounds, "°"))
+    panel = Panel(
+        "Pressure angle",
+        "deg",
+        values,
+        _stroke_peaks(picture, picture.stroke_kind_of_each_piece, values, bounds, "°"),
+    )
     panel.value_at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
     panel.limits = limit_lines(picture, "pressure_angle_max_deg")
@@ -281,10 +288,10 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     mechanism, radius = picture.problem.setup.mechanism, picture.problem.wall_distance_from_pitch_curve
     both, flanks = mechanism.has_flanks_on_both_sides, mechanism.flanks[: None if radius else 1]
     every = np.concatenate(pitch)
-    finite = [k[np.isfinite(k)] for k in (every, _offset_curvature(every, radius, np.inf))]
+    finite = [k[np.isfinite(k)] for k in (every, _profile_curvature_from_pitch(every, radius, np.inf))]
     usual = [np.percentile(np.abs(k), q) for k, q in zip(finite, (95, 50), strict=True) if k.size]
     cap = CURVATURE_CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten the rest
-    profiles = [[_offset_curvature(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
+    profiles = [[_profile_curvature_from_pitch(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
     panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
         panel.reference = pitch
@@ -305,7 +312,7 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     return panel
 
 
-def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
+def _profile_curvature_from_pitch(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
     """Curvature κ/(1 − κ·R) of the profile; NaN where it is cut away or beyond the cap."""
     share = 1.0 - pitch * radius
     with np.errstate(all="ignore"):
@@ -334,7 +341,9 @@ def _stroke_peaks(
             every = np.concatenate([values[k] for k in chosen])
             at = float(np.nanargmax(np.abs(every)))
             direction = np.sign(every[int(at)])
-            angle = _middle_of_peak(np.concatenate([picture.pieces[k] for k in chosen]), every * direction)
+            angle = _middle_of_peak(
+                np.concatenate([picture.angles_of_pieces[k] for k in chosen]), every * direction
+            )
             peaks.append(MarkedPeak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
     return peaks
 
@@ -352,7 +361,7 @@ def extreme_quantity_peaks(
 
 def extreme_peaks(picture: Picture, values: PieceValues, exact_extremes: tuple[float, ...]) -> list[MarkedPeak]:
     """Peaks of the largest and smallest value, if ``exact_extremes`` has finite values for them."""
-    angles, every = np.concatenate(picture.pieces), np.concatenate(values)
+    angles, every = np.concatenate(picture.angles_of_pieces), np.concatenate(values)
     if not np.isfinite(every).any():
         return []
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact_extremes, strict=True) if isfinite(value)]
@@ -364,7 +373,7 @@ def extreme_peaks(picture: Picture, values: PieceValues, exact_extremes: tuple[f
 
 def magnitude_peak(picture: Picture, values: PieceValues, name: str, *, least: bool = False) -> MarkedPeak:
     """The peak of the largest magnitude, or the smallest, by the name of its quantity."""
-    angles, every = np.concatenate(picture.pieces), np.concatenate(values)
+    angles, every = np.concatenate(picture.angles_of_pieces), np.concatenate(values)
     at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
     sign = float(np.copysign(1.0, every[at]))
     exact = sign * picture.quantity_values[name]

@@ -37,7 +37,7 @@ class Picture:
     """Samples per degree."""
 
     @cached_property
-    def pieces(self) -> list[FloatArray]:
+    def angles_of_pieces(self) -> list[FloatArray]:
         """Cam angles (rad) of each smooth piece of the motion."""
         table = self.problem.programme.table
         first, last = table.first_panel[:-1], table.first_panel[1:] - 1
@@ -50,7 +50,7 @@ class Picture:
         ]
 
     @cached_property
-    def kinds(self) -> list[int]:
+    def stroke_kind_of_each_piece(self) -> list[int]:
         """RISE, RETURN or DWELL of each piece."""
         return [int(kind) & ALL_STROKES for kind in self.problem.programme.table.kind]
 
@@ -58,24 +58,30 @@ class Picture:
     def stroke_kind_spans(self) -> list[tuple[int, float, float]]:
         """RISE, RETURN or DWELL with its ends (rad); neighbouring pieces of one kind are joined."""
         starts = self.problem.programme.piece_starts
-        first = [k for k, kind in enumerate(self.kinds) if k == 0 or kind != self.kinds[k - 1]]
+        first = [
+            k
+            for k, kind in enumerate(self.stroke_kind_of_each_piece)
+            if k == 0 or kind != self.stroke_kind_of_each_piece[k - 1]
+        ]
         ends = [*(float(starts[k]) for k in first[1:]), self.problem.programme.strokes[-1].end]
-        return [(self.kinds[k], float(starts[k]), end) for k, end in zip(first, ends, strict=True)]
+        return [
+            (self.stroke_kind_of_each_piece[k], float(starts[k]), end) for k, end in zip(first, ends, strict=True)
+        ]
 
     @cached_property
     def motion(self) -> list[FloatArray]:
         """(y, y', y'', y''') of each piece, (4, samples)."""
-        return [self.problem.programme.motion_at(angles) for angles in self.pieces]
+        return [self.problem.programme.motion_at(angles) for angles in self.angles_of_pieces]
 
     @cached_property
     def tool_motion(self) -> list[FloatArray]:
         """(y, y', y'', y''') of the tool on each piece, (4, samples); of the follower without a train."""
-        return [self.problem.programme.tool.motion_at(angles) for angles in self.pieces]
+        return [self.problem.programme.tool.motion_at(angles) for angles in self.angles_of_pieces]
 
     @cached_property
-    def tool_kinds(self) -> list[int]:
+    def tool_stroke_kind_of_each_piece(self) -> list[int]:
         """RISE, RETURN or DWELL of the tool on each piece."""
-        middles = np.array([(angles[0] + angles[-1]) / 2 for angles in self.pieces])
+        middles = np.array([(angles[0] + angles[-1]) / 2 for angles in self.angles_of_pieces])
         return [int(kind) & ALL_STROKES for kind in self.problem.programme.tool.kinds_at(middles)]
 
     @cached_property
@@ -118,7 +124,7 @@ class Picture:
         with np.errstate(all="ignore"):
             return [
                 cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-                for angles in self.pieces
+                for angles in self.angles_of_pieces
             ]
 
     @cached_property
@@ -155,7 +161,7 @@ class Picture:
 
     def curve_values(self, curve: Any) -> list[FloatArray]:
         """A curve of the mechanism on each piece."""
-        return [self.curve_values_at(curve, angles) for angles in self.pieces]
+        return [self.curve_values_at(curve, angles) for angles in self.angles_of_pieces]
 
     def curve_values_at(self, curve: Any, angles: FloatArray) -> FloatArray:
         """A curve of the mechanism at cam angles [rad]."""

@@ -64,12 +64,12 @@ def second_outline(picture: Picture) -> ComplexArray:
     problem = picture.problem
     if not problem.setup.mechanism.second_contact_size_keys:
         return np.zeros(0, dtype=complex)
-    each, angles = picture.contacts[1].problem, np.concatenate(picture.pieces)
+    each, angles = picture.contacts[1].problem, np.concatenate(picture.angles_of_pieces)
     with np.errstate(all="ignore"):
         return profile_points(each.setup.mechanism, each.design, problem.programme, angles).conj()
 
 
-def draw_second_disc(axes: Any, picture: Picture) -> None:
+def draw_second_disc_outline(axes: Any, picture: Picture) -> None:
     """Draw the outline of a second disc, which turns with the first."""
     outline = second_outline(picture)
     if outline.size:

@@ -23,7 +23,7 @@ from camopt.show.exporting.groove import (
     Groove,
     WallSurface,
     interpolating_spline,
-    undercut_radius,
+    largest_undercut_radius,
     wall_surface,
     with_enough_sections,
     workpiece_groove,
@@ -49,7 +49,7 @@ def _surface_edge_and_radius(groove: Groove) -> tuple[int, float]:
 WALL_SHARE = 0.1  # share of the chord allowed to walls, so that they meet cylinders well
 
 
-def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
+def grooved_body_and_wall_deviation(work: Workpiece, chord: float) -> tuple[CadShape, float]:
     """The cam without its bore, and the largest measured distance of its walls from the true ones [mm].
 
     Raises
@@ -60,7 +60,7 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
     """
     height = work.part.thickness
     assert height
-    groove = with_enough_sections(_machinable_groove(work), WALL_SHARE * chord)
+    groove = with_enough_sections(_groove_checked_for_undercut(work), WALL_SHARE * chord)
     lift = (height - sum(pitch_curve_axial_extent(work.problem))) / 2
     walls = [
         [wall_surface(groove, sector, side, WALL_SHARE * chord).shifted_along_axis(lift) for side in WALL_SIDES]
@@ -81,10 +81,10 @@ def grooved_body(work: Workpiece, chord: float) -> tuple[CadShape, float]:
     return shapes.sew_faces(_body_faces(groove, walls, height)), deviation
 
 
-def _machinable_groove(work: Workpiece) -> Groove:
+def _groove_checked_for_undercut(work: Workpiece) -> Groove:
     """The groove. Raises BadInput if it is undercut at some radius."""
     groove, part = workpiece_groove(work), work.part
-    radius = undercut_radius(groove)
+    radius = largest_undercut_radius(groove)
     if radius is not None:
         why = f"smaller: at the radius {radius:.6g} mm the roller would cut away a part of a wall"
         key = work.problem.setup.mechanism.body.flank_height
@@ -129,13 +129,15 @@ def _sector_joint(groove: Groove, walls: list[WallSurface], height: float) -> _S
         shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER_EDGE], end[OUTER_EDGE]))
         for wall, end in zip(walls, ends, strict=True)
     ]
-    way = _floor_helix(groove, *(corner[between] for corner in corners))
+    way = _floor_helix_poles_and_knots(groove, *(corner[between] for corner in corners))
     bottom = shapes.spline_edge(*way, [end[between] for end in ends])
     lines = [shapes.line_edge(end[beside], rim) for end, rim in zip(ends, rims, strict=True)]
     return _SectorJoint(ends, rims, rulings, bottom, lines)
 
 
-def _floor_helix(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _floor_helix_poles_and_knots(
+    groove: Groove, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Poles and knots of the helix between two points of the bottom of a groove (top of a rib)."""
     share = np.linspace(0.0, 1.0, 12)
     height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))

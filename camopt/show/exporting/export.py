@@ -146,7 +146,7 @@ def check_makable(problem: Problem) -> None:
     faults = [why for name, (bad, why) in CAM_FAULTS.items() if name in names and bad(rows.column(name)[0])]
     faults += [
         f"the velocity jumps at {degrees:.6g}°, and the {name} has a gap there"
-        for name, degrees in _curve_gaps(problem)
+        for name, degrees in _curve_gaps_with_angles(problem)
     ]
     if faults:
         raise BadInput([Mistake(problem.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
@@ -160,7 +160,7 @@ CAM_FAULTS: dict[str, tuple[Callable[[Any], Any], str]] = {
 """Faults by quantity of a cam: a test of its value, and the sentence on the fault."""
 
 
-def _curve_gaps(problem: Problem) -> Iterator[tuple[str, float]]:
+def _curve_gaps_with_angles(problem: Problem) -> Iterator[tuple[str, float]]:
     """Curves with a gap, and its cam angle [deg]."""
     for name, curve in disc_curves(problem).items():
         after = [*curve.spans[1:], *(curve.spans[:1] if curve.is_closed else ())]

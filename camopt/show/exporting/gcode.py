@@ -90,7 +90,7 @@ def write(  # noqa: PLR0913
 def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     """Write a program that cuts the profile of a disc cam, or the groove or rib on its face."""
     mechanism, key = work.problem.setup.mechanism, work.problem.setup.mechanism.body.flank_height
-    default = getattr(work.part, key) if key else _plate_depth(work)
+    default = getattr(work.part, key) if key else _cut_depth_through_plate(work)
     settings = settings if settings.depth is not None else replace(settings, depth=default)
     _check_milling(work, settings)
     assert settings.cutter_radius is not None
@@ -101,18 +101,18 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
         _groove_cuts if mechanism.has_flanks_on_both_sides else _rib_cuts if mechanism.has_rib else _profile_cuts
     )
     planned = cuts_of(work, settings.cutter_radius, settings.roughing)
-    rounding = settings.chord, settings.last_digit, settings.largest_radius
+    rounding = settings.chord, settings.last_decimal_in_mm, settings.largest_radius
     cuts = {
         name: _fit_and_round_path(cut.curve, *rounding, work.is_cut_from_behind) for name, cut in planned.items()
     }
     around = {name: cut for name, cut in cuts.items() if not planned[name].within}
     blank = settings.blank_diameter or (work.part.outer_diameter if mechanism.has_rib else None)
-    outside = _radius_outside_blank(around, settings.cutter_radius, blank) if around else None
+    outside = _axis_distance_outside_blank(around, settings.cutter_radius, blank) if around else None
     program = Program(CONTROL_DIALECTS[settings.control], settings.decimals)
     how = f"cutter radius {length_with_unit(settings.cutter_radius, 'g')}, {settings.direction} milling"
     _write_head(program, work, cuts, how)
     program.start(settings.tool, settings.spindle, settings.coolant)
-    clear = CLEARANCE + work.hub_height
+    clear = CLEARANCE + work.hub_height_above_plate
     if settings.depth is not None:
         program.raise_cutter(clear)
     feeds, deep = {"roughing": settings.roughing_feed or settings.feed}, set[bool]()
@@ -124,7 +124,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
         within = planned[name].within
         way = _CutterWay(followed, planned[name].lead, planned[name].side, None if within else outside, feed)
         (_check_circular_approach if within else _check_straight_approach)(way, each)
-        for level in settings.levels[-1:] if within in deep else settings.levels:
+        for level in settings.cut_depths[-1:] if within in deep else settings.cut_depths:
             way.cut(program, level, clear)
         deep.add(within)
     program.stop(settings.spindle, settings.coolant)
@@ -135,13 +135,13 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
         else ()
     )
     rib_notes = (RIB_NOTE,) if mechanism.has_rib else ()
-    return Export(path, curves_in_file(cuts), notes=(*flat, *settings.omissions, *rib_notes))
+    return Export(path, curves_in_file(cuts), notes=(*flat, *settings.notes_on_missing_actions, *rib_notes))
 
 
-def _plate_depth(work: Workpiece) -> float | None:
+def _cut_depth_through_plate(work: Workpiece) -> float | None:
     """Depth of the cut through a plate [mm]: a little more than its thickness, but not into parts below."""
     thickness = work.part.thickness
-    return None if thickness is None else thickness + min(DEPTH_OVERRUN, work.depth_below / 2)
+    return None if thickness is None else thickness + min(DEPTH_OVERRUN, work.free_depth_below_plate / 2)
 
 
 # ----------------------------------------------------------------------------------------------------- settings
@@ -159,7 +159,9 @@ def _check_milling(work: Workpiece, settings: Milling) -> None:
     high = getattr(part, key) if key else None
     if settings.depth is not None and high is not None and settings.depth > high:
         mistakes.append(Mistake("camopt", "depth", settings.depth, f"at most part.{key} ({high:g} mm)"))
-    if settings.depth is not None and settings.depth > (most := (part.thickness or inf) + work.depth_below):
+    if settings.depth is not None and settings.depth > (
+        most := (part.thickness or inf) + work.free_depth_below_plate
+    ):
         below = "the hub" if work.disc is None else "the other disc"
         mistakes.append(
             Mistake("camopt", "depth", settings.depth, f"at most {most:g} mm: a deeper cut reaches {below}")
@@ -264,7 +266,7 @@ def _start_in_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
     return path.divide_arcs(np.where(np.arange(len(path)) == longest, 2, 1)).start_at_vertex(longest + 1)
 
 
-def _radius_outside_blank(
+def _axis_distance_outside_blank(
     cuts: Mapping[str, FittedPath], cutter_radius: float, blank_diameter: float | None
 ) -> float:
     """Distance from the axis at which the cutter is outside of the blank [mm]."""
@@ -356,8 +358,16 @@ def _write_head(program: Program, work: Workpiece, cuts: Mapping[str, FittedPath
         program.comment(
             f"{name}: {len(each.path)} {each.path.element_kind}, within {length_with_unit(each.deviation, '.6f')}"
         )
-    around = f", the hub stands {length_with_unit(work.hub_height, 'g')} above it" if work.hub_height else ""
-    around += "" if work.depth_below == inf else f", the {'hub' if work.disc is None else 'other disc'} below it"
+    around = (
+        f", the hub stands {length_with_unit(work.hub_height_above_plate, 'g')} above it"
+        if work.hub_height_above_plate
+        else ""
+    )
+    around += (
+        ""
+        if work.free_depth_below_plate == inf
+        else f", the {'hub' if work.disc is None else 'other disc'} below it"
+    )
     program.comment(f"zero: centre of the cam, top face of the plate{around}")
     program.comment(f"X and Y {FROM_BEHIND if work.is_cut_from_behind else AS_DRAWN}")
     anticlockwise, keyway = (work.problem.design.sense > 0.0) != work.is_cut_from_behind, work.part.keyway_angle

@@ -23,7 +23,7 @@ from camopt.core.quantities.unit_systems import INCH, MM, shown_system, to_shown
 from camopt.core.storage.files import write_text
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.cam_points import check_cutter
-from camopt.show.exporting.groove_program import wall_notes
+from camopt.show.exporting.groove_program import notes_on_metal_left_by_cutter
 from camopt.show.exporting.spacing import angles_in_steps
 from camopt.show.exporting.workpiece import Export, Workpiece
 from camopt.solve.contour.curve import CamCurve, SmoothSpan, centred_cylinder_ends
@@ -80,7 +80,7 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     return Export(path, about={"lines": angles.size, "lift_max_mm": lift_max})
 
 
-def _direction_offset(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
+def _direction_less_cam_angle(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
     """Direction of the curve's points minus the cam angle [rad], within π of 0 (of π if mirrored)."""
     points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.frame_rotation_sense * angles)
     return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.frame_rotation_sense * np.angle(points))
@@ -90,7 +90,7 @@ def _radii_in_directions(work: Workpiece, curve: CamCurve, degrees: FloatArray) 
     """Distance of the curve from the axis in directions [deg]; cam angles by bisection."""
 
     def offset_at(angles: FloatArray) -> FloatArray:
-        return np.asarray(curve.evaluate_by_span(angles, lambda span, a: _direction_offset(curve, span, a)))
+        return np.asarray(curve.evaluate_by_span(angles, lambda span, a: _direction_less_cam_angle(curve, span, a)))
 
     samples = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
     directions = samples + offset_at(samples)
@@ -138,7 +138,9 @@ def _write_rib_table(work: Workpiece, path: Path, cutter_radius: float, step: fl
         for angle, *row in zip(angles, *rows, strict=True)
     ]
     write_text(path, "\n".join(lines) + "\n")
-    return Export(path, about={"lines": angles.size}, notes=tuple(wall_notes(work, cutter_radius)))
+    return Export(
+        path, about={"lines": angles.size}, notes=tuple(notes_on_metal_left_by_cutter(work, cutter_radius))
+    )
 
 
 def _wheel_positions(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str, FloatArray]]:

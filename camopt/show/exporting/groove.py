@@ -121,9 +121,9 @@ class Groove:
         polar = self.polar_angle(places.round)
         return np.stack([places.radius * np.cos(polar), places.radius * np.sin(polar), places.height], axis=-1)
 
-    def polar_angle(self, around: FloatArray) -> FloatArray:
+    def polar_angle(self, angle_round_cam: FloatArray) -> FloatArray:
         """Angle from the x axis, ccw [rad]; the follower is on the y axis at cam angle 0."""
-        return np.pi / 2 - self.sense * around
+        return np.pi / 2 - self.sense * angle_round_cam
 
 
 def workpiece_groove(work: Workpiece) -> Groove:
@@ -136,19 +136,19 @@ def workpiece_groove(work: Workpiece) -> Groove:
     return Groove(curve, mean - depth / 2, mean + depth / 2, problem.wall_distance_from_pitch_curve, below=below)
 
 
-def undercut_radius(groove: Groove) -> float | None:
+def largest_undercut_radius(groove: Groove) -> float | None:
     """The largest radius of a section with undercut [mm], where a wall runs back as the cam turns; None without."""
     radii = [
         radius
         for sector in groove.sectors()
         for side in WALL_SIDES
-        for radius, back in zip(groove.section_radii, _runs_back(groove, sector, side), strict=True)
+        for radius, back in zip(groove.section_radii, _wall_runs_back_at_radii(groove, sector, side), strict=True)
         if back
     ]
     return max(radii, default=None)
 
 
-def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
+def _wall_runs_back_at_radii(groove: Groove, sector: Sector, side: float) -> BoolArray:
     """Whether a wall runs back somewhere, or does not exist, at each radius."""
     wall = groove.wall_points(
         sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.section_radii, side

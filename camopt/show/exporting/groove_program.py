@@ -154,7 +154,11 @@ def write_groove(work: Workpiece, path: Path, settings: Milling) -> Export:
     program.stop(settings.spindle, settings.coolant)
     write_text(path, program.text())
     curves = {name: CurveInFile(len(each) - 1, "lines", each.deviation) for name, each in positions.items()}
-    return Export(path, curves, notes=(*wall_notes(work, settings.cutter_radius), *settings.omissions))
+    return Export(
+        path,
+        curves,
+        notes=(*notes_on_metal_left_by_cutter(work, settings.cutter_radius), *settings.notes_on_missing_actions),
+    )
 
 
 def _flank_height(work: Workpiece) -> float | None:
@@ -168,7 +172,7 @@ def _cut_in_steps(program: _RotaryProgram, places: CutterPositions, settings: Mi
     assert settings.feed is not None
     program.move_above(places)
     above = -CLEARANCE
-    for level in settings.levels:
+    for level in settings.cut_depths:
         assert level is not None
         program.move_radially(outer - level, settings.feed, level - above)
         program.cut_along_positions(places, settings.feed)
@@ -208,12 +212,12 @@ def _cutter_positions(
     work: Workpiece, curve: CamCurve, axes: MachineAxes, settings: Milling, outer: float
 ) -> CutterPositions:
     """Positions over one turn of the cam, close enough for the chord."""
-    digit = settings.last_digit
+    digit = settings.last_decimal_in_mm
     digits = np.hypot(digit, digit) / 2 + outer * np.radians(10.0**-settings.decimals) / 2
     if settings.chord <= digits:
         why = f"above {digits:.2g} mm, the rounding error of the program"
         raise BadInput([Mistake("camopt", "chord", settings.chord, why)])
-    angles, deviation = _angle_steps(curve, settings.chord - digits)
+    angles, deviation = _angles_within_chord_and_deviation(curve, settings.chord - digits)
     design, (y, y1, *_) = curve.design, curve.programme.motion_at(angles % (2 * np.pi))
     contact = curve.mechanism.contact(design, curve.programme.lift, angles, y, y1)
     beside = (contact.x - design.size * angles) * (-design.sense * axes.lateral)
@@ -222,11 +226,11 @@ def _cutter_positions(
     return CutterPositions(height - low, beside + 0.0 * angles, turned, deviation + digits)
 
 
-def _angle_steps(curve: CamCurve, chord: float) -> tuple[FloatArray, float]:
+def _angles_within_chord_and_deviation(curve: CamCurve, chord: float) -> tuple[FloatArray, float]:
     """Cam angles over one turn [rad], and the largest deviation of lines between their positions [mm]."""
     edges, largest = [np.zeros(1)], 0.0
     for span in curve.spans:
-        ends, deviations = _divide_span(curve, span, chord)
+        ends, deviations = _span_part_ends_and_deviations(curve, span, chord)
         edges.append(ends)
         largest = max(largest, float(deviations.max()))
     angles = np.concatenate(edges)
@@ -240,7 +244,9 @@ def _angle_steps(curve: CamCurve, chord: float) -> tuple[FloatArray, float]:
     return whole - (2 * np.pi if start > np.pi else 0.0), largest
 
 
-def _divide_span(curve: CamCurve, span: SmoothSpan, chord: float) -> tuple[FloatArray, FloatArray]:
+def _span_part_ends_and_deviations(
+    curve: CamCurve, span: SmoothSpan, chord: float
+) -> tuple[FloatArray, FloatArray]:
     """Ends of parts of a span on which a line is within the chord, and its deviations [mm]."""
     lows, highs = np.array([span.start]), np.array([span.end])
     while True:
@@ -291,7 +297,7 @@ def _write_groove_head(
     program.add_lines(*modes, *program.words.turning)
 
 
-def wall_notes(work: Workpiece, cutter_radius: float) -> Iterator[str]:
+def notes_on_metal_left_by_cutter(work: Workpiece, cutter_radius: float) -> Iterator[str]:
     """Notes on metal that the cutter leaves on walls, and beside a rib."""
     full_radius = work.problem.wall_distance_from_pitch_curve
     if work.problem.setup.mechanism.further_contacts:

@@ -189,7 +189,7 @@ def train_layers(problem: Problem) -> Iterator[Layer]:
             circles, lines = [], [*lines, (trace - face, trace + face)]
         lines.append(marks[k])
         for member in sketch.members:
-            round_parts, straight = _member_shapes(member, k, PIN_RADIUS * size)
+            round_parts, straight = _member_circles_and_lines(member, k, PIN_RADIUS * size)
             circles, lines = circles + round_parts, lines + straight
         circles = [each for each in circles if each.radius]
         yield Layer(
@@ -197,7 +197,9 @@ def train_layers(problem: Problem) -> Iterator[Layer]:
         )
 
 
-def _member_shapes(member: Member, position: int, pin: float) -> tuple[list[Circle], list[tuple[complex, complex]]]:
+def _member_circles_and_lines(
+    member: Member, position: int, pin: float
+) -> tuple[list[Circle], list[tuple[complex, complex]]]:
     """A rigid part in one position: a wheel as circle, a bar as line between pins, others as outlines."""
     at = complex(member.at[position])
     points = [at + complex(each) for each in member.points * np.exp(1j * member.turned[position])]

@@ -33,7 +33,7 @@ class _PictureAtAngles(Picture):
         return np.append(table.centre[first] - table.half_width[first], 2.0 * np.pi)
 
     @cached_property
-    def piece_samples(self) -> list[tuple[IntArray, FloatArray]]:
+    def sample_numbers_and_angles_by_piece(self) -> list[tuple[IntArray, FloatArray]]:
         """Samples of each piece: their numbers and cam angles [rad].
 
         An angle between two pieces, such as 0 and 360 deg, has a sample before it, at it and after it.
@@ -56,17 +56,22 @@ class _PictureAtAngles(Picture):
     @property
     def is_beside_piece_boundary(self) -> BoolArray:
         """Whether samples are just before or after an angle between two pieces; of all pieces in order."""
-        spans = zip(self.piece_samples, self.piece_boundaries[:-1], self.piece_boundaries[1:], strict=True)
+        spans = zip(
+            self.sample_numbers_and_angles_by_piece,
+            self.piece_boundaries[:-1],
+            self.piece_boundaries[1:],
+            strict=True,
+        )
         return np.concatenate(
             [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), start, end in spans]
         )
 
     @cached_property
-    def pieces(self) -> list[FloatArray]:
+    def angles_of_pieces(self) -> list[FloatArray]:
         middles = (self.piece_boundaries[:-1] + self.piece_boundaries[1:]) / 2
         return [
             angles if angles.size else np.array([middle])
-            for (_, angles), middle in zip(self.piece_samples, middles, strict=True)
+            for (_, angles), middle in zip(self.sample_numbers_and_angles_by_piece, middles, strict=True)
         ]
 
 
@@ -93,8 +98,10 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
 
 def _values_at_angles(sampled: _PictureAtAngles, pieces: list[FloatArray], rank_function: np.ufunc) -> FloatArray:
     """Values of pieces in the order of the given cam angles; the highest rank if an angle has several values."""
-    numbers = np.concatenate([numbers for numbers, _ in sampled.piece_samples])
-    loads = np.concatenate([v for v, (kept, _) in zip(pieces, sampled.piece_samples, strict=True) if kept.size])
+    numbers = np.concatenate([numbers for numbers, _ in sampled.sample_numbers_and_angles_by_piece])
+    loads = np.concatenate(
+        [v for v, (kept, _) in zip(pieces, sampled.sample_numbers_and_angles_by_piece, strict=True) if kept.size]
+    )
     ranks = (
         rank_function(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * sampled.is_beside_piece_boundary
     )

@@ -53,12 +53,12 @@ class Milling:
     """The axis about which the cam turns."""
 
     @property
-    def last_digit(self) -> float:
+    def last_decimal_in_mm(self) -> float:
         """Last digit of coordinates [mm]."""
-        return last_digit(self.decimals)
+        return last_decimal_in_mm(self.decimals)
 
     @property
-    def levels(self) -> list[float | None]:
+    def cut_depths(self) -> list[float | None]:
         """Depths of the cuts [mm], in even steps."""
         if self.depth is None:
             return [None]
@@ -82,7 +82,7 @@ class Milling:
             yield Mistake("camopt", "chord", self.chord, why)
 
     @property
-    def omissions(self) -> Iterator[str]:
+    def notes_on_missing_actions(self) -> Iterator[str]:
         """Notes on actions of the machine that the program does not contain."""
         if self.spindle is None:
             yield "spindle is not set: the program does not start the spindle (set spindle and tool)"
@@ -115,7 +115,7 @@ ALLOWED_SETTINGS = {
 }
 
 
-def last_digit(decimals: int) -> float:
+def last_decimal_in_mm(decimals: int) -> float:
     """Value of the last decimal of coordinates in the shown unit [mm]."""
     return float(from_shown_unit(10.0**-decimals, "mm"))
 
@@ -128,7 +128,7 @@ def usual_decimals(control: str) -> int:
 
 def least_chord(decimals: int) -> float:
     """Smallest chord for a number of decimals: five units of the last one [mm]."""
-    return LEAST_CHORD * last_digit(decimals) if decimals in ALLOWED_DECIMALS else DEFAULT_CHORD
+    return LEAST_CHORD * last_decimal_in_mm(decimals) if decimals in ALLOWED_DECIMALS else DEFAULT_CHORD
 
 
 def length_with_unit(length: float, form: str = ".6g") -> str:

@@ -21,7 +21,7 @@ from camopt.model.effects.outline import OUTER_RADIUS
 from camopt.model.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 from camopt.scene.part import Part
 from camopt.show.exporting import shapes
-from camopt.show.exporting.cylinder import grooved_body
+from camopt.show.exporting.cylinder import grooved_body_and_wall_deviation
 from camopt.show.exporting.shapes import CadShape
 from camopt.show.exporting.workpiece import CurveInFile, Workpiece, curves_in_file
 from camopt.solve.contour.curve import SECOND_DISC
@@ -68,7 +68,7 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
     return found._replace(about=found.about | shapes.shape_counts_and_volume(found.shape))
 
 
-def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, FittedPath]:
+def _fitted_profile_paths(work: Workpiece, chord: float, curves: str) -> dict[str, FittedPath]:
     """Paths fitted to the profiles, walls or flanks, by name.
 
     Flat arcs drawn as lines stay within the chord too.
@@ -80,7 +80,7 @@ def _follow_profiles(work: Workpiece, chord: float, curves: str) -> dict[str, Fi
 
 
 def _disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    followed = _follow_profiles(work, chord, curves)
+    followed = _fitted_profile_paths(work, chord, curves)
     _check_wall(work, chord, max(each.deviation for each in followed.values()))
     plates = [
         shapes.extrude_wire(shapes.closed_wire(profile.path), *work.part.plate_extents[disc.number - 1])
@@ -88,11 +88,11 @@ def _disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     ]
     hub = () if work.disc == SECOND_DISC else _hub_shapes(work.part)
     body = reduce(shapes.fuse_solids, [*plates, *hub])
-    return CadSolid(_with_bore(work.part, body), curves_in_file(followed), {})
+    return CadSolid(_cut_bore_and_keyway(work.part, body), curves_in_file(followed), {})
 
 
 def _grooved_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    part, walls = work.part, _follow_profiles(work, chord, curves)
+    part, walls = work.part, _fitted_profile_paths(work, chord, curves)
     inner, outer = (walls[name] for name in ("profile_inner", "profile_outer"))
     _check_wall(work, chord, inner.deviation)
     assert part.thickness
@@ -102,11 +102,11 @@ def _grooved_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     core = shapes.extrude_wire(shapes.closed_wire(inner.path), bottom - OVERCUT, top + OVERCUT)
     groove = shapes.subtract_solid(shapes.extrude_wire(shapes.closed_wire(outer.path), bottom, top), core)
     plate = shapes.extrude_wire(shapes.circle_wire(part.outer_diameter / 2), 0.0, part.thickness)
-    return CadSolid(_with_bore(part, shapes.subtract_solid(plate, groove)), curves_in_file(walls), {})
+    return CadSolid(_cut_bore_and_keyway(part, shapes.subtract_solid(plate, groove)), curves_in_file(walls), {})
 
 
 def _ribbed_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    part, flanks = work.part, _follow_profiles(work, chord, curves)
+    part, flanks = work.part, _fitted_profile_paths(work, chord, curves)
     assert part.thickness
     assert part.rib_height
     assert part.outer_diameter
@@ -115,12 +115,12 @@ def _ribbed_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
     within = shapes.extrude_wire(inner, face, part.thickness + OVERCUT)
     rib = shapes.subtract_solid(shapes.extrude_wire(outer, 0.0, part.thickness), within)
     plate = shapes.extrude_wire(shapes.circle_wire(part.outer_diameter / 2), 0.0, face)
-    return CadSolid(_with_bore(part, shapes.fuse_solids(plate, rib)), curves_in_file(flanks), {})
+    return CadSolid(_cut_bore_and_keyway(part, shapes.fuse_solids(plate, rib)), curves_in_file(flanks), {})
 
 
 def _cylinder_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    body, deviation = grooved_body(work, chord)
-    return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": deviation})
+    body, deviation = grooved_body_and_wall_deviation(work, chord)
+    return CadSolid(_cut_bore_and_keyway(work.part, body), {}, {"wall_deviation_measured_mm": deviation})
 
 
 _SOLID_MAKERS = {
@@ -174,7 +174,7 @@ def _hub_shapes(part: Part) -> Iterator[CadShape]:
             yield shapes.extrude_wire(shapes.circle_wire(part.hub_diameter / 2), foot, end)
 
 
-def _with_bore(part: Part, body: CadShape) -> CadShape:
+def _cut_bore_and_keyway(part: Part, body: CadShape) -> CadShape:
     """A body that stands on z = 0, with its bore and keyway cut."""
     if not part.bore:
         return body

@@ -59,12 +59,12 @@ class Workpiece:
         return self.part.has_protruding_hub if self.disc is None else self.disc == SECOND_DISC
 
     @property
-    def hub_height(self) -> float:
+    def hub_height_above_plate(self) -> float:
         """Height of the hub above the plate during the cut [mm]."""
         return 0.0 if self.is_cut_from_behind else max((self.part.hub_length or 0.0) - self.part.width, 0.0)
 
     @property
-    def depth_below(self) -> float:
+    def free_depth_below_plate(self) -> float:
         """Free depth below the plate during the cut, down to the rest of the part [mm]."""
         if self.disc is None:
             return 0.0 if self.part.has_protruding_hub else inf

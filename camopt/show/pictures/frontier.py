@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import RISE
-from camopt.show.drawing.labels import Label, label_places, place_labels
+from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
@@ -171,7 +171,7 @@ def _draw_known_laws(axes: Any, frontier: Frontier) -> list[Label]:
         for row, point in zip(rows, points, strict=True):
             laws = joined_laws(row["law_rise"], row["law_return"])
             style = {"fontsize": TEXT_SIZE, "color": INK, "zorder": 6}
-            labels.append(Label(axes, laws, point, label_places(LAW_LABEL_DISTANCES, LEFT_BELOW), style))
+            labels.append(Label(axes, laws, point, label_place_candidates(LAW_LABEL_DISTANCES, LEFT_BELOW), style))
     return labels
 
 

@@ -11,7 +11,7 @@ from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import RISE
 from camopt.scene.problem.problem import resolve
-from camopt.show.drawing.diagrams import power_of_ten
+from camopt.show.drawing.diagrams import short_number_factor_and_unit
 from camopt.show.drawing.picture import (
     Picture,
     draw_circle,
@@ -77,9 +77,11 @@ def draw(result: Fit, path: Target = None) -> "Figure":
 
 def _derivative_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
     """Cam angles [deg] and a derivative of the motion over the turn, with gaps between pieces."""
-    angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
+    angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.angles_of_pieces])
     given = picture.problem.given_motion
-    return angles, np.concatenate([np.append(given.motion_at(each)[order], np.nan) for each in picture.pieces])
+    return angles, np.concatenate(
+        [np.append(given.motion_at(each)[order], np.nan) for each in picture.angles_of_pieces]
+    )
 
 
 def _draw_lift(axes: Any, result: Fit, picture: Picture) -> None:
@@ -133,7 +135,7 @@ def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     order = np.argsort(at)
     unit = QUANTITIES[result.quantity("acceleration")].unit
     values, before, unit = to_shown_unit(values, unit), to_shown_unit(before, unit), unit_in_shown_system(unit)
-    factor, unit = power_of_ten([values[~np.isnan(values)]], unit)
+    factor, unit = short_number_factor_and_unit([values[~np.isnan(values)]], unit)
     low, high = float(np.nanmin(values)) * factor, float(np.nanmax(values)) * factor
     axes.plot(
         at[order], before[order] * factor, color=RAW_COLOUR, lw=0.6, alpha=0.7, label="differences of the points"

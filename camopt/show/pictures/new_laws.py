@@ -10,7 +10,7 @@ from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.show.drawing.cam import draw_disc
-from camopt.show.drawing.diagrams import draw_condition_mark, power_of_ten
+from camopt.show.drawing.diagrams import draw_condition_mark, short_number_factor_and_unit
 from camopt.show.drawing.groove import draw_groove
 from camopt.show.drawing.labels import place_labels
 from camopt.show.drawing.panels import move_condition_marks
@@ -84,7 +84,7 @@ def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
         size = f"{body.size_name} {value_with_unit(float(picture.problem.design.size[0]))}"
-        title = ": ".join(filter(None, (word, "" if word == "free laws" else _picture_laws(picture))))
+        title = ": ".join(filter(None, (word, "" if word == "free laws" else _law_names_of_picture(picture))))
         ax.set_title(
             f"{title}\n{size}",
             loc="left",
@@ -97,7 +97,7 @@ def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
     place_labels(figure, labels)
 
 
-def _picture_laws(picture: Picture) -> str:
+def _law_names_of_picture(picture: Picture) -> str:
     """The laws of a picture, rises first."""
     programme = picture.problem.programme
     return joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
@@ -111,12 +111,14 @@ def _draw_motions(figure: Any, pictures: list[Picture]) -> None:
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         unit = motion_table_unit(setup, order)
         per, unit = to_shown_unit(motion_unit_factor(setup, order), unit), unit_in_shown_system(unit)
-        factor, unit = power_of_ten([per * m[order] for picture in pictures for m in picture.tool_motion], unit)
+        factor, unit = short_number_factor_and_unit(
+            [per * m[order] for picture in pictures for m in picture.tool_motion], unit
+        )
         words = ["moves of the scene", "free moves"][-len(pictures) :]
         for picture, pen, word in zip(pictures, pens, words, strict=True):
-            angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
+            angles = np.concatenate([*(np.append(a, np.nan) for a in picture.angles_of_pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.tool_motion)])
-            ax.plot(np.degrees(angles), values, label=_picture_laws(picture) or word, **pen)
+            ax.plot(np.degrees(angles), values, label=_law_names_of_picture(picture) or word, **pen)
         for mark in move_condition_marks(pictures[-1], order, per):
             draw_condition_mark(ax, mark, factor)
         ax.set_title(f"{name.capitalize()}, {unit}", loc="left")

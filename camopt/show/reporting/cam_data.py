@@ -9,7 +9,7 @@ from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.scene.problem.linkage import linkage_sketch
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
-from camopt.show.drawing.cam import remaining_outline
+from camopt.show.drawing.cam import outline_left_by_undercutting
 from camopt.show.drawing.figures import all_panels_in_shown_units
 from camopt.show.drawing.linkage import sketch_extent_over_turn
 from camopt.show.drawing.moving_bodies import FRAME_ANGLES
@@ -32,7 +32,7 @@ def cam_data(picture: Picture) -> dict[str, Any]:
     return {
         "exists": True,
         **cam_kind_data(picture.scene, problem),
-        "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
+        "sizes": {name: rounded_number_for_page(values[0]) for name, values in problem.design.sizes.items()},
         "motion": sampled_motion_pieces(picture),
         "strokes": _stroke_data(problem),
         "pitch_point": first.quantity_values["pressure_angle_max_at_deg"] if pitch_point else None,
@@ -71,7 +71,7 @@ def train_frames(picture: Picture) -> dict[str, Any] | None:
                 "shape": member.shape,
                 "points": _x_and_y_lists(member.points),
                 "at": _x_and_y_lists(member.at),
-                "turned": page_numbers(np.degrees(member.turned)),
+                "turned": rounded_numbers_for_page(np.degrees(member.turned)),
             }
             for member in sketch.members
         ],
@@ -89,7 +89,7 @@ def train_frames(picture: Picture) -> dict[str, Any] | None:
 
 def _x_and_y_lists(points: ComplexArray) -> list[list[float | None]]:
     """The list of x and the list of y of points."""
-    return [page_numbers(points.real), page_numbers(points.imag)]
+    return [rounded_numbers_for_page(points.real), rounded_numbers_for_page(points.imag)]
 
 
 def cam_kind_data(scene: Scene, problem: Problem) -> dict[str, Any]:
@@ -112,17 +112,17 @@ def cam_kind_data(scene: Scene, problem: Problem) -> dict[str, Any]:
 
 def sampled_motion_pieces(picture: Picture) -> dict[str, Any]:
     """Cam angle, y and dy/dθ of each smooth piece, and the lift. Jumps lie between pieces."""
-    names = [STROKE_NAMES[kind] for kind in picture.kinds]
+    names = [STROKE_NAMES[kind] for kind in picture.stroke_kind_of_each_piece]
     pieces = [
         {
             "kind": name,
-            "angle": page_numbers(np.degrees(angles)),
-            "y": page_numbers(moved[0]),
-            "slope": page_numbers(moved[1]),
+            "angle": rounded_numbers_for_page(np.degrees(angles)),
+            "y": rounded_numbers_for_page(moved[0]),
+            "slope": rounded_numbers_for_page(moved[1]),
         }
-        for name, angles, moved in zip(names, picture.pieces, picture.motion, strict=True)
+        for name, angles, moved in zip(names, picture.angles_of_pieces, picture.motion, strict=True)
     ]
-    return {"lift": page_number(picture.problem.programme.lift), "pieces": pieces}
+    return {"lift": rounded_number_for_page(picture.problem.programme.lift), "pieces": pieces}
 
 
 def _stroke_data(problem: Problem) -> list[dict[str, Any]]:
@@ -131,8 +131,8 @@ def _stroke_data(problem: Problem) -> list[dict[str, Any]]:
             "name": "move" if stroke.is_move else STROKE_NAMES[stroke.kind],
             "kind": STROKE_NAMES.get(stroke.kind, "move"),
             "law": stroke.law.NAME if stroke.law else "",
-            "start": page_number(np.degrees(stroke.start)),
-            "angle": page_number(np.degrees(stroke.angle)),
+            "start": rounded_number_for_page(np.degrees(stroke.start)),
+            "angle": rounded_number_for_page(np.degrees(stroke.angle)),
         }
         for stroke in problem.programme.strokes
     ]
@@ -142,39 +142,46 @@ def _undercut_outline(picture: Picture) -> list[list[float | None]] | None:
     """Outline of an undercut disc cam after the follower has cut it [mm]; None without undercut."""
     if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
         return None
-    return _x_and_y_lists(remaining_outline(picture))
+    return _x_and_y_lists(outline_left_by_undercutting(picture))
 
 
 def _panel_data(panel: Panel) -> dict[str, Any]:
     return {
         "title": panel.title,
         "unit": panel.unit,
-        "values": [page_numbers(values) for values in panel.values],
-        "reference": panel.reference and [page_numbers(values) for values in panel.reference],
-        "other": panel.other and [page_numbers(values) for values in panel.other],
+        "values": [rounded_numbers_for_page(values) for values in panel.values],
+        "reference": panel.reference and [rounded_numbers_for_page(values) for values in panel.reference],
+        "other": panel.other and [rounded_numbers_for_page(values) for values in panel.other],
         "peaks": [
-            {"angle": page_number(p.angle), "value": page_number(p.value), "text": p.text} for p in panel.peaks
+            {"angle": rounded_number_for_page(p.angle), "value": rounded_number_for_page(p.value), "text": p.text}
+            for p in panel.peaks
         ],
         "limits": [
-            {"kinds": [name for kind, name in STROKE_NAMES.items() if kind & kinds], "bound": page_number(bound)}
+            {
+                "kinds": [name for kind, name in STROKE_NAMES.items() if kind & kinds],
+                "bound": rounded_number_for_page(bound),
+            }
             for kinds, bound in panel.limits
         ],
-        "impulses": [{"angle": page_number(angle), "size": page_number(size)} for angle, size in panel.impulses],
-        "bands": [[page_number(end) for end in band] for band in panel.bands],
-        "marks": [[page_number(number) for number in mark] for mark in panel.marks],
-        "span": panel.span and [page_number(end) for end in panel.span],
+        "impulses": [
+            {"angle": rounded_number_for_page(angle), "size": rounded_number_for_page(size)}
+            for angle, size in panel.impulses
+        ],
+        "bands": [[rounded_number_for_page(end) for end in band] for band in panel.bands],
+        "marks": [[rounded_number_for_page(number) for number in mark] for mark in panel.marks],
+        "span": panel.span and [rounded_number_for_page(end) for end in panel.span],
         "note": panel.note,
         "undercut": panel.alarm and [[bool(b) for b in bad] for bad in panel.alarm],
     }
 
 
-def page_number(value: Any) -> float | None:
+def rounded_number_for_page(value: Any) -> float | None:
     """A number rounded to ``PAGE_DIGITS`` digits; None if it is not finite."""
     return float(f"{float(value):.{PAGE_DIGITS}g}") if np.isfinite(value) else None
 
 
-def page_numbers(values: FloatArray) -> list[float | None]:
-    """``page_number`` of an array, vectorised: a slider waits for thousands of numbers."""
+def rounded_numbers_for_page(values: FloatArray) -> list[float | None]:
+    """``rounded_number_for_page`` of an array, vectorised: a slider waits for thousands of numbers."""
     values = np.asarray(values, dtype=float)
     with np.errstate(all="ignore"):
         power = PAGE_DIGITS - 1 - np.floor(np.log10(np.abs(values)))

@@ -54,11 +54,11 @@ class Control:
     def shown_unit(self) -> str:
         return unit_in_shown_system(self.unit)
 
-    def control_value(self, value: Any) -> Any:
+    def value_in_control_unit(self, value: Any) -> Any:
         """A value of the scene, in the unit of the control."""
         return to_shown_unit(value, self.unit) if isinstance(value, float) else value
 
-    def scene_value(self, value: Any) -> Any:
+    def value_in_scene_unit(self, value: Any) -> Any:
         """A value of the control, in the unit of the scene."""
         return from_shown_unit(value, self.unit) if isinstance(value, float) else value
 

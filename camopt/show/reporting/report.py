@@ -115,7 +115,7 @@ def _with_distinct_names(items: list[Any]) -> list[Any]:
     cams = isinstance(items[0], ShownCam)
     field = "label" if cams else "name"
     if cams and len({cam.label for cam in items}) < len(items):
-        laws = [_scene_laws(cam.scene) for cam in items]
+        laws = [_scene_law_names(cam.scene) for cam in items]
         if len({*laws}) > 1:
             items = [replace(cam, label=f"{cam.label}, {law}") for cam, law in zip(items, laws, strict=True)]
     names = [getattr(item, field) for item in items]
@@ -125,7 +125,7 @@ def _with_distinct_names(items: list[Any]) -> list[Any]:
     ]
 
 
-def _scene_laws(scene: Scene) -> str:
+def _scene_law_names(scene: Scene) -> str:
     """The laws of the rises and returns of a scene; "moves" if it has only moves."""
     programme = resolve_design(scene).programme
     return joined_laws(programme.law_names(RISE), programme.law_names(RETURN)) or "moves"

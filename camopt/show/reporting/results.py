@@ -17,7 +17,12 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
-from camopt.show.reporting.cam_data import cam_kind_data, page_number, sampled_motion_pieces, train_frames
+from camopt.show.reporting.cam_data import (
+    cam_kind_data,
+    rounded_number_for_page,
+    sampled_motion_pieces,
+    train_frames,
+)
 from camopt.show.reporting.cams import Chapter
 from camopt.show.reporting.page import deflate_to_text, render_page
 from camopt.show.reporting.sections import signed_text
@@ -205,7 +210,7 @@ def _shape_data(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
     """Data on the shape of the cams of a result: kind, constant sizes, and columns of the other sizes."""
     scene = scene_of_row(result.scene, _present_values(result.frame.iloc[:1].to_dict("records")[0]))
     problem = resolve_design(scene)
-    sizes = {name: page_number(values[0]) for name, values in problem.design.sizes.items()}
+    sizes = {name: rounded_number_for_page(values[0]) for name, values in problem.design.sizes.items()}
     defaults = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
     return {
         "kind": {**cam_kind_data(scene, problem), **defaults},

@@ -169,14 +169,14 @@ def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem],
     return Table.from_texts("Quantities", heads, rows)
 
 
-def _shown_tables(scene: Scene) -> dict[str, Any]:
+def _scene_tables_in_shown_units(scene: Scene) -> dict[str, Any]:
     """The tables of a scene, in the units in which results are shown."""
     return tables_in_shown_units(scene.to_dict(), SCENE_TABLES)
 
 
 def motion_table(scene: Scene) -> Table:
     """A table of the segments of the motion, or of the arcs and lines of the profile."""
-    data = _shown_tables(scene)
+    data = _scene_tables_in_shown_units(scene)
     unit = "deg" if scene.given_motion_is_angle else unit_in_shown_system("mm")
     body = "follower" if scene.given_at_follower else "tool"
     name = f"Motion of the {body}" if scene.train else "Motion"
@@ -190,7 +190,7 @@ def motion_table(scene: Scene) -> Table:
 
 def train_tables(scene: Scene) -> list[Table]:
     """A table of the stages between follower and tool; none without a train."""
-    stages = _shown_tables(scene).get("train", [])
+    stages = _scene_tables_in_shown_units(scene).get("train", [])
     keys = list(dict.fromkeys(key for stage in stages for key in stage))
     title = f"Train, from the follower to the tool (lengths in {unit_in_shown_system('mm')}, angles in deg)"
     return (
@@ -204,7 +204,7 @@ def inputs_table(scene: Scene) -> Table:
     """Sizes, speed, materials and loads of the scene, by key."""
     units = {key: QUANTITIES[name] for key, name in scene.number_quantities.items()}
     inputs = leaf_values_by_key(
-        {name: table for name, table in _shown_tables(scene).items() if name in INPUT_TABLES}
+        {name: table for name, table in _scene_tables_in_shown_units(scene).items() if name in INPUT_TABLES}
     )
     rows: list[list[Cell | str]] = [
         [

@@ -73,7 +73,7 @@ class Server(ThreadingHTTPServer):
         return f"{self.origin}/{self.token}/"
 
     @property
-    def first_address(self) -> str:
+    def one_time_address(self) -> str:
         """An address that works once: other users of this machine can read the command line of the browser."""
         return f"{self.origin}/{self.ticket}"
 
@@ -202,7 +202,7 @@ class RequestHandler(BaseHTTPRequestHandler):
         if self.headers["Content-Type"] != JSON_TYPE:
             raise RequestRefused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
         try:
-            return json.loads(self.rfile.read(int(length)), parse_int=float, parse_constant=_refuse_constant)
+            return json.loads(self.rfile.read(int(length)), parse_int=float, parse_constant=_refuse_json_constant)
         except (ValueError, RecursionError):
             raise RequestRefused(HTTPStatus.BAD_REQUEST) from None
 
@@ -243,5 +243,5 @@ class RequestHandler(BaseHTTPRequestHandler):
         """Log no requests: their addresses contain the token."""
 
 
-def _refuse_constant(name: str) -> None:
+def _refuse_json_constant(name: str) -> None:
     raise ValueError(name)

@@ -100,14 +100,14 @@ class Session:
             return value
         return (
             self.initial_values[key]
-            if value == control.control_value(self.initial_values[key])
-            else control.scene_value(value)
+            if value == control.value_in_control_unit(self.initial_values[key])
+            else control.value_in_scene_unit(value)
         )
 
     def _shown_values(self, scene: Scene) -> dict[str, Any]:
         """The values that the controls show for a scene."""
         values = control_values(scene, list(self.initial_values))
-        return {control.key: control.control_value(values[control.key]) for control in self.controls}
+        return {control.key: control.value_in_control_unit(values[control.key]) for control in self.controls}
 
     def page(self) -> str:
         """The HTML of the page as it opens."""

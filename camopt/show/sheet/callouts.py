@@ -21,7 +21,7 @@ from camopt.show.sheet.marks import (
     marks_box,
     readable_direction,
     shift_marks,
-    width_of,
+    text_width,
 )
 from camopt.show.sheet.ring import NAME_DISTANCE
 from camopt.show.sheet.sizes import bore_text, groove_width_text, keyway_width_text, profile_symbols
@@ -41,16 +41,16 @@ Callout = Callable[[FrontView, float], Marks]
 """A function for the marks of a callout in a direction of the view [rad]; empty if it is not needed."""
 
 
-def with_callouts(view: FrontView) -> Marks:
+def front_view_with_callouts(view: FrontView) -> Marks:
     """The front view with callouts: timing mark, cutting plane, sense of rotation, profile surface, bore."""
     marks = view.marks()
     there: Marks = [
         mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring_radius
     ]
-    said = _keyway_width(view, marks)
-    said += _timing_mark(view, [*there, *said])
-    said += _yoke_breadth(view, [*there, *said])
-    said += _cutting_plane(view, [*marks, *said])
+    said = _keyway_width_dimension(view, marks)
+    said += _timing_mark_and_ring_start(view, [*there, *said])
+    said += _yoke_breadth_dimension(view, [*there, *said])
+    said += _cutting_plane_marks(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
         free = _callout_directions(view, callout)
         near = free[np.argsort(angle_between(free, wanted), kind="stable")]
@@ -76,14 +76,14 @@ def first_free_marks(candidates: Iterable[Marks], taken: Marks) -> Marks:
     return marks
 
 
-def _keyway_width(view: FrontView, taken: Marks) -> Marks:
+def _keyway_width_dimension(view: FrontView, taken: Marks) -> Marks:
     """The width of the keyway, dimensioned outside the cam at the first free place."""
     part, turn = view.part, keyway_direction_angle(view.part)
     if not part.keyway_width:
         return []
     _, first, last, _ = keyway_corners(part, turn) * view.scale
     bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
-    level = view.largest_radius(turn, abs(first - last) / bottom) + 5.0 - bottom
+    level = view.largest_radius_near_direction(turn, abs(first - last) / bottom) + 5.0 - bottom
     across, width = -1j * np.exp(1j * turn), keyway_width_text(part)
     datum = symbols.datums_of(part, bool(part.thickness)).keyway
     return first_free_marks(
@@ -96,7 +96,7 @@ def _keyway_width(view: FrontView, taken: Marks) -> Marks:
     )
 
 
-def _yoke_breadth(view: FrontView, taken: Marks) -> Marks:
+def _yoke_breadth_dimension(view: FrontView, taken: Marks) -> Marks:
     """The distance of both contacts of a yoke, dimensioned beside the ring at the first free place."""
     if not view.yoke_contacts:
         return []
@@ -113,7 +113,7 @@ def _yoke_breadth(view: FrontView, taken: Marks) -> Marks:
     )
 
 
-def _timing_mark(view: FrontView, taken: Marks) -> Marks:
+def _timing_mark_and_ring_start(view: FrontView, taken: Marks) -> Marks:
     """The timing mark, and the start of the ring."""
     ray = np.exp(1j * view.cam.start_direction)
     text = f"{view.cam.translate(TIMING_TEXT)} 0°" if _ring_starts_at_timing_mark(view) else "0°"
@@ -153,7 +153,7 @@ def _timing_leader(view: FrontView, turn: float) -> Marks:
     return [line_mark(knee + side * 2.0, knee, tip), arrowhead(tip, (tip - knee) / abs(tip - knee)), words]
 
 
-def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
+def _cutting_plane_marks(view: FrontView, taken: Marks) -> Marks:
     """The cutting plane of the section through the keyway, with arrows in the direction of view."""
     turn, found = keyway_direction_angle(view.part), []
     if not view.part.thickness or is_keyway_section_vertical(view.part):
@@ -161,15 +161,17 @@ def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
     seen = sheet_standard().section_side * np.exp(1j * (turn - pi / 2))
     for direction in (turn, turn + pi):
         radii = (
-            view.largest_radius(direction) + 1.5,
+            view.largest_radius_near_direction(direction) + 1.5,
             view.ring_radius + 2.0,
             *(view.ring_radius + NAME_CLEARANCE + 2.0 + TRIAL_OFFSETS),
         )
-        found += first_free_marks((_plane_end(radius * np.exp(1j * direction), seen) for radius in radii), taken)
+        found += first_free_marks(
+            (_cutting_plane_end_marks(radius * np.exp(1j * direction), seen) for radius in radii), taken
+        )
     return found
 
 
-def _plane_end(foot: complex, view_direction: complex) -> Marks:
+def _cutting_plane_end_marks(foot: complex, view_direction: complex) -> Marks:
     """One end of a cutting plane, with the direction of view (unit vector).
 
     In first angle its arrow points to the plane, in third angle away from it (ASME Y14.3).
@@ -203,7 +205,7 @@ def _surface_leader(view: FrontView, turn: float) -> Marks:
     box, side = marks_box(frame), 1.0 if cos(turn) >= 0.0 else -1.0
     knee = (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
     shelf = knee + side * 3.0
-    tip = view.profile_radius(turn) * np.exp(1j * turn)
+    tip = view.profile_radius_in_direction(turn) * np.exp(1j * turn)
     corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * CELL
     return [
         *shift_marks(frame, corner),
@@ -212,7 +214,7 @@ def _surface_leader(view: FrontView, turn: float) -> Marks:
     ]
 
 
-def _groove_width(view: FrontView, turn: float) -> Marks:
+def _groove_width_dimension(view: FrontView, turn: float) -> Marks:
     """The width of a groove, across it from wall to wall."""
     cam = view.cam
     if not cam.problem.setup.mechanism.has_flanks_on_both_sides:
@@ -226,13 +228,13 @@ def _groove_width(view: FrontView, turn: float) -> Marks:
     reach = np.sqrt((view.ring_radius + NAME_CLEARANCE + 2.0) ** 2 - across**2) - along
     knee, side = outer + reach * normal, 1.0 if normal.real >= 0.0 else -1.0
     text = groove_width_text(cam)
-    wide = width_of(text, LARGE)
+    wide = text_width(text, LARGE)
     words = Words(knee + side * (1.0 + wide / 2) + 1j * TEXT_ABOVE_LINE, text, LARGE, 0.5)
     lines = [line_mark(knee + side * (wide + 2.0), knee, outer, inner - ARROW_TAIL * normal)]
     return [*lines, arrowhead(inner, normal), arrowhead(outer, -normal), words]
 
 
-def _bore_diameter(view: FrontView, turn: float) -> Marks:
+def _bore_diameter_dimension(view: FrontView, turn: float) -> Marks:
     """The diameter of the bore, if no section shows it."""
     part = view.part
     if not part.bore or part.thickness:
@@ -240,7 +242,7 @@ def _bore_diameter(view: FrontView, turn: float) -> Marks:
     ray, side = np.exp(1j * turn), 1.0 if cos(turn) >= 0.0 else -1.0
     tip, knee = part.bore / 2 * view.scale * ray, (view.ring_radius + NAME_CLEARANCE + 2.0) * ray
     text = bore_text(part)
-    wide = width_of(text, LARGE)
+    wide = text_width(text, LARGE)
     words = Words(knee + side * (1.0 + wide / 2) + 1j * TEXT_ABOVE_LINE, text, LARGE, 0.5)
     return [line_mark(knee + side * (wide + 2.0), knee, tip), arrowhead(tip, -ray), words]
 
@@ -249,7 +251,7 @@ CALLOUTS: dict[Callout, float] = {
     _timing_leader: 0.6 * pi,
     _rotation_callout: 0.75 * pi,
     _surface_leader: -0.25 * pi,
-    _bore_diameter: -0.75 * pi,
-    _groove_width: -0.6 * pi,
+    _bore_diameter_dimension: -0.75 * pi,
+    _groove_width_dimension: -0.6 * pi,
 }
 """Callouts with their preferred directions [rad]."""

@@ -46,9 +46,9 @@ from camopt.show.sheet.marks import (
     marks_box,
     rectangle_line,
     shift_marks,
-    width_of,
+    text_width,
 )
-from camopt.show.sheet.section import Gap, hatch_lines, keyway_edge, outline_lines
+from camopt.show.sheet.section import Gap, hatch_lines, keyway_edge_behind_section, outline_lines
 from camopt.show.sheet.sizes import (
     bore_text,
     fitted_text,
@@ -130,7 +130,7 @@ class DevelopedView:
         """The name of a stroke with its cam angles [rad], above the cylinder."""
         x, to, foot = begin * self.mean_radius, end * self.mean_radius, self.axial_ends[1] + FIRST_LEVEL + 2.0
         beside = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
-        height = next((h for h, room in beside.items() if width_of(name, h) + 2 * room <= to - x), None)
+        height = next((h for h, room in beside.items() if text_width(name, h) + 2 * room <= to - x), None)
         if height is None:
             at = complex((x + to + MEDIUM) / 2, foot + 3.0)
             return [Words(at, name, MEDIUM, 0.0, pi / 2)]
@@ -208,7 +208,7 @@ class DevelopedView:
             return []
         corner = right - marks_box(frame).high
         end = (
-            self.circumference / 2 + width_of(self._circumference_text, LARGE) / 2 + VALUE_GAP
+            self.circumference / 2 + text_width(self._circumference_text, LARGE) / 2 + VALUE_GAP
         )  # end of the leader, if there is room
         corner += max(0.0, end + LEADER_LENGTH - corner.real) if end <= self.circumference else 0.0
         place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER_LENGTH))))
@@ -264,7 +264,7 @@ class DevelopedView:
         ]
         round_ = self._cylinder_radius
         marks += [line_mark(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
-        marks += [*keyway_edge(self.part, self.scale, length), *self._rib_edges_behind_section()]
+        marks += [*keyway_edge_behind_section(self.part, self.scale, length), *self._rib_edges_behind_section()]
         radius = (self.part.bore or 0.0) / 2 * self.scale
         marks += [
             line_mark(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)
@@ -278,7 +278,7 @@ class DevelopedView:
             )
         marks += self._section_angle_words()
         corner, far = (
-            complex(self._section_gaps[0][1], self.outer_radius),
+            complex(self._groove_ranges_in_section[0][1], self.outer_radius),
             length + FIRST_LEVEL + LEVEL_STEP * bool(radius),
         )
         ends = corner - 1j * self._flank_height, complex(length, self.outer_radius)
@@ -294,7 +294,7 @@ class DevelopedView:
             return distance_dimension(
                 -1j * self.outer_radius, 1j * self.outer_radius, 1j, FIRST_LEVEL, self._outer_diameter_text
             )
-        above, below = self._section_gaps
+        above, below = self._groove_ranges_in_section
         foot = self._cylinder_radius
         marks = distance_dimension(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{size_text(2 * foot / self.scale)}")
         ends = complex(below[0], -self.outer_radius), complex(above[0], self.outer_radius)
@@ -323,7 +323,7 @@ class DevelopedView:
     def _section_angle_words(self) -> Iterator[Words]:
         """The cam angles of the section, above its upper groove and below its lower one."""
         feet = self.outer_radius + VALUE_GAP, -self.outer_radius - FIRST_LEVEL - VALUE_GAP - MEDIUM
-        for gap, turn, foot in zip(self._section_gaps, self._section_angles, feet, strict=True):
+        for gap, turn, foot in zip(self._groove_ranges_in_section, self._section_angles, feet, strict=True):
             text = f"{decimal_text(degrees(turn % (2 * pi)))}°"
             yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
 
@@ -334,7 +334,7 @@ class DevelopedView:
         return first, first + pi
 
     @cached_property
-    def _section_gaps(self) -> tuple[Gap, Gap]:
+    def _groove_ranges_in_section(self) -> tuple[Gap, Gap]:
         """Ranges of the groove along the axis, in the direction of the keyway and opposite."""
         above, below = (
             (low - self.axial_ends[0], high - self.axial_ends[0])
@@ -353,7 +353,7 @@ class DevelopedView:
         length, depth, round_ = (self.part.thickness or 0.0) * self.scale, self._flank_height, self._cylinder_radius
         radius = (self.part.bore or 0.0) / 2 * self.scale
         key = (self.part.keyway_depth or 0.0) * self.scale
-        above, below = self._section_gaps
+        above, below = self._groove_ranges_in_section
         body = box(0.0, -round_, length, round_)
         beyond = 0.0 if self.cam.is_ribbed else 1.0
         cut = union_all(

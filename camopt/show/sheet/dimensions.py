@@ -12,7 +12,7 @@ from camopt.show.sheet.marks import (
     line_mark,
     readable_direction,
     rectangle_line,
-    width_of,
+    text_width,
 )
 
 ARROW_LENGTH, ARROW_HALF_ANGLE = 3.0, np.radians(15.0) / 2  # mm and half angle at the tip
@@ -46,7 +46,7 @@ def distance_dimension(
     across = 1j * along
     ends = [first + level * across, last + ((first - last) * across.conjugate()).real * across + level * across]
     ends = ends if ((ends[1] - ends[0]) * along.conjugate()).real >= 0 else ends[::-1]
-    length, wide = abs(ends[1] - ends[0]), width_of(value, height)
+    length, wide = abs(ends[1] - ends[0]), text_width(value, height)
     marks: Marks = []
     for point in (first, last):
         rise = ((ends[0] - point) * across.conjugate()).real
@@ -87,7 +87,7 @@ def datum_symbol(point: complex, direction: complex, stem: float, letter: str) -
     ]
 
 
-def radius_from_outside(
+def radius_dimension_from_outside(
     point: complex, direction: complex, length: float, value: str, is_basic: bool = False
 ) -> Marks:
     """Dimension of a radius from outside: a line with an arrow to a point of the arc, and the value."""
@@ -97,7 +97,7 @@ def radius_from_outside(
     return [line_mark(tail, point), arrowhead(point, -direction), *_value_above_line(middle, value, turn, is_basic)]
 
 
-def radius_from_centre(
+def radius_dimension_from_centre(
     start: complex, point: complex, clear_length: float, value: str, is_basic: bool = False
 ) -> Marks:
     """Dimension of a radius from the centre: an arrow to the arc, with the value beyond occupied parts."""

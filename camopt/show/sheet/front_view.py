@@ -14,7 +14,7 @@ import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.scene.part import Part
-from camopt.show.sheet.dimensions import radius_from_centre, radius_from_outside
+from camopt.show.sheet.dimensions import radius_dimension_from_centre, radius_dimension_from_outside
 from camopt.show.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -26,7 +26,7 @@ from camopt.show.sheet.marks import (
     arc_points,
     circle_mark,
     line_mark,
-    width_of,
+    text_width,
 )
 from camopt.show.sheet.ring import RingSector, ring_marks
 from camopt.show.sheet.sizes import hole_outline
@@ -127,15 +127,15 @@ class FrontView:
     def highest_point(self) -> complex:
         """The point of the profile farthest from the axis; of several points, the one farthest from other lines."""
         sizes = np.abs(self.walls[-1])
-        return self._freest_point(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
+        return self._point_farthest_from_lines(self.walls[-1][sizes >= sizes.max() * (1 - SAME_RADIUS)])
 
     @cached_property
     def lowest_point(self) -> complex:
         """The point of the profile nearest to the axis."""
         sizes = np.abs(self.walls[0])
-        return self._freest_point(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
+        return self._point_farthest_from_lines(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)])
 
-    def _freest_point(self, points: ComplexArray) -> complex:
+    def _point_farthest_from_lines(self, points: ComplexArray) -> complex:
         room = angle_between(np.angle(points)[:, None], self._line_directions).min(axis=1)
         return complex(points[np.argmax(np.minimum(room, LEAST_RAY_ANGLE))])
 
@@ -175,11 +175,11 @@ class FrontView:
     def ring_radius(self) -> float:
         """Radius of the ring of angles."""
         furthest = max(self.hub_or_bore_radius, *(np.abs(curve).max(initial=0.0) for curve in self._outer_curves))
-        room = abs(self.lowest_point) + width_of(self.radius_texts[0], LARGE) + 9.0
+        room = abs(self.lowest_point) + text_width(self.radius_texts[0], LARGE) + 9.0
         beyond = (
             0.0
             if self._is_largest_radius_inside
-            else abs(self.highest_point) + width_of(self.radius_texts[1], LARGE) + 9.0
+            else abs(self.highest_point) + text_width(self.radius_texts[1], LARGE) + 9.0
         )
         return float(max(furthest + RING_DISTANCE, room, beyond))
 
@@ -209,20 +209,20 @@ class FrontView:
         """Whether the value of the largest radius is written inside the profile."""
         return (
             len(self.walls) == 1
-            and abs(self.highest_point) - self.hub_or_bore_radius >= width_of(self.radius_texts[1], LARGE) + 8.0
+            and abs(self.highest_point) - self.hub_or_bore_radius >= text_width(self.radius_texts[1], LARGE) + 8.0
         )
 
-    def largest_radius(self, turn: float, half_angle: float = 0.0) -> float:
+    def largest_radius_near_direction(self, direction_angle: float, half_angle: float = 0.0) -> float:
         """Largest radius of hub, profile and pitch curve within an angle of a direction [rad]."""
         largest = self.hub_or_bore_radius
         for curve in self._outer_curves:
-            near = angle_between(np.angle(curve), turn) <= max(half_angle, 0.02)
+            near = angle_between(np.angle(curve), direction_angle) <= max(half_angle, 0.02)
             largest = max(largest, float(np.abs(curve[near]).max(initial=0.0)))
         return largest
 
-    def profile_radius(self, turn: float) -> float:
+    def profile_radius_in_direction(self, direction_angle: float) -> float:
         """Radius of the profile in a direction [rad]."""
-        return _outline_radius(self.walls[0], turn)
+        return _outline_radius(self.walls[0], direction_angle)
 
     @property
     def mark(self) -> float:
@@ -261,7 +261,9 @@ class FrontView:
         ):
             ray, touched = np.exp(1j * turn), np.exp(1j * joint)
             bent = [(self.ring_radius - BEND_LENGTH) * touched, self.ring_radius * ray] if aside else []
-            yield line_mark((self.largest_radius(joint) + 1.5) * touched, *bent, (self.ring_radius + 2.0) * ray)
+            yield line_mark(
+                (self.largest_radius_near_direction(joint) + 1.5) * touched, *bent, (self.ring_radius + 2.0) * ray
+            )
 
     def _radius_marks(self) -> Marks:
         low, high = self.radius_texts
@@ -270,11 +272,14 @@ class FrontView:
         if abs(abs(self.highest_point) - abs(self.lowest_point)) <= SAME_RADIUS * abs(self.highest_point):
             return marks
         if self._is_largest_radius_inside:
-            return [*marks, *radius_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high, basic)]
+            return [
+                *marks,
+                *radius_dimension_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high, basic),
+            ]
         away = self.highest_point / abs(self.highest_point)
         return [
             *marks,
-            *radius_from_outside(
+            *radius_dimension_from_outside(
                 self.highest_point, away, self.ring_radius - abs(self.highest_point) - 3.0, high, basic
             ),
         ]
@@ -286,14 +291,14 @@ class FrontView:
         turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
         if (
             np.ptp(turns) < LEAST_RAY_ANGLE
-            and self.base_radius - self.hub_or_bore_radius >= width_of(value, LARGE) + 8.0
+            and self.base_radius - self.hub_or_bore_radius >= text_width(value, LARGE) + 8.0
         ):
             lines = np.append(self._line_directions, np.angle(self.highest_point))
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
-            return radius_from_centre(
+            return radius_dimension_from_centre(
                 0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value, basic
             )
-        return radius_from_outside(
+        return radius_dimension_from_outside(
             self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value, basic
         )
 

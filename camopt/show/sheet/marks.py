@@ -59,7 +59,7 @@ class Words(NamedTuple):
     @property
     def corners(self) -> ComplexArray:
         """Corners of the box of the text, from the foot of a g to the top of a capital."""
-        wide = width_of(self.text, self.height)
+        wide = text_width(self.text, self.height)
         x = np.array([0.0, wide, wide, 0.0]) - self.place * wide
         y = self.height * np.array([-0.33, -0.33, 1.05, 1.05])
         return np.asarray(self.at + (x + 1j * y) * np.exp(1j * self.turn))
@@ -81,7 +81,7 @@ class MarkBox(NamedTuple):
 
 
 @cache
-def width_of(text: str, height: float) -> float:
+def text_width(text: str, height: float) -> float:
     """Width of a line of text [mm]."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
@@ -194,7 +194,7 @@ def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) 
         found = wrap_text(text, width, height)
         if len(found) <= lines:
             return found, height
-    return cut_lines(found, lines, width, height), height
+    return truncate_lines_with_ellipsis(found, lines, width, height), height
 
 
 def wrap_text(text: str, width: float, height: float) -> list[str]:
@@ -202,29 +202,29 @@ def wrap_text(text: str, width: float, height: float) -> list[str]:
     lines = [""]
     for word in text.split():
         longer = f"{lines[-1]} {word}".strip()
-        if width_of(longer, height) <= width:
+        if text_width(longer, height) <= width:
             lines[-1] = longer
             continue
         lines += [word] if lines[-1] else []
         lines[-1] = lines[-1] or word
-        while width_of(lines[-1], height) > width and len(lines[-1]) > 1:
+        while text_width(lines[-1], height) > width and len(lines[-1]) > 1:
             whole = lines[-1]
-            keep = max(1, fitting_letters(whole, width, height))
+            keep = max(1, fitting_letter_count(whole, width, height))
             lines[-1:] = [whole[:keep], whole[keep:]]
     return lines
 
 
-def cut_lines(lines: list[str], count: int, width: float, height: float) -> list[str]:
+def truncate_lines_with_ellipsis(lines: list[str], count: int, width: float, height: float) -> list[str]:
     """The first lines of a text; the last ends in … if more follow."""
     if len(lines) <= count:
         return lines
     last = lines[count - 1]
-    return [*lines[: count - 1], f"{last[: fitting_letters(last, width, height, '…')]}…"]
+    return [*lines[: count - 1], f"{last[: fitting_letter_count(last, width, height, '…')]}…"]
 
 
-def fitting_letters(text: str, width: float, height: float, end: str = "") -> int:
+def fitting_letter_count(text: str, width: float, height: float, end: str = "") -> int:
     """Number of letters of a text that fit in a width together with an ending [mm]."""
-    return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
+    return bisect_right(range(len(text)), width, key=lambda k: text_width(f"{text[: k + 1]}{end}", height))
 
 
 def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:
@@ -259,7 +259,7 @@ def _coordinate_rows(points: ComplexArray) -> FloatArray:
 
 
 def _draw_words(axes: Any, words: Words) -> None:
-    shift = -words.place * width_of(words.text, words.height) * np.exp(1j * words.turn)
+    shift = -words.place * text_width(words.text, words.height) * np.exp(1j * words.turn)
     at = words.at + shift
     axes.text(
         at.real,

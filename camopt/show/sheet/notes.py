@@ -10,7 +10,7 @@ from camopt.model.effects.pressure import BOTTOM_ANGLE
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.stroke import RETURN, RISE, Stroke
 from camopt.scene.problem.limit import Limit
-from camopt.show.sheet.marks import MEDIUM, Marks, Words, cut_lines, decimal_text, wrap_text
+from camopt.show.sheet.marks import MEDIUM, Marks, Words, decimal_text, truncate_lines_with_ellipsis, wrap_text
 from camopt.show.sheet.sizes import groove_clearance, keyway_depth_text
 from camopt.show.sheet.standards import length_text, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam, constant_velocity_strokes
@@ -30,7 +30,7 @@ def numbered_notes(texts: Iterable[str], width: float) -> Marks:
     """Numbered notes of a width (mm), from their lower left corner."""
     lines: list[tuple[float, str]] = []
     for k, note in enumerate(texts, start=1):
-        first, *more = cut_lines(
+        first, *more = truncate_lines_with_ellipsis(
             wrap_text(note, width - NOTE_INDENT, MEDIUM), NOTE_LINES, width - NOTE_INDENT, MEDIUM
         )
         lines += [(0.0, f"{k}"), (NOTE_INDENT, first), *((NOTE_INDENT, text) for text in more)]

@@ -26,11 +26,11 @@ from camopt.show.sheet.marks import (
     MarkBox,
     Marks,
     Words,
-    cut_lines,
     fitted_words,
     line_mark,
     marks_box,
     rectangle_line,
+    truncate_lines_with_ellipsis,
     wrap_text,
 )
 
@@ -262,7 +262,7 @@ def _field_lines(field: Field) -> Iterator[Words]:
     """The lines of a field without its name, centred between its lower and upper edge."""
     step, width = LINES_HEIGHT * LEADING, field.width - 2 * FIELD_PAD
     lines = [line for text in field.value.split("\n") for line in wrap_text(text, width, LINES_HEIGHT)]
-    lines = cut_lines(lines, int(field.height / step), width, LINES_HEIGHT)
+    lines = truncate_lines_with_ellipsis(lines, int(field.height / step), width, LINES_HEIGHT)
     top = field.y + (field.height + (len(lines) - 1) * step - LINES_HEIGHT) / 2
     for k, text in enumerate(lines):
         yield Words(complex(field.x + FIELD_PAD, top - k * step), text, LINES_HEIGHT)

@@ -22,7 +22,7 @@ from camopt.show.sheet.marks import (
     Words,
     line_mark,
     rectangle_line,
-    width_of,
+    text_width,
 )
 from camopt.show.sheet.standards import length_text, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam
@@ -44,7 +44,7 @@ class TableColumn:
 
     @property
     def width(self) -> float:
-        return max(width_of(text, MEDIUM) for text in (*self.head[1:], *self.cells)) + 2 * CELL_PADDING
+        return max(text_width(text, MEDIUM) for text in (*self.head[1:], *self.cells)) + 2 * CELL_PADDING
 
 
 def table_columns(cam: TrueCam, step: float | None) -> list[TableColumn]:
@@ -161,7 +161,7 @@ def _column_widths(columns: list[TableColumn]) -> list[float]:
     """Widths of the columns, wide enough for shared headings."""
     widths = [column.width for column in columns]
     for group in _column_groups(columns):
-        needed = width_of(columns[group[0]].head[0], MEDIUM) + 2 * CELL_PADDING
+        needed = text_width(columns[group[0]].head[0], MEDIUM) + 2 * CELL_PADDING
         more = max(0.0, needed - sum(widths[k] for k in group)) / len(group)
         widths = [width + more * (k in group) for k, width in enumerate(widths)]
     return widths

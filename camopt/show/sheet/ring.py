@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.show.sheet.dimensions import angle_dimension
-from camopt.show.sheet.marks import LARGE, MEDIUM, Marks, Words, line_mark, readable_direction, width_of
+from camopt.show.sheet.marks import LARGE, MEDIUM, Marks, Words, line_mark, readable_direction, text_width
 
 NAME_DISTANCE = 1.2  # mm from the ring to names along it
 CROSS_NAME_DISTANCE = 6.0  # mm from the ring to names across it
@@ -25,7 +25,7 @@ def ring_marks(segments: list[RingSector], radius: float) -> Marks:
         marks += angle_dimension(radius, begin, end)
         middle = (begin + end) / 2
         room = abs(end - begin) * radius - 3.0
-        height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) <= room), None)
+        height = next((h for h in (LARGE, MEDIUM) if text_width(name, h) <= room), None)
         if height is None:
             crowded.append((middle, name))
             continue

@@ -104,7 +104,7 @@ def section_marks(
     marks += [line_mark(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen]
     for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in left_of]:
         marks += [line_mark(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
-        marks += shift_marks(keyway_edge(part, scale, right - left), left)
+        marks += shift_marks(keyway_edge_behind_section(part, scale, right - left), left)
     for k, plate in enumerate(plates if len(plates) > 1 else (), start=1):
         above = complex((plate.low + plate.high) / 2, plate.ends[1] + PLATE_OVERRUN)
         marks.append(Words(above, f"{k}", LARGE, 0.5))
@@ -160,7 +160,7 @@ def hatch_lines(solid: Any) -> Iterator[Line]:
                 yield Line(x + 1j * y, THIN)
 
 
-def keyway_edge(part: Part, scale: float, total_length: float) -> Iterator[Line]:
+def keyway_edge_behind_section(part: Part, scale: float, total_length: float) -> Iterator[Line]:
     """The edge of the keyway wall and the bore, behind the section."""
     if part.bore and part.keyway_width:
         y = difference_of_squares_root(part.bore, part.keyway_width) / 2 * scale

@@ -17,7 +17,7 @@ from camopt.model.mechanisms.elements import Body
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
 from camopt.show.drawing.style import figure_pages
-from camopt.show.sheet.callouts import with_callouts
+from camopt.show.sheet.callouts import front_view_with_callouts
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView, is_keyway_section_vertical
 from camopt.show.sheet.marks import LARGE, MarkBox, Marks, Words, draw_marks, marks_box, shift_marks
@@ -56,7 +56,7 @@ class SheetMargins:
     texts: tuple[str, ...]
 
     @property
-    def inner(self) -> MarkBox:
+    def frame_less_margin(self) -> MarkBox:
         """The frame less a margin."""
         low, high = self.form.paper.frame
         return MarkBox(low + complex(FRAME_MARGIN, FRAME_MARGIN), high - complex(FRAME_MARGIN, FRAME_MARGIN))
@@ -73,7 +73,7 @@ class SheetMargins:
     @property
     def has_room_for_table(self) -> bool:
         """Whether the table fits on the sheet."""
-        spare = self.inner.size - marks_box(self.table).size
+        spare = self.frame_less_margin.size - marks_box(self.table).size
         return min(spare.real, spare.imag) >= 0.0
 
     def frame_marks(self, scale: float) -> Marks:
@@ -96,7 +96,7 @@ class SheetViews:
     def disc_views(self) -> Marks:
         """The front view of a disc cam, with the section beside it if the thickness is known."""
         part, front = self.cam.part, FrontView(self.cam, self.scale)
-        marks = with_callouts(front)
+        marks = front_view_with_callouts(front)
         if not part.thickness:
             return marks
         beside = section_marks(
@@ -128,7 +128,7 @@ class SheetViews:
 
 def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """From top to bottom: views, table, notes, title block."""
-    inner, width = margins.inner, margins.inner.size.real
+    inner, width = margins.frame_less_margin, margins.frame_less_margin.size.real
     said = shift_marks(numbered_notes(margins.texts, width), complex(inner.low.real, margins.level_above_block))
     yield inner, said
     spare = (width - marks_box(margins.table).size.real) / 2
@@ -139,7 +139,7 @@ def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
 
 def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """Views on the left with notes below, table on the right above the title block."""
-    inner = margins.inner
+    inner = margins.frame_less_margin
     beside_block = inner.size.real + FRAME_MARGIN - sheet_standard().block_size.real - VIEW_DISTANCE
     said = shift_marks(numbered_notes(margins.texts, beside_block), inner.low)
     yield inner, said
@@ -157,7 +157,7 @@ def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
 
 def developed_view_above_section(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """The developed groove on top; below it the body on the left, and table, notes and title block on the right."""
-    inner, wide = margins.inner, sheet_standard().block_size.real
+    inner, wide = margins.frame_less_margin, sheet_standard().block_size.real
     right = inner.high.real + FRAME_MARGIN - wide
     groove, body = views.developed_view_and_section
     floor = inner.high.imag - marks_box(groove).size.imag

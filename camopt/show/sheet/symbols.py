@@ -23,7 +23,7 @@ from camopt.show.sheet.marks import (
     line_mark,
     marks_box,
     rectangle_line,
-    width_of,
+    text_width,
 )
 
 ROTATION_ARROW = 5.0, np.radians(13.0)  # length in mm and half angle at the tip of the arrow of rotation
@@ -55,7 +55,7 @@ def roughness_symbol(foot: complex, text: str) -> Marks:
     if "Ra" not in text:
         words = Words(foot + complex(low * slope - 0.6, low + 1.4), text, LARGE, 1.0)
         return [line_mark(left, foot, right), line_mark(left, foot + low * complex(slope, 1.0)), words]
-    bar = right + width_of(text, LARGE) + 2 * FRAME_PADDING
+    bar = right + text_width(text, LARGE) + 2 * FRAME_PADDING
     return [
         line_mark(left, foot, right, bar),
         line_mark(left, foot + low * complex(slope, 1.0)),
@@ -102,7 +102,7 @@ def tolerance_frame(corner: complex, width: str, datums: Datums) -> Marks:
     Each datum has a cell; the bore is the first.
     """
     letters = [letter for letter in datums if letter]
-    cells = [CELL, width_of(width, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
+    cells = [CELL, text_width(width, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
     edges = corner + np.cumsum([0.0, *cells])
     marks: Marks = [rectangle_line(corner, edges[-1] + 1j * CELL)]
     marks += [line_mark(x, x + 1j * CELL) for x in edges[1:-1]]

@@ -218,7 +218,7 @@ class TrueCam:
     @cached_property
     def start_direction(self) -> float:
         """Direction of the trace point at cam angle 0 [rad]: the zero of the ring of cam angles."""
-        return float(np.angle(self.curves_at(self.picture.pieces[0][:1]).pitch[0]))
+        return float(np.angle(self.curves_at(self.picture.angles_of_pieces[0][:1]).pitch[0]))
 
     @cached_property
     def contact_offsets_from_rays(self) -> list[float]:

@@ -70,7 +70,7 @@ def contact_distance(cam: TrueCam) -> ContactDistance | None:
 
 def distance_variation(cam: TrueCam, tolerance: float) -> float:
     """Largest change of the distance over a turn [mm or deg], for profile errors up to a tolerance [mm]."""
-    problem, angles = cam.problem, np.concatenate(cam.picture.pieces)
+    problem, angles = cam.problem, np.concatenate(cam.picture.angles_of_pieces)
     each = [
         of.profile_response.terms[0]
         for of in contact_responses(problem.setup, problem.design, problem.programme, angles)

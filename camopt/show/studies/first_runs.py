@@ -17,7 +17,7 @@ from camopt.solve.smallest.optimise import optimise
 from camopt.solve.verdicts.evaluation import evaluate
 
 
-def compile_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
+def compile_kernels_for_scenes(names: Sequence[str], advance: Advance) -> tuple[int, Path]:
     """Compile the kernels for scenes; return the number of kernels and their folder.
 
     ``names`` are scenes; by default all shipped scenes.

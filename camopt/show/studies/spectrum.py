@@ -145,7 +145,7 @@ def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tu
 def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
     """Residual, overshoot, deflection and acceleration, (4, ratios)."""
     frequency = 2.0 * np.pi * np.array(ratios)
-    motion, wave = _motion_and_response_wave(law, frequency, damping)
+    motion, wave = _rise_motion_and_oscillator_response(law, frequency, damping)
     beyond = motion.copy()
     beyond[0] -= 1.0
     return np.array(
@@ -158,7 +158,9 @@ def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping: float) ->
     )
 
 
-def _motion_and_response_wave(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
+def _rise_motion_and_oscillator_response(
+    law: Law, frequency: FloatArray, damping: float
+) -> tuple[FloatArray, Wave]:
     """The motion, (powers, panels), and the response on the rise and one period of the dwell."""
     programme = _rise_programme(law)
     motion, rows = programme.table.coefficients.T, frequency[:, None]

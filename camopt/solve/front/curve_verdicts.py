@@ -38,7 +38,7 @@ from camopt.solve.verdicts.feasible_filter import (
     filter_designs,
     unfiltered_candidates,
 )
-from camopt.solve.verdicts.limit_verdicts import excesses
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
 
 NO_BODIES = RadiusRange(np.inf, -np.inf)
 
@@ -212,7 +212,7 @@ class CurveVerdicts:
                 parts[~self._known[parts]].tolist(), parts_together, blocking
             ):
                 try:
-                    self._search_parts_and_store_results(locked[0], locked[-1] + 1)
+                    self._evaluate_curve_groups_into_arrays(locked[0], locked[-1] + 1)
                 finally:
                     for part in locked:
                         self._locks[part].release()
@@ -232,7 +232,7 @@ class CurveVerdicts:
                     locked.append(part)
         return locked
 
-    def _search_parts_and_store_results(self, first_part: int, end_part: int) -> None:
+    def _evaluate_curve_groups_into_arrays(self, first_part: int, end_part: int) -> None:
         first = first_part * self._numbers.part
         exists, designs = self._numbers.assemblable_designs((first_part, end_part), self._problem)
         filtered = filter_by_pitch_curve_limits(
@@ -317,7 +317,9 @@ def body_radii_for_motion_limit(curves: Candidates, limit: Limit) -> FeasibleBod
     first = curves.take(np.arange(1))
     rows = run_effects(first.case, limit.required_quantities)
     held = (
-        np.all(excesses((limit,), rows.columns_shifted_by_width_share(side), first.designs) <= 0.0)
+        np.all(
+            relative_excesses_by_limit((limit,), rows.columns_shifted_by_width_share(side), first.designs) <= 0.0
+        )
         for side in (1.0, -1.0)
     )
     return FeasibleBodies(*(RadiusRange() if is_held else NO_BODIES for is_held in held))

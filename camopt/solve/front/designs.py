@@ -49,7 +49,11 @@ from camopt.scene.tables import Cam, Drive, Dynamics, Follower, Materials, Scene
 from camopt.scene.train import TrainStage
 from camopt.solve.front.design_columns import DESIGNS_LABEL, DesignColumns, read_design_columns
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import CERTIFIED, evaluate_with_verdicts_and_effort, excesses
+from camopt.solve.verdicts.limit_verdicts import (
+    CERTIFIED,
+    evaluate_with_verdicts_and_effort,
+    relative_excesses_by_limit,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -149,7 +153,7 @@ def evaluate_designs(
     return frame
 
 
-def check_designs(scene: Scene, designs: "pd.DataFrame") -> None:
+def check_columns_that_define_designs(scene: Scene, designs: "pd.DataFrame") -> None:
     """BadInput unless the columns that define the designs of a table are valid for a scene; others are ignored."""
     problem = resolve(scene)
     columns = _variables_by_column(problem)
@@ -370,7 +374,9 @@ def _evaluate_rows(
     if existing.size or not impossible.size:
         assembled = designs.take(existing) if impossible.size else designs
         evaluated = evaluate_with_verdicts_and_effort(problem, assembled, names | problem.required_quantities)[0]
-        excess = dict(zip(limits, excesses(problem.limits, evaluated.columns, assembled), strict=True))
+        excess = dict(
+            zip(limits, relative_excesses_by_limit(problem.limits, evaluated.columns, assembled), strict=True)
+        )
         yield rows[existing], DesignRows(evaluated.select_columns(names).columns | excess, existing.size)
     if impossible.size:
         block = EvaluationBlock(problem.setup, problem.programme, designs.take(impossible))

@@ -93,7 +93,7 @@ def announce_estimate(store: Store, threads: Threads, engine: Engine, tell: Mess
     Threads of this process time a few blocks. A sweep that resumes gets no estimate: it had one at its start, and
     part of its room is taken already.
     """
-    if not store.finished_batch_files():
+    if not store.block_ranges_and_batch_files():
         estimate = estimate_sweep(store.plan, store.numbers, threads, engine.workers, store.folder)
         if estimate and tell:
             tell(str(estimate))

@@ -83,7 +83,7 @@ class Store:
                 )
             )
 
-    def finished_batch_files(self) -> list[tuple[range, Path]]:
+    def block_ranges_and_batch_files(self) -> list[tuple[range, Path]]:
         """The files of this sweep with their blocks, in order; a file that overlaps an earlier one is left out."""
         files: list[tuple[range, Path]] = []
         for blocks, path in sorted_batch_files(self.folder.iterdir()) if self._is_own else ():
@@ -94,7 +94,7 @@ class Store:
 
     def load_or_evaluate_batches(self, engine: Engine) -> Iterator[BlockBatch]:
         """All batches in order: whole ones from disk, and the others from an engine, which are then saved."""
-        files = self.finished_batch_files()
+        files = self.block_ranges_and_batch_files()
         if files and self._tell:
             self._tell(f"resuming an interrupted sweep: {self.progress_in_words} are done")
         for path in {*self.folder.glob(BATCH_FILES)} - {path for _, path in files} if self._is_own else ():
@@ -142,7 +142,7 @@ class Store:
     def progress_in_words(self) -> str:
         """The number of finished designs, in words."""
         before = self.plan.blocks.design_count_before_block
-        done = sum(before(blocks.stop) - before(blocks.start) for blocks, _ in self.finished_batch_files())
+        done = sum(before(blocks.stop) - before(blocks.start) for blocks, _ in self.block_ranges_and_batch_files())
         return f"{done:,} of {before(self.numbers.stop) - before(self.numbers.start):,} designs"
 
 
@@ -166,7 +166,7 @@ def save_batches_on_early_end(store: Store | None) -> Iterator[None]:
     except BaseException as end:
         if store:
             store.write_pending_batches()
-            if store.finished_batch_files():
+            if store.block_ranges_and_batch_files():
                 message = f"{store.progress_in_words} are done and kept; the same command goes on from there"
                 if isinstance(end, (KeyboardInterrupt, Stopped)):
                     end.args = (f"{end if end.args else 'interrupted'}; {message}",)

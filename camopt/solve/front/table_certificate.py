@@ -18,7 +18,7 @@ from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import problems_by_motion
 from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.certified_front import PROOF_COLUMN
-from camopt.solve.front.designs import check_designs
+from camopt.solve.front.designs import check_columns_that_define_designs
 from camopt.solve.tables.result import Result
 from camopt.solve.tables.table import read_checked_arrow_table, read_scene_metadata, schema_of
 from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of
@@ -65,7 +65,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     scene = read_scene_metadata(table.schema, path)
     problem = resolve(scene)
     try:
-        check_designs(scene, table.to_pandas())
+        check_columns_that_define_designs(scene, table.to_pandas())
     except BadInput as bad:
         raise not_a_table_error(path, f"its designs have mistakes, such as {bad.mistakes[0]}") from None
     rows = DesignRows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)

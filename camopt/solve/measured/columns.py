@@ -57,7 +57,7 @@ PROFILE_KINDS = {"polar": POLAR_TABLE, "xy": XY_TABLE}
 
 
 @dataclass(frozen=True)
-class TableColumns:
+class TableReadingOptions:
     """The columns of a table: their names or numbers (from 1), units, and the angle of a whole turn.
 
     None means what the table itself says. ``turn`` is in the unit of the angles, such as 720 deg for a crankshaft.
@@ -102,7 +102,7 @@ class TableColumns:
 
 
 def find_columns_and_unit(
-    name: str, table: NumberTable, columns: TableColumns, default_unit: str
+    name: str, table: NumberTable, columns: TableReadingOptions, default_unit: str
 ) -> tuple[int | None, int, str]:
     """Places of the two columns, and the unit of the second; the first is None if a table has only lifts.
 
@@ -121,7 +121,7 @@ def find_columns_and_unit(
 
 
 def _places_by_choice_heading_or_order(
-    name: str, table: NumberTable, columns: TableColumns
+    name: str, table: NumberTable, columns: TableReadingOptions
 ) -> tuple[int | None, int]:
     """Places of the two columns, by choice, by headings, or by order."""
     kind, width = columns.kind, len(table.names)
@@ -179,7 +179,7 @@ def _place_of_column(name: str, names: Sequence[str], chosen: str | int) -> int:
 
 
 def _check_units(
-    name: str, names: Sequence[str], first: int | None, second: int, columns: TableColumns, lift_unit: str
+    name: str, names: Sequence[str], first: int | None, second: int, columns: TableReadingOptions, lift_unit: str
 ) -> None:
     """BadInput if a heading names another unit than the one in use."""
     lengths = (

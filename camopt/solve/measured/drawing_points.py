@@ -11,7 +11,7 @@ from camopt.core.mistakes import join_words
 from camopt.core.numerics import ComplexArray
 from camopt.core.quantities.unit_systems import shown_system
 from camopt.scene.dxf import DrawnOutline, LayerOutline, read_dxf_outlines
-from camopt.solve.measured.columns import MM_PER_UNIT, XY_TABLE, TableColumns
+from camopt.solve.measured.columns import MM_PER_UNIT, XY_TABLE, TableReadingOptions
 from camopt.solve.measured.number_table import TABLE_ROWS, NumberTable
 
 DXF_SUFFIX = ".dxf"
@@ -24,7 +24,7 @@ def is_drawing(points: Any) -> "TypeGuard[str | PathLike[str]]":
     return isinstance(points, (str, PathLike)) and Path(fsdecode(points)).suffix.lower() == DXF_SUFFIX
 
 
-def read_drawing(path: Path, columns: TableColumns) -> tuple[NumberTable, TableColumns]:
+def read_drawing(path: Path, columns: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
     """Points x, y [mm] of the profile that a DXF file draws, and columns that say so.
 
     Raises

@@ -20,7 +20,7 @@ from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.train import tool_turns, train_stages_in
 from camopt.solve.measured.band_certificate import certify_band
-from camopt.solve.measured.columns import MM_PER_UNIT, TableColumns
+from camopt.solve.measured.columns import MM_PER_UNIT, TableReadingOptions
 from camopt.solve.measured.drawing_points import is_drawing
 from camopt.solve.measured.fit_result import Fit
 from camopt.solve.measured.fitted_scene import LEVEL_DIGITS, FittedSegments, fitted_segments
@@ -181,9 +181,9 @@ def fit(  # noqa: PLR0913
         if isinstance(tables.get(name), Mapping):
             tables[name] = {key: value for key, value in tables[name].items() if key not in keys}
     _check_segments(segments)
-    table_columns = TableColumns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn)
+    table_columns = TableReadingOptions(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn)
     measured = (
-        read_points(points.points, points.table_columns(table_columns))
+        read_points(points.points, points.with_profile_kind_and_layer(table_columns))
         if isinstance(points, MeasuredProfile)
         else read_points(points, table_columns)
     )

@@ -38,7 +38,7 @@ from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import tolerance_zone
 from camopt.solve.contour.curve import Disc, cam_discs
-from camopt.solve.measured.columns import MM_PER_UNIT, TableColumns
+from camopt.solve.measured.columns import MM_PER_UNIT, TableReadingOptions
 from camopt.solve.measured.fit import follow_measured_profile
 from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg, read_points
 from camopt.solve.measured.noise import OUTLIER_OFF, noise_from_neighbours
@@ -338,13 +338,17 @@ def inspect(
     (0.01, True)
     """
     scene = scene_from(scene)
-    table_columns = TableColumns(columns, angle_unit, lift_unit, turn)
+    table_columns = TableReadingOptions(columns, angle_unit, lift_unit, turn)
     (disc,) = inspect_discs([profile], scene, table_columns, keep_outliers, aligned)
     return disc.build_inspection()
 
 
 def inspect_discs(
-    profiles: Sequence[MeasuredProfile], scene: Scene, columns: TableColumns, keep_outliers: bool, aligned: bool
+    profiles: Sequence[MeasuredProfile],
+    scene: Scene,
+    columns: TableReadingOptions,
+    keep_outliers: bool,
+    aligned: bool,
 ) -> "list[InspectedDisc]":
     """The follower on the measured points of each disc of a cam, each disc at its best fit on the shaft."""
     problem = resolve_design(scene)
@@ -362,7 +366,7 @@ def inspect_discs(
     if len(profiles) != len(discs):
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
-    points = [read_points(each.points, each.table_columns(columns)) for each in profiles]
+    points = [read_points(each.points, each.with_profile_kind_and_layer(columns)) for each in profiles]
     drawn_discs = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
     measured = list(zip(profiles, points, strict=True))
     followed = [

@@ -18,7 +18,7 @@ from camopt.solve.measured.columns import (
     LARGEST_MEASURED,
     MM_PER_UNIT,
     XY_TABLE,
-    TableColumns,
+    TableReadingOptions,
     find_columns_and_unit,
     heading_names_unit,
 )
@@ -69,7 +69,7 @@ def forward_angle_deg(start: FloatArray | float, end: FloatArray | float) -> Flo
     return np.mod(np.mod(np.asarray(end) - start, TURN_DEG), TURN_DEG)
 
 
-def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumns) -> MeasuredPoints:
+def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableReadingOptions) -> MeasuredPoints:
     """The points of a file (text or a workbook), or of an array of rows (angle, lift) or lifts.
 
     Points of a profile have distances from the cam's axis in place of lifts. The angle of a point x, y is the one
@@ -116,7 +116,7 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableColumn
     )
 
 
-def _table_of_file(name: str, columns: TableColumns) -> tuple[NumberTable, TableColumns]:
+def _table_of_file(name: str, columns: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
     """The numbers of a file, and its columns, of which some kinds of files leave nothing to say."""
     try:
         data = read_bytes(name)

@@ -31,7 +31,7 @@ from camopt.scene.arguments import SceneSource, allow_positional_options, scene_
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import tolerance_zone
-from camopt.solve.measured.columns import TableColumns
+from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.inspection import (
     WRONG_CAM_SHARE,
     InspectedDisc,
@@ -338,7 +338,7 @@ def inspect_pair(
             )
         raise BadInput([Mistake(problem.file, "follower", None, why, bare=True)])
     discs = inspect_discs(
-        profiles, scene, TableColumns(columns, angle_unit, lift_unit, turn), keep_outliers, aligned
+        profiles, scene, TableReadingOptions(columns, angle_unit, lift_unit, turn), keep_outliers, aligned
     )
     return _ContactPair(problem, scene, discs).build_inspection()
 

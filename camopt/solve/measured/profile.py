@@ -37,7 +37,7 @@ from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.model.mechanisms.oscillating_flat import sine_of_start_face_angle
 from camopt.scene.problem.problem import Problem
-from camopt.solve.measured.columns import PROFILE_KINDS, TableColumns
+from camopt.solve.measured.columns import PROFILE_KINDS, TableReadingOptions
 from camopt.solve.measured.drawing_points import is_drawing
 from camopt.solve.measured.least_jerk import AllowedDeviation, LeastJerkCurve, least_jerk_curve
 from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, forward_angle_deg
@@ -143,9 +143,9 @@ class MeasuredProfile:
         if mistakes:
             raise BadInput(mistakes)
 
-    def table_columns(self, columns: TableColumns) -> TableColumns:
+    def with_profile_kind_and_layer(self, reading_options: TableReadingOptions) -> TableReadingOptions:
         """Columns of a table of lifts as those of the points."""
-        return replace(columns, kind=PROFILE_KINDS[self.form], layer=self.layer)
+        return replace(reading_options, kind=PROFILE_KINDS[self.form], layer=self.layer)
 
     def mirrored(self, points: MeasuredPoints) -> MeasuredPoints:
         """Its points mirrored, y → −y, as on a cam that turns the other way."""

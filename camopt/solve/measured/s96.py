@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from camopt.solve.measured.columns import LIFT_TABLE, TableColumns
+from camopt.solve.measured.columns import LIFT_TABLE, TableReadingOptions
 from camopt.solve.measured.number_table import NumberTable, file_mistake
 
 S96_SUFFIX = ".s96"
@@ -19,7 +19,9 @@ S96_UNIT, S96_DECIMALS = "inch", 8
 MOST_REPEAT_DIFFERENCE = 2e-4  # inch: more than what measuring a point twice changes
 
 
-def lobe_of_s96(name: str, table: NumberTable, columns: TableColumns) -> tuple[NumberTable, TableColumns]:
+def lobe_of_s96(
+    name: str, table: NumberTable, columns: TableReadingOptions
+) -> tuple[NumberTable, TableReadingOptions]:
     """The lifts of one turn of an S96 file, and columns that say so.
 
     Raises

@@ -23,7 +23,7 @@ from camopt.solve.smallest.result import SmallestCam, allowed_proof_gap
 from camopt.solve.verdicts.effect_runs import columns_for_limits
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, nominal_numbers, tolerance_ranges
-from camopt.solve.verdicts.limit_verdicts import excesses
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
 CAM_EXCHANGES = 16
@@ -91,4 +91,4 @@ def _cam_excess(problem: Problem, limit: Limit, design: Designs, errors: NumberE
     shared_errors, cam_errors = problem.split_train_and_design_errors(errors)
     variant, cam = problem.with_number_errors(shared_errors), with_added_errors(design, cam_errors)
     limits = [other for other in variant.limits if (other.name, other.bound) == (limit.name, limit.bound)]
-    return float(excesses(limits, columns_for_limits(variant, limits, cam), cam).max())
+    return float(relative_excesses_by_limit(limits, columns_for_limits(variant, limits, cam), cam).max())

@@ -35,7 +35,7 @@ from camopt.solve.smallest.price import Price, Prices
 from camopt.solve.smallest.turns import SegmentAngles
 from camopt.solve.tables.designs import joined_laws
 from camopt.solve.verdicts.effect_runs import columns_for_limits
-from camopt.solve.verdicts.limit_verdicts import excesses, worst_excesses_over_variants
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit, worst_excesses_over_variants
 
 BOUND_ROUNDING = 1e-9  # relative to a bound
 MICRON, DEGREE = ("µm", 1e-3), ("deg", radians(1.0))
@@ -290,7 +290,7 @@ def _bound_active_at_cam(price: Price, limits: Sequence[Limit], cam: FreeVariabl
     design, problem = cam.problem.design, cam.problem
     columns = columns_for_limits(problem, limits, design)
     slopes = np.array([limit.excess_derivative_by_bound(columns, design)[0] for limit in limits])
-    excess = excesses(limits, columns, design)[:, 0]
+    excess = relative_excesses_by_limit(limits, columns, design)[:, 0]
     worst = np.argmax(excess / np.abs(slopes))
     bound = float(price.bound - excess[worst] / slopes[worst])
     return _finite_price(bound if abs(bound) > BOUND_ROUNDING * abs(price.bound) else 0.0)

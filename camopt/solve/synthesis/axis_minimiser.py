@@ -132,7 +132,7 @@ class AxisMinimiser:
             if (
                 best
                 and self.first == "size"
-                and self._prime_radius(laws) - self.problem.prime_less_cam_radius >= best.row["size"]
+                and self._solved_prime_radius(laws) - self.problem.prime_less_cam_radius >= best.row["size"]
             ):
                 continue
             row = self._feasible_row(scene, problem, laws, held_values)
@@ -243,7 +243,7 @@ class AxisMinimiser:
         }
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
-    def _prime_radius(self, laws: Iterate) -> float:
+    def _solved_prime_radius(self, laws: Iterate) -> float:
         """Prime radius at which the programme found the laws [mm]."""
         problem, (lead, height) = self.problem, (self.problem.size_unit * size for size in laws[:2])
         return max(float(np.hypot(lead, height)) if problem.has_trace_point else height, problem.prime_range[0])
@@ -253,7 +253,7 @@ class AxisMinimiser:
 
         The smallest cam for the laws is no smaller, apart from margins, and takes long to find if a load decides.
         """
-        problem, prime = self.problem, self._prime_radius(laws)
+        problem, prime = self.problem, self._solved_prime_radius(laws)
         scene, name = scene_with_laws(self.scene, problem, laws), problem.scene_problem.size_quantity_name
         solved = problem.design_of_sizes(*(problem.size_unit * size for size in laws[:2])).sizes
         sizes = {f"{size}_mm": float(solved[size][0]) for size in ("offset", "arm_length", "roller_radius")}

@@ -69,12 +69,12 @@ def smallest_designs_by_known_law(scene: Scene) -> dict[str, Design]:
     )
     cams = smallest_cams_or_own_size(search_scene).by_law
     own_scene = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
-    if not any(own_law_names(scene) == law_names_of(row) for row in cams.values()):
+    if not any(law_names_set_in_scene(scene) == law_names_of(row) for row in cams.values()):
         cams = {**cams, **smallest_cams_or_own_size(own_scene).by_law}
     return cams
 
 
-def own_law_names(scene: Scene) -> tuple[str, str]:
+def law_names_set_in_scene(scene: Scene) -> tuple[str, str]:
     """Names of the scene's own laws of rises and of returns, as rows of designs have them."""
     programme = resolve(scene).programme
     return programme.law_names(RISE), programme.law_names(RETURN)

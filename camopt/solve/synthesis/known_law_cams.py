@@ -6,7 +6,7 @@ from camopt.scene.scene import Scene
 from camopt.solve.synthesis.cams import (
     known_cam_with_objective_terms,
     law_names_of,
-    own_law_names,
+    law_names_set_in_scene,
     smallest_designs_by_known_law,
 )
 from camopt.solve.synthesis.law_infeasibility import broken_limit_keys_in_words
@@ -31,7 +31,9 @@ class KnownLawCams:
     @property
     def own_law(self) -> str | None:
         """Key of the scene's own laws; None if no cam with them is feasible."""
-        return next((law for law, row in self.rows.items() if law_names_of(row) == own_law_names(self.scene)), None)
+        return next(
+            (law for law, row in self.rows.items() if law_names_of(row) == law_names_set_in_scene(self.scene)), None
+        )
 
     @property
     def best(self) -> str | None:

@@ -281,7 +281,7 @@ class SynthesisProblem:
             *(self.strokes[partner_number] for partner_number in (self.opposed_strokes or ())[number : number + 1]),
         ]
         partner, cuts = self.mirror_partner(stroke), list[float]()
-        for places_of in (self._condition_and_crossing_ends, self._jerk_jumps_of):
+        for places_of in (self._stroke_x_of_conditions_and_crossings, self._jerk_jumps_of):
             places = {x for other in strokes for x in places_of(other)}
             if partner is not None:
                 places |= {1.0 - x for x in places_of(partner)}
@@ -291,7 +291,7 @@ class SynthesisProblem:
     def _jerk_jumps_of(self, stroke: Stroke) -> tuple[float, ...]:
         return self.jerk_jumps[self.strokes.index(stroke)] if self.jerk_jumps else ()
 
-    def _condition_and_crossing_ends(self, stroke: Stroke) -> Iterator[float]:
+    def _stroke_x_of_conditions_and_crossings(self, stroke: Stroke) -> Iterator[float]:
         """The x at which the conditions and crossings of one stroke begin or end."""
         for part in (stroke.part_under_condition(item) for item in self.conditions):
             yield from part or ()

@@ -330,7 +330,10 @@ class _GradeSearch:
             return False
         angle = self.turn_errors.nodes[[int(ends.magnitude.argmax())]]
         search = self.worst_cam_search(grades)
-        errors = (search.motion_errors(search.extreme_errors(angle, side), angle)[0] for side in (1.0, -1.0))
+        errors = (
+            search.motion_errors(search.part_errors_moving_tool_furthest(angle, side), angle)[0]
+            for side in (1.0, -1.0)
+        )
         return bool(self.displacement_unit_factor * max(map(abs, errors)) > self.within)
 
     def largest_first_order_clearance(self, grades: GradeByKey) -> float:

@@ -465,7 +465,9 @@ class PassageSearch:
 
     def _extreme_errors(self, places: FloatArray) -> dict[str, FloatArray]:
         """Errors of the extreme cams that touch with places."""
-        return self.cam_search.extreme_errors(self.cam_search.cam.angles_in_turn(places), self.side)
+        return self.cam_search.part_errors_moving_tool_furthest(
+            self.cam_search.cam.angles_in_turn(places), self.side
+        )
 
     def _furthest_passage_place(self, start: float, errors: ErrorsByPlace) -> float:
         """Place of the passage that is furthest from a start, for cams with the errors."""

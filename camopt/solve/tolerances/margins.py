@@ -52,7 +52,7 @@ from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, LEA
 from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, tolerance_ranges
-from camopt.solve.verdicts.limit_verdicts import excesses
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
 from camopt.solve.verdicts.train_boxes import depends_on_train
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
@@ -477,7 +477,7 @@ class LimitsByNumber:
 def _evaluate_block(case: EvaluationBlock, limits: Sequence[Limit]) -> LimitValues:
     columns, designs = run_effects(case, quantities_of_limits(limits)).columns, case.designs
     exists = case.setup.mechanism.can_assemble(designs, case.programme)
-    excess = np.where(exists, excesses(limits, columns, designs), np.inf)
+    excess = np.where(exists, relative_excesses_by_limit(limits, columns, designs), np.inf)
     values = np.empty(excess.shape)
     for row, limit in enumerate(limits):
         shown = [np.broadcast_to(columns[name], len(designs)) for name in limit.shown_quantities] or [excess[row]]

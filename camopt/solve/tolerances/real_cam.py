@@ -131,7 +131,7 @@ class RealCam:
             constant["profile"] = _profile_wave_series(errors, self.waves, order)
         at_contact = contact_errors(constant)
         if BORE in errors and not self.is_developed:
-            at_contact = at_contact._replace(bore=_bore_axis_series(errors, sense, order))
+            at_contact = at_contact._replace(bore=_profile_eccentricity_in_ground_frame(errors, sense, order))
         rest = mechanism.shifted_contact(design, problem.programme.lift, y, slope, at_contact)
         shift, turn = (_carry_out_quotients(y * 0.0 + each) for each in rest)
         if BORE in errors and self.is_developed:
@@ -326,7 +326,7 @@ def _profile_wave_series(errors: Errors, waves: int, order: int) -> Taylor:
     return Taylor([errors.get(PROFILE_LEVEL, x), y * -n, x * (-0.5 * n * n)][: order + 1])
 
 
-def _bore_axis_series(errors: Errors, sense: float, order: int) -> tuple[Taylor, Taylor]:
+def _profile_eccentricity_in_ground_frame(errors: Errors, sense: float, order: int) -> tuple[Taylor, Taylor]:
     """Eccentricity of a disc's profile in the ground, x and y as series in φ."""
     x, y = errors[BORE], errors.get(BORE_DIRECTION, 0.0)
     return Taylor([x, y * -sense, x * -0.5][: order + 1]), Taylor([y, x * sense, y * -0.5][: order + 1])

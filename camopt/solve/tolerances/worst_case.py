@@ -125,7 +125,7 @@ NO_ERROR = WorstCase(0.0, 0.0, 0.0, {})
 """The worst case if no tolerance moves the tool."""
 
 
-def tool_error_function_at_contact(cam: RealCam, order: int) -> BoundedQuantity:
+def tool_motion_error_at_contact_maker(cam: RealCam, order: int) -> BoundedQuantity:
     """Exact error of the tool's position, velocity or acceleration at the first contact, over boxes of errors.
 
     In mm (rad) by powers of rad.
@@ -250,7 +250,7 @@ class WorstSearch:
         Ends at the relative gap, when the budget is spent, or when a cam exceeds ``sufficient_bound``.
         """
         search = self.bound_search(
-            tool_error_function_at_contact(self.cam, self.order), self.largest_early_or_late_angle
+            tool_motion_error_at_contact_maker(self.cam, self.order), self.largest_early_or_late_angle
         )
         parts, bound = (
             search.split_at_jumps(whole_panel_parts(self.problem, self.box)),
@@ -277,7 +277,7 @@ class WorstSearch:
         """Cases of jumps already passed or not, proved one after the other for parts near jumps."""
         if len(self.cam.contacts) == 1:
             return [(None, None)]
-        return product((False, True) if self._jumps_in_acceleration_error else (None,), (False, True))
+        return product((False, True) if self._jumps_counted_for_two_contacts else (None,), (False, True))
 
     @cached_property
     def box(self) -> NumberRanges:
@@ -293,7 +293,7 @@ class WorstSearch:
         return tuple(each for order in orders for each in find_jumps(self.problem.programme, (order,)))
 
     @cached_property
-    def _jumps_in_acceleration_error(self) -> list[Jump]:
+    def _jumps_counted_for_two_contacts(self) -> list[Jump]:
         """Jumps of y'' that two contacts have as an error of the acceleration."""
         two = len(self.cam.contacts) > 1
         return [jump for jump in self.jumps if jump.order == self.order == 2 and two]
@@ -329,7 +329,7 @@ class WorstSearch:
         if self.jumps:
             cams += [self._extreme_cam_at_jump(side, weight) for side in (1.0, -1.0) for weight in DELAY_WEIGHTS]
         usual = self._worsen_errors_one_at_a_time(max(cams, key=lambda cam: cam.error))
-        if not self._jumps_in_acceleration_error:
+        if not self._jumps_counted_for_two_contacts:
             return usual
         starts = {side: self._extreme_cam_at_jump(side, 0.0) for side in (1.0, -1.0)}
         between = [
@@ -344,7 +344,7 @@ class WorstSearch:
         """The cam with the largest error to a side (1 or −1), at the worst cam angle."""
 
         def signed_error(angles: FloatArray) -> FloatArray:
-            return side * self.motion_errors(self.extreme_errors(angles, side), angles)
+            return side * self.motion_errors(self.part_errors_moving_tool_furthest(angles, side), angles)
 
         return self._extreme_cam_at(angle_of_largest_value(self.turn.nodes, signed_error), side, 0.0)
 
@@ -352,12 +352,14 @@ class WorstSearch:
         """The cam with the largest error beside a jump; the larger the weight, the later or earlier it is."""
         jumps, turn = np.array([each.at for each in self.jumps]), self.problem.programme.strokes[-1].end
         angles = np.mod(np.concatenate([jumps - JUMP_SIDE, jumps + JUMP_SIDE]), turn)
-        magnitudes = np.abs(self.motion_errors(self.extreme_errors(angles, side, delay_weight), angles))
+        magnitudes = np.abs(
+            self.motion_errors(self.part_errors_moving_tool_furthest(angles, side, delay_weight), angles)
+        )
         return self._extreme_cam_at(float(angles[magnitudes.argmax()]), side, delay_weight)
 
     def _extreme_cam_at(self, angle: float, side: float, delay_weight: float) -> CandidateCam:
         at = np.array([angle])
-        errors = self.extreme_errors(at, side, delay_weight)
+        errors = self.part_errors_moving_tool_furthest(at, side, delay_weight)
         most = float(np.abs(self.motion_errors(errors, at))[0])
         return CandidateCam({key: float(each[0]) for key, each in errors.items()}, angle, most)
 
@@ -392,7 +394,7 @@ class WorstSearch:
 
     def _contact_places_beside_jumps(self, errors: Mapping[str, FloatArray]) -> FloatArray:
         """Places just before and after each place where a jump starts or stops to act, shape (places, cams)."""
-        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._jumps_in_acceleration_error]
+        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._jumps_counted_for_two_contacts]
         repeated, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
         places = np.reshape([at, *self._first_places_when_each_touches(repeated, at)], (-1, count))
         return self.cam.angles_in_turn(np.concatenate([places - JUMP_SIDE_DISTANCE, places + JUMP_SIDE_DISTANCE]))
@@ -407,7 +409,9 @@ class WorstSearch:
             places = [angles - turns[0], angles - self.cam.second_contact_lead(flat, places[1], turns[1])]
         return places
 
-    def extreme_errors(self, angles: FloatArray, side: float, delay_weight: float = 0.0) -> dict[str, FloatArray]:
+    def part_errors_moving_tool_furthest(
+        self, angles: FloatArray, side: float, delay_weight: float = 0.0
+    ) -> dict[str, FloatArray]:
         """Errors at the ends of their ranges that move the tool furthest to a side, for each cam angle.
 
         A weight also counts how late the errors make the cam, relative to the delay with all errors at one end.
@@ -489,7 +493,7 @@ class WorstSearch:
         """Place on its profile (rad) at which a cam has its largest error, and that error."""
         angle = angle_of_largest_value(self.turn.nodes, lambda angles: np.abs(self.motion_errors(errors, angles)))
         usual = angle, float(self.motion_errors(errors, np.array([angle]))[0])
-        if not self._jumps_in_acceleration_error:
+        if not self._jumps_counted_for_two_contacts:
             return usual
         places = self._contact_places_beside_jumps({key: np.array([each]) for key, each in errors.items()}).ravel()
         at_jumps = self.motion_errors({key: np.full(places.size, each) for key, each in errors.items()}, places)

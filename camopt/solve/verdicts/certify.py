@@ -221,7 +221,9 @@ def _condition_verdict(condition: Condition, stroke: Stroke) -> str:
     low, high = ((stroke.start + stroke.angle * x - table.centre) / table.half_width for x in part)
     if part[0] == part[1]:  # where two pieces meet, the jerk of either may hold
         verdicts = [
-            _condition_over_parts(condition, alone, np.array([k]), *[np.clip(low[[k]], -1.0, 1.0)] * 2)
+            _condition_verdict_over_panel_parts(
+                condition, alone, np.array([k]), *[np.clip(low[[k]], -1.0, 1.0)] * 2
+            )
             for k in np.flatnonzero(np.abs(low) <= 1.0 + PANEL_TOLERANCE)
         ]
         return HELD if HELD in verdicts else verdicts[0]
@@ -229,12 +231,12 @@ def _condition_verdict(condition: Condition, stroke: Stroke) -> str:
     panels = np.flatnonzero(high - low > PANEL_TOLERANCE)
     ends = low[panels, None] + (high - low)[panels, None] * (np.arange(CONDITION_PARTS + 1) / CONDITION_PARTS)
     starts, ends = np.hstack([ends[:, :-1], ends[:, [0, -1]]]), np.hstack([ends[:, 1:], ends[:, [0, -1]]])
-    return _condition_over_parts(
+    return _condition_verdict_over_panel_parts(
         condition, alone, np.repeat(panels, CONDITION_PARTS + 2), starts.ravel(), ends.ravel()
     )
 
 
-def _condition_over_parts(
+def _condition_verdict_over_panel_parts(
     condition: Condition, alone: Programme, panels: IntArray, start: FloatArray, end: FloatArray
 ) -> str:
     """Verdict on a condition over parts of panels: whether its derivative stays within the range."""

@@ -59,13 +59,15 @@ def designs_breaking_constraints(case: EvaluationBlock, constraints: Iterable[Co
         for constraint in (constraint for constraint in probed if constraint.curve is make_curve):
             for side in constraint.side_signs:
                 exceeds = _exceeds_constraint(constraint, side, values, few)
-                for node in _nodes_most_designs_exceed(exceeds & (pieces & constraint.kinds != 0)[:, None]):
+                for node in _first_nodes_that_most_designs_exceed(
+                    exceeds & (pieces & constraint.kinds != 0)[:, None]
+                ):
                     at_node = curve_value(curve, ..., state_at_node(table, node))
                     broken |= _exceeds_constraint(constraint, side, at_node, case.designs)
     return broken
 
 
-def _nodes_most_designs_exceed(exceeds: BoolArray) -> Iterator[int]:
+def _first_nodes_that_most_designs_exceed(exceeds: BoolArray) -> Iterator[int]:
     """Nodes at which most designs exceed a constraint, one by one, from flags (nodes, designs)."""
     for _ in range(PROBE_NODES):
         if not exceeds.any():

@@ -116,7 +116,7 @@ def quantities_with_excess_bounds(
             rows = with_effect(rows, case, effect, names)
     first = [limit for limit in problem.limits if not limit.is_deferred]
     both = np.full((2, len(problem.limits), len(designs)), -np.inf)
-    both[:, : len(first)] = excesses_of_enclosure_sides(first, rows, designs)
+    both[:, : len(first)] = relative_excesses_by_enclosure_side(first, rows, designs)
     outer, inner = both
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
     last = problem.limits[len(first) :]
@@ -129,7 +129,7 @@ def quantities_with_excess_bounds(
         last_rows, part = rows.take(numbers), select_designs(case, numbers)
         for effect, names in later:
             last_rows = with_effect(last_rows, part, effect, names)
-        both[:, len(first) :, numbers] = excesses_of_enclosure_sides(last, last_rows, part.designs)
+        both[:, len(first) :, numbers] = relative_excesses_by_enclosure_side(last, last_rows, part.designs)
     return ExcessBounds(rows, outer, inner)
 
 
@@ -163,7 +163,7 @@ def _rows_with_certified_verdicts(
     return DesignRows(rows.columns | verdict, rows.count)
 
 
-def excesses(limits: Sequence[Limit], columns: QuantityColumns, designs: Designs) -> FloatArray:
+def relative_excesses_by_limit(limits: Sequence[Limit], columns: QuantityColumns, designs: Designs) -> FloatArray:
     """Relative excess over each limit (limits, designs)."""
     excess = np.empty((len(limits), len(designs)))
     for limit, row in zip(limits, excess, strict=True):
@@ -171,7 +171,7 @@ def excesses(limits: Sequence[Limit], columns: QuantityColumns, designs: Designs
     return excess
 
 
-def excesses_of_enclosure_sides(limits: Sequence[Limit], rows: DesignRows, designs: Designs) -> FloatArray:
+def relative_excesses_by_enclosure_side(limits: Sequence[Limit], rows: DesignRows, designs: Designs) -> FloatArray:
     """Relative excess over each limit of the far and near sides of enclosures (2, limits, designs)."""
     columns = rows.select_columns(quantities_of_limits(limits)).columns_shifted_by_width_share(ENCLOSURE_SIDES)
     excess = np.empty((2, len(limits), len(designs)))
@@ -195,7 +195,7 @@ def excesses_of_variants(
     of_errors = [limit.is_on_motion_error for limit in limits]
     for number, (variant_problem, variant) in enumerate(problem.nominal_and_error_variants(designs)):
         columns = columns_for_limits(variant_problem, limits, variant)
-        excess = excesses(limits, columns, variant)
+        excess = relative_excesses_by_limit(limits, columns, variant)
         if number:
             excess[of_errors] = -np.inf
         yield variant, columns, excess

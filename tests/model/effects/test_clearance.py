@@ -14,7 +14,7 @@ from support.ribs import centres, rib
 
 from camopt import BadInput, Scene, certify, evaluate, optimise, sweep
 from camopt.core.numerics.curves import value_and_slope
-from camopt.model.effects.clearance import flights_and_followers_by_setting, half_gap
+from camopt.model.effects.clearance import flights_and_followers_by_setting, half_clearance_along_motion
 from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.flight import simulate_flights
 from camopt.model.effects.loads import contact_load_curve
@@ -196,7 +196,7 @@ def test_a_follower_flies_as_it_does_between_drawn_walls(form, seed):
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
     walls = (Walls if form in FORMS else Flanks)(problem)
     flights, followers = flights_and_followers_by_setting(case)
-    ends = simulate_flights(case.programme, followers, flights, half_gap(case))
+    ends = simulate_flights(case.programme, followers, flights, half_clearance_along_motion(case))
     assert flights.angle.size >= 2
     checked = 0
     for k, (angle, side) in enumerate(zip(flights.angle, flights.side, strict=True)):
@@ -326,7 +326,7 @@ def test_a_roller_skids_until_friction_has_turned_it(form):
     setup, turn, design = problem.setup, problem.programme, problem.design
     case, omega, radius = EvaluationBlock(setup, turn, design), setup.omega, design.roller_radius[0]
     flights, followers = flights_and_followers_by_setting(case)
-    ends = simulate_flights(turn, followers, flights, half_gap(case))
+    ends = simulate_flights(turn, followers, flights, half_clearance_along_motion(case))
     own, lever, times = setup.dynamics, design.arm_length[0] if setup.angular else 1.0, []
     for k in range(flights.angle.size):
 

@@ -182,7 +182,9 @@ def test_stations_are_points_of_the_cam(kind):
         problem, plan = picture.problem, inversion.plan
         angles = np.array([each.angle for each in plan.stations])
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-        points = inversion.point_at(angles, np.array([each.displacement for each in plan.stations]))
+        points = inversion.follower_point_in_cam_frame(
+            angles, np.array([each.displacement for each in plan.stations])
+        )
         size = inversion.drawing_reach
         shapes = {shape.name: shape.points for step in inversion.steps() for shape in step.shapes}
         for each, point, pitch in zip(plan.stations, points, curves.pitch, strict=True):
@@ -196,7 +198,7 @@ def test_stations_are_points_of_the_cam(kind):
                 continue
             assert abs(point - pitch) < 1e-9 * size
             if inversion.angular:
-                pivot = inversion.seen_from_cam(inversion.pivot, each.angle)
+                pivot = inversion.points_in_cam_frame(inversion.pivot, each.angle)
                 arm = scene.follower.arm_length
                 assert np.abs(np.abs(guide - pivot) - arm).max() < 1e-12 * size
             elif not inversion.is_developed:

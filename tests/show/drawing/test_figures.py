@@ -266,7 +266,9 @@ def test_curves_of_loads_reach_the_exact_values_and_no_further(name: str) -> Non
     for panel in shown:
         every = np.concatenate(panel.values)
         assert np.isfinite(every).all(), panel.title
-        angles = np.degrees(np.concatenate(Picture(loaded_scene(name), resolve(loaded_scene(name))).pieces))
+        angles = np.degrees(
+            np.concatenate(Picture(loaded_scene(name), resolve(loaded_scene(name))).angles_of_pieces)
+        )
         size = np.abs(every).max()
         assert panel.peaks, panel.title
         for peak in panel.peaks:

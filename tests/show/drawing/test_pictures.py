@@ -20,7 +20,7 @@ from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded_
 import camopt
 from camopt import BadInput, Scene, find_scene, plot, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.labels import Label, label_places, place_labels
+from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, STILL_KINDS, canvas, series_line_style
@@ -269,7 +269,7 @@ def test_a_label_is_clear_of_all_the_width_of_a_line(several):
             axes.add_collection(LineCollection([ends, ends], linewidths=[16.0, 1.0]))
         else:
             axes.plot(*ends.T, linewidth=16.0)
-        place_labels(figure, [Label(axes, "8", (0.5, 0.5), label_places([4.0, 12.0]), {})])
+        place_labels(figure, [Label(axes, "8", (0.5, 0.5), label_place_candidates([4.0, 12.0]), {})])
     texts, colours = drawn_texts(figure)
     assert [text.get_text() for text, _ in texts].count("8") == 1
     assert crossed_texts(texts, colours) == []

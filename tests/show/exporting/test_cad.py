@@ -23,7 +23,7 @@ from camopt import BadInput, Scene, evaluate, export, find_scene, shipped_scenes
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.exporting import shapes, step, stl
-from camopt.show.exporting.groove import undercut_radius, workpiece_groove
+from camopt.show.exporting.groove import largest_undercut_radius, workpiece_groove
 from camopt.show.exporting.solid import solid_of
 from camopt.show.exporting.step import step_text
 from camopt.show.exporting.stl import enclosed_volume, is_watertight, read_triangles
@@ -273,7 +273,7 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     scene = GROOVES["groove-ccw"].replace(**{"cam.mean_radius": 30, "part.bore": 5})
     deep = scene.replace(**{"part.groove_depth": 40})
     assert not evaluate(deep.replace(outputs=["undercut"]))["undercut"]
-    assert undercut_radius(workpiece_groove(work_of(deep))) < 30
+    assert largest_undercut_radius(workpiece_groove(work_of(deep))) < 30
     with pytest.raises(BadInput, match=r"part.groove_depth = 40.0: must be smaller: at the radius .* cut away"):
         step.write(work_of(deep), tmp_path / "cam.step")
     assert not list(tmp_path.iterdir())

@@ -378,7 +378,7 @@ def test_the_page_and_its_questions(server):
 
 
 def test_a_ticket_leads_to_the_page_once(server):
-    path = urlsplit(server.first_address).path
+    path = urlsplit(server.one_time_address).path
     status, headers, text = request(server, "GET", path)
     assert (status, headers["Location"], text) == (303, f"/{server.token}/", "")
     assert request(server, "GET", path)[0] == 403
@@ -634,7 +634,7 @@ def browser():
 @contextmanager
 def page_of(browser, server, **context):
     with watched_page(browser, server.origin, **context) as page:
-        page.goto(server.first_address)
+        page.goto(server.one_time_address)
         page.wait_for_selector("html[data-ready]")
         yield page
 

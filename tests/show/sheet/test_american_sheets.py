@@ -15,7 +15,7 @@ from camopt import cam_points, export, find_scene, shown_in
 from camopt.core.quantities.unit_systems import INCH_MM
 from camopt.scene.iso286 import limit_deviations
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, width_of
+from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, text_width
 from camopt.show.sheet.notes import note_texts
 from camopt.show.sheet.paper import ANSI_PAPERS, PROJECTION_FIELD, asme_fields, scale_name, title_block
 from camopt.show.sheet.section import section_marks
@@ -240,7 +240,7 @@ def test_an_american_title_block_holds_any_text(given_texts, tolerances):
     part = PLATE.part.model_copy(update={**given_texts, "general_tolerances": tolerances})
     fields = asme_fields(part, part.name, "1:1", "B", "1/1", "125")
     for mark in title_block(part, part.name, "1:1", "B", "1/1", fields):
-        if not isinstance(mark, Words) or not width_of(mark.text, mark.height):
+        if not isinstance(mark, Words) or not text_width(mark.text, mark.height):
             continue
         low, high = mark.corners[0], mark.corners[2]
         assert any(

@@ -22,7 +22,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView
 from camopt.show.sheet.languages import GERMAN, with_decimal_sign
-from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal_text, fitted_words, width_of
+from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal_text, fitted_words, text_width
 from camopt.show.sheet.notes import note_texts
 from camopt.show.sheet.paper import A3, A4, block_fields, paper_scales, scale_name, title_block
 from camopt.show.sheet.points_table import points_table, table_columns
@@ -593,7 +593,7 @@ def test_text_is_as_wide_as_it_is_taken_for(page):
     ]
     marks = [mark for mark in sheet("valve-rod-radial").marks if isinstance(mark, Words)]
     heights = {mark.text: mark.height for mark in marks if len(mark.text) > 6}
-    compared = [(width_of(text, heights[text]), (box[2] - box[0]) * MM) for text, box in spans if text in heights]
+    compared = [(text_width(text, heights[text]), (box[2] - box[0]) * MM) for text, box in spans if text in heights]
     assert len(compared) > 20
     for ours, theirs in compared:
         assert ours == pytest.approx(theirs, rel=0.01)
@@ -622,7 +622,7 @@ def test_names_begin_past_the_widest_gap(turns):
 def test_a_text_fits_where_it_is_put(text, width, lines):
     found, height = fitted_words(text, width, lines, (3.5, 2.5, 1.8))
     assert 1 <= len(found) <= lines
-    assert all(width_of(each, height) <= width or len(each) == 1 for each in found)
+    assert all(text_width(each, height) <= width or len(each) == 1 for each in found)
     if not found[-1].endswith("…"):
         assert "".join("".join(found).split()) == "".join(text.split())
 
@@ -636,7 +636,7 @@ def test_a_title_block_holds_any_text(given_texts):
     part = PLATE.part.model_copy(update=given_texts)
     marks = title_block(part, part.name, "1:1", "A3", "1/1")
     places = block_fields(part, part.name, "1:1", "A3", "1/1")
-    for mark in (mark for mark in marks if isinstance(mark, Words) and width_of(mark.text, mark.height)):
+    for mark in (mark for mark in marks if isinstance(mark, Words) and text_width(mark.text, mark.height)):
         low, high = mark.corners[0], mark.corners[2]
         assert any(
             f.x <= low.real

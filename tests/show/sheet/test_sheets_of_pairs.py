@@ -263,7 +263,7 @@ def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
         assert np.abs(table[f"y{number}"] - centre.imag).max() < 6e-4
     view, angles = DevelopedView(sheet.cam, 1.0), np.linspace(-0.5, 7.0, 20001)
     edges = rib_flanks(problem, angles)
-    for gap, turn in zip(view._section_gaps, view._section_angles, strict=True):
+    for gap, turn in zip(view._groove_ranges_in_section, view._section_angles, strict=True):
         x = turn % (2 * np.pi) * problem.design.size[0]
         true = [np.interp(x, edge.real, edge.imag) - view.axial_ends[0] for edge in edges[::-1]]
         assert gap == pytest.approx(true, abs=5e-3)

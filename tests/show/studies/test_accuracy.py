@@ -76,9 +76,9 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
 def twice_as_many(monkeypatch):
     """The arithmetic of 100 digits, in place of 50."""
     monkeypatch.setattr(accuracy.digits, "DECIMAL_DIGITS", 2 * accuracy.digits.DECIMAL_DIGITS)
-    accuracy.digits.arithmetic.cache_clear()
+    accuracy.digits.fifty_digit_context.cache_clear()
     yield
-    accuracy.digits.arithmetic.cache_clear()
+    accuracy.digits.fifty_digit_context.cache_clear()
 
 
 @pytest.mark.parametrize("name", ["roller", "swinging face", "swinging groove"])
@@ -92,7 +92,7 @@ def test_the_reference_is_stable_when_its_digits_are_doubled(name, request):
     request.getfixturevalue("twice_as_many")
     for each, design, before in zip(subjects, designs, found, strict=True):
         finer = each.extreme_with_50_digits(design)
-        assert abs(finer / accuracy.digits.arithmetic().mpf(before) - 1) < 1e-30
+        assert abs(finer / accuracy.digits.fifty_digit_context().mpf(before) - 1) < 1e-30
 
 
 def test_the_root_of_a_slope_takes_few_evaluations():
@@ -101,9 +101,11 @@ def test_the_root_of_a_slope_takes_few_evaluations():
 
     def value_and_slope(u):
         places.append(u)
-        return None, accuracy.digits.arithmetic().exp(u) - 1 - u / 3 - accuracy.digits.arithmetic().mpf(1) / 1000
+        return None, accuracy.digits.fifty_digit_context().exp(
+            u
+        ) - 1 - u / 3 - accuracy.digits.fifty_digit_context().mpf(1) / 1000
 
-    low, high = (accuracy.digits.arithmetic().mpf(end) for end in ("-0.001", "0.002"))
+    low, high = (accuracy.digits.fifty_digit_context().mpf(end) for end in ("-0.001", "0.002"))
     (root,) = accuracy.reference._root_of_slope(value_and_slope, low, high)
     assert abs(value_and_slope(root)[1]) < accuracy.reference.EQUAL_DIGITS
     assert len(places) < 15

@@ -11,7 +11,7 @@ import camopt
 from camopt import BadInput
 from camopt.cli.main import main
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.measured.columns import TableColumns
+from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.measured_points import read_points
 
 RADIUS, OFF = 23.0, 6.5 * np.exp(0.7j)
@@ -76,7 +76,7 @@ DRAWN = [drawn_by_spline, drawn_by_bulges, drawn_in_inches, drawn_in_nested_bloc
 def profile_read(path, layer=None, **columns):
     """Points x + iy of the profile in a drawing."""
     profile = camopt.MeasuredProfile(path, layer=layer)
-    points = read_points(path, profile.table_columns(TableColumns(**columns)))
+    points = read_points(path, profile.with_profile_kind_and_layer(TableReadingOptions(**columns)))
     return points, points.lifts * 1j * np.exp(-1j * np.radians(points.angles))
 
 
@@ -200,7 +200,7 @@ def test_a_lobe_is_the_same_after_s96(name, tmp_path):
     assert len(rows) == 396
     assert rows[360:] == rows[:36]
     assert all(len(row.partition(".")[2]) == 8 for row in rows)
-    points = read_points(tmp_path / "lobe.s96", TableColumns())
+    points = read_points(tmp_path / "lobe.s96", TableReadingOptions())
     programme = resolve_design(scene).programme
     turned = np.radians(points.angles + programme.nose_angle_deg - 180.0)
     np.testing.assert_allclose(points.lifts, programme.motion_at(turned % (2.0 * np.pi))[0], atol=25.4e-8)
@@ -229,9 +229,11 @@ LOBE = np.maximum(0.35 * np.cos(np.radians(np.arange(396) - 180.0)), 0.0)
 def test_another_form_of_s96_is_refused(content, profile, line, tmp_path):
     path = tmp_path / "lobe.s96"
     path.write_text(content)
-    columns = TableColumns()
+    columns = TableReadingOptions()
     with pytest.raises(BadInput) as refused:
-        read_points(path, camopt.MeasuredProfile(path, "xy").table_columns(columns) if profile else columns)
+        read_points(
+            path, camopt.MeasuredProfile(path, "xy").with_profile_kind_and_layer(columns) if profile else columns
+        )
     assert line in str(refused.value)
 
 

@@ -27,7 +27,7 @@ from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve
 from camopt.solve.measured import dwell_likelihood, least_jerk
 from camopt.solve.measured.band_certificate import certify_band
-from camopt.solve.measured.columns import TableColumns
+from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.dwell_likelihood import INTEGRAL_ORDERS, INTEGRAL_SIZES, FlatWindow, likeliest_dwell
 from camopt.solve.measured.fit import fit
 from camopt.solve.measured.least_jerk import (
@@ -81,7 +81,7 @@ def measured_points(segments=LOBE, law="cycloidal", angles=DEGREES, noise=0.0, s
 
 
 def points_of(rows):
-    return read_points(rows, TableColumns())
+    return read_points(rows, TableReadingOptions())
 
 
 def kinds(fitted):

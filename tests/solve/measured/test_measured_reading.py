@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from camopt import BadInput
 from camopt.model.motion import LAWS
-from camopt.solve.measured.columns import TableColumns
+from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.measured_points import forward_angle_deg, read_points
 from camopt.solve.measured.workbook import workbook_rows
 
@@ -38,7 +38,7 @@ ROWS = [f"{a:g},{y:.4f}" for a, y in zip(ANGLES, LIFTS, strict=True)]
 def points_of(content, tmp_path, name="cam.csv", **columns):
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return read_points(path, TableColumns(**columns))
+    return read_points(path, TableReadingOptions(**columns))
 
 
 def agree(points, tolerance=0.0):
@@ -107,8 +107,8 @@ def test_columns_by_their_names(tmp_path):
 
 
 def test_an_array_is_points_too():
-    agree(read_points(np.column_stack([ANGLES, LIFTS]), TableColumns()))
-    agree(read_points(LIFTS, TableColumns()))
+    agree(read_points(np.column_stack([ANGLES, LIFTS]), TableReadingOptions()))
+    agree(read_points(LIFTS, TableReadingOptions()))
 
 
 def workbook(rows):
@@ -149,7 +149,7 @@ SERIES = FRAME.set_index("winkel")["hub"]
     ],
 )
 def test_tables_have_names_and_a_series_its_index(source, columns):
-    agree(read_points(source, TableColumns(columns)), 1e-11)
+    agree(read_points(source, TableReadingOptions(columns)), 1e-11)
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_tables_have_names_and_a_series_its_index(source, columns):
 )
 def test_a_table_that_is_none_of_points_is_refused(source, line):
     with pytest.raises(BadInput) as refused:
-        read_points(source, TableColumns())
+        read_points(source, TableReadingOptions())
     assert line in str(refused.value)
     assert "\n" not in str(refused.value)
 
@@ -424,9 +424,9 @@ def test_whatever_is_in_a_file_is_read_or_refused(data, tmp_path_factory):
 @pytest.mark.parametrize("points", [[["a", 1]], [[[1.0]]], [], None, object()])
 def test_what_is_no_points_is_refused(points):
     with pytest.raises(BadInput, match="points: rows: must be a path, or rows of an angle and a lift"):
-        read_points(points, TableColumns())
+        read_points(points, TableReadingOptions())
 
 
 def test_a_file_that_is_not_there_is_told():
     with pytest.raises(FileNotFoundError, match="'abc'"):
-        read_points("abc", TableColumns())
+        read_points("abc", TableReadingOptions())

@@ -35,7 +35,7 @@ from camopt import BadInput, MeasuredProfile, Scene, Unmet
 from camopt.cli.main import main
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.problem.problem import resolve
-from camopt.solve.measured.columns import POLAR_TABLE, XY_TABLE, TableColumns
+from camopt.solve.measured.columns import POLAR_TABLE, XY_TABLE, TableReadingOptions
 from camopt.solve.measured.fit import fit
 from camopt.solve.measured.measured_points import read_points
 from camopt.solve.measured.noise import noise_band_factor
@@ -251,9 +251,9 @@ def test_units_and_forms_are_the_same_profile(tmp_path):
     path = tmp_path / "cam.csv"
     path.write_text("\n".join(["no;Y [inch];X [inch]", *(f"1;{p.imag / 25.4};{p.real / 25.4}" for p in z)]))
     seen = [
-        read_points(path, TableColumns(lift_unit="inch", kind=XY_TABLE)),
-        read_points(xy(centres), TableColumns(kind=XY_TABLE)),
-        read_points(np.column_stack([np.pi / 2 - np.angle(centres), np.abs(centres)]), TableColumns(angle_unit="rad", kind=POLAR_TABLE)),
+        read_points(path, TableReadingOptions(lift_unit="inch", kind=XY_TABLE)),
+        read_points(xy(centres), TableReadingOptions(kind=XY_TABLE)),
+        read_points(np.column_stack([np.pi / 2 - np.angle(centres), np.abs(centres)]), TableReadingOptions(angle_unit="rad", kind=POLAR_TABLE)),
     ]  # fmt: skip
     for other in seen[1:]:
         np.testing.assert_allclose(other.angles, seen[0].angles, rtol=0, atol=1e-12)
@@ -263,8 +263,8 @@ def test_units_and_forms_are_the_same_profile(tmp_path):
 def test_distances_alone_are_in_equal_steps():
     distances = 30.0 + np.cos(TURN)
     np.testing.assert_array_equal(
-        read_points(distances, TableColumns(kind=POLAR_TABLE)).lifts,
-        read_points(np.column_stack([DEGREES, distances]), TableColumns(kind=POLAR_TABLE)).lifts,
+        read_points(distances, TableReadingOptions(kind=POLAR_TABLE)).lifts,
+        read_points(np.column_stack([DEGREES, distances]), TableReadingOptions(kind=POLAR_TABLE)).lifts,
     )
 
 
@@ -626,14 +626,14 @@ def test_a_profile_is_not_taken_for_lifts(tmp_path, heading, line):
     path = tmp_path / "cam.csv"
     path.write_text("\n".join([heading, *(f"{a:g},{30 + np.cos(np.radians(a)):.4f}" for a in DEGREES)]))
     with pytest.raises(BadInput) as error:
-        read_points(path, TableColumns())
+        read_points(path, TableReadingOptions())
     assert str(error.value).startswith(f"{path}: {line}; if not, give the columns, such as 1,2")
 
 
 def test_columns_that_are_chosen_are_taken_for_lifts(tmp_path):
     path = tmp_path / "cam.csv"
     path.write_text("\n".join(["x,y", *(f"{a:g},{30 + np.cos(np.radians(a)):.4f}" for a in DEGREES)]))
-    assert read_points(path, TableColumns(chosen=["x", "y"])).lifts.max() == 31.0
+    assert read_points(path, TableReadingOptions(chosen=["x", "y"])).lifts.max() == 31.0
 
 
 # ----------------------------------------------------------------------------------------------------- command

@@ -14,7 +14,7 @@ from camopt.scene.problem.tolerance_zones import design_copies_with_errors
 from camopt.scene.scene import Scene
 from camopt.solve.front.table_certificate import certify_table
 from camopt.solve.verdicts.effect_runs import run_effects
-from camopt.solve.verdicts.limit_verdicts import excesses
+from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
 
 GIVEN = {
     "roller": ({"offset": 0.2, "roller_radius": 0.1}, {"pressure_angle": 30, "curvature_radius": 2}),
@@ -46,7 +46,7 @@ def worst_excess(scene):
     cams = design_copies_with_errors(problem.design, offs)
     limits = problem.without_deferred_limits.limits
     needs = frozenset(name for limit in limits for name in limit.required_quantities)
-    return excesses(
+    return relative_excesses_by_limit(
         limits, run_effects(EvaluationBlock(problem.setup, problem.programme, cams), needs).columns, cams
     ).max()
 

@@ -21,7 +21,7 @@ from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, Int
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import PairResponse, separation_range
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_magnitude
-from camopt.solve.tolerances.worst_case import make_worst_cam_search, tool_error_function_at_contact
+from camopt.solve.tolerances.worst_case import make_worst_cam_search, tool_motion_error_at_contact_maker
 from camopt.solve.verdicts.constraint_boxes import BoxParts
 from tests.solve.measured.test_pair_inspection import drawn_pair as pair_drawn
 from tests.solve.measured.test_pair_inspection import lift_off_profile
@@ -183,7 +183,7 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     half, middle = (getattr(problem.programme.table, each) for each in ("half_width", "centre"))
     with np.errstate(all="ignore"):
         value = (
-            search.bound_search(tool_error_function_at_contact(search.cam, 0))
+            search.bound_search(tool_motion_error_at_contact_maker(search.cam, 0))
             .enclose_quantity_times_side(parts)
             .value
         )

@@ -61,7 +61,7 @@ class Construction(Result, Drawable):
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
         points = (
             _polar_or_developed_coordinates(each, inversion)
-            for each in (inversion.point_at(angles, levels), curves.profile[0])
+            for each in (inversion.follower_point_in_cam_frame(angles, levels), curves.profile[0])
         )
         unit = degrees(1.0) if inversion.angular else 1.0
         return [

@@ -26,7 +26,7 @@ class DiagramScale(NamedTuple):
     per_angle: float
     per_displacement: float
 
-    def place(self, angle: float, displacement: float) -> complex:
+    def point_on_paper(self, angle: float, displacement: float) -> complex:
         return complex(self.per_angle * angle, self.per_displacement * displacement)
 
 
@@ -47,18 +47,18 @@ def _stroke_ends_and_stations(
     scale: DiagramScale, division: Division
 ) -> tuple[complex, complex, FloatArray, list[str]]:
     """Both ends of a stroke on the paper, the abscissae of its stations, and their numbers."""
-    places = [scale.place(each.angle, each.displacement) for each in division.stations]
+    places = [scale.point_on_paper(each.angle, each.displacement) for each in division.stations]
     return places[0], places[-1], np.real(places), [each.number for each in division.stations]
 
 
-def straight_line(scale: DiagramScale, division: Division) -> LawConstruction:
+def construct_uniform_velocity(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform velocity: one straight line from end to end."""
     start, end, x, _ = _stroke_ends_and_stations(scale, division)
     points = start + (end - start) * (x - x[0]) / (x[-1] - x[0])
     return LawConstruction("Uniform velocity: join both ends of the stroke by a straight line.", [], [], points)
 
 
-def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
+def construct_simple_harmonic(scale: DiagramScale, division: Division) -> LawConstruction:
     """Simple harmonic motion: horizontals from equal parts of a semicircle on the stroke."""
     start, end, x, number = _stroke_ends_and_stations(scale, division)
     count = len(number) - 1
@@ -87,7 +87,7 @@ def semicircle(scale: DiagramScale, division: Division) -> LawConstruction:
     return LawConstruction(sentence, shapes, letters, points)
 
 
-def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
+def construct_uniform_acceleration(scale: DiagramScale, division: Division) -> LawConstruction:
     """Uniform acceleration and retardation: rays from both ends to equal parts of the middle vertical."""
     start, end, x, number = _stroke_ends_and_stations(scale, division)
     count = len(number) - 1
@@ -113,7 +113,7 @@ def double_parabola(scale: DiagramScale, division: Division) -> LawConstruction:
     return LawConstruction(sentence, shapes, letters, points)
 
 
-def generating_circle(scale: DiagramScale, division: Division) -> LawConstruction:
+def construct_cycloidal(scale: DiagramScale, division: Division) -> LawConstruction:
     """Cycloidal motion: parallels to the diagonal from the projected points of the circle that generates it."""
     start, end, x, number = _stroke_ends_and_stations(scale, division)
     count = len(number) - 1
@@ -147,19 +147,19 @@ def generating_circle(scale: DiagramScale, division: Division) -> LawConstructio
     return LawConstruction(sentence, shapes, letters, points)
 
 
-def given_ordinates(scale: DiagramScale, division: Division) -> LawConstruction:
+def construct_by_computed_ordinates(scale: DiagramScale, division: Division) -> LawConstruction:
     """Any other law: ordinates from its equation, as in the table."""
-    points = np.array([scale.place(each.angle, each.displacement) for each in division.stations])
+    points = np.array([scale.point_on_paper(each.angle, each.displacement) for each in division.stations])
     law = division.stroke and division.stroke.law
     what = f"{law.TITLE} motion" if law and law.NAME in LAWS else "the follower"
     return LawConstruction(f"Set off the ordinates of the table for {what}.", [], [], points)
 
 
 CONSTRUCTION_BY_LAW: dict[str, Callable[[DiagramScale, Division], LawConstruction]] = {
-    "uniform": straight_line,
-    "harmonic": semicircle,
-    "parabolic": double_parabola,
-    "cycloidal": generating_circle,
+    "uniform": construct_uniform_velocity,
+    "harmonic": construct_simple_harmonic,
+    "parabolic": construct_uniform_acceleration,
+    "cycloidal": construct_cycloidal,
 }
 """Laws with a construction; other laws have only their ordinates."""
 
@@ -170,7 +170,7 @@ def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstructi
     for division in plan.divisions:
         law = division.stroke and division.stroke.law
         known = CONSTRUCTION_BY_LAW.get(law.NAME) if law and plan.programme.tool_programme is None else None
-        found.append((known or given_ordinates)(scale, division))
+        found.append((known or construct_by_computed_ordinates)(scale, division))
     return found
 
 
@@ -187,18 +187,22 @@ def displacement_text(displacement: float, angular: bool) -> str:
 
 def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     """The step of the axes: cam angle, stroke, and verticals of the stations."""
-    ends = [scale.place(angle, 0.0) for _, angle in plan.lettered_segment_ends]
+    ends = [scale.point_on_paper(angle, 0.0) for _, angle in plan.lettered_segment_ends]
     letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.lettered_segment_ends, ends, strict=True)]
     for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False):
         letters.append(Letter(f"{four_digits(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note"))
     lift = plan.programme.lift
-    top, right, text = scale.place(0.0, lift), ends[-1], displacement_text(lift, plan.picture.problem.setup.angular)
+    top, right, text = (
+        scale.point_on_paper(0.0, lift),
+        ends[-1],
+        displacement_text(lift, plan.picture.problem.setup.angular),
+    )
     frame = [
         line_through("axis-AY", (0.0, top), "axis"),
         line_through("rectangle", (top, top + right, right), "thin"),
     ]
     stroke = [Letter("Y", top, LEFT), Letter(f"S = {text}", right + top / 2, 0.0, "note")]
-    feet = [(each.number, scale.place(each.angle, 0.0)) for each in plan.stations]
+    feet = [(each.number, scale.point_on_paper(each.angle, 0.0)) for each in plan.stations]
     verticals = [line_through(f"vertical-{number}", (foot, foot + top), "thin") for number, foot in feet]
     numbers = [Letter(number, foot, DOWN, "number") for number, foot in feet if number != "0"]
     divided = f"Divide each stroke into {plan.parts} equal parts, and draw a vertical at each point."
@@ -230,7 +234,7 @@ def _law_steps(constructed: list[LawConstruction]) -> list[Step]:
 
 def _curve_step(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruction]) -> Step:
     """The step of the exact curve, with the constructed points."""
-    angles = np.concatenate(plan.picture.pieces)
+    angles = np.concatenate(plan.picture.angles_of_pieces)
     heights = np.concatenate([motion[0] for motion in plan.picture.motion])
     shapes = [PenLine("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]
     points = {
@@ -238,7 +242,7 @@ def _curve_step(plan: StationPlan, scale: DiagramScale, constructed: list[LawCon
         for division, found in zip(plan.divisions, constructed, strict=True)
         for station, point in zip(division.stations, found.points.tolist(), strict=True)
     }
-    feet = {each: scale.place(each.angle, 0.0) for each in plan.stations}
+    feet = {each: scale.point_on_paper(each.angle, 0.0) for each in plan.stations}
     shapes += [
         line_through(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()
     ]

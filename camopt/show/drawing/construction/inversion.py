@@ -21,7 +21,7 @@ from camopt.core.numerics import ComplexArray
 from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.drawing.cam import corner_arc, remaining_outline
+from camopt.show.drawing.cam import corner_arc, outline_left_by_undercutting
 from camopt.show.drawing.construction.shapes import (
     SHAPE_ARC_POINTS,
     Letter,
@@ -126,21 +126,23 @@ class Inversion:
         """Pivot of an arm at cam angle 0 [mm]; 0 for a translating follower."""
         return follower_pivot(self.problem) if self.angular else 0j
 
-    def seen_from_cam(self, points: Any, angle: Any) -> Any:
+    def points_in_cam_frame(self, points: Any, angle: Any) -> Any:
         """Points of the ground frame, in the frame of the cam at a cam angle [rad]; mm."""
         if self.is_developed:
             return points + self.base * angle
         return points * np.exp(-1j * self.problem.design.sense * angle)
 
-    def displace(self, point: complex, displacement: Any) -> Any:
+    def displaced_follower_point(self, point: complex, displacement: Any) -> Any:
         """A point of the follower, given at its lowest position, after a displacement [mm or rad]."""
         if not self.angular:
             return point + 1j * displacement
         return self.pivot + (point - self.pivot) * np.exp(1j * outward_turn_sense(self.problem) * displacement)
 
-    def point_at(self, angle: Any, displacement: Any) -> Any:
+    def follower_point_in_cam_frame(self, angle: Any, displacement: Any) -> Any:
         """The follower's point at a displacement, in the frame of the cam [mm]."""
-        return self.seen_from_cam(self.displace(self.lowest_follower_point, displacement), angle)
+        return self.points_in_cam_frame(
+            self.displaced_follower_point(self.lowest_follower_point, displacement), angle
+        )
 
     @cached_property
     def drawing_reach(self) -> float:
@@ -165,7 +167,7 @@ class Inversion:
         angles = np.array([each.angle for each in self.plan.stations])
         gaps = np.diff(np.append(angles, angles[0] + 2.0 * pi))
         widest = int(np.argmax(gaps))
-        middle = self.seen_from_cam(self.lowest_follower_point, angles[widest] + 0.5 * gaps[widest])
+        middle = self.points_in_cam_frame(self.lowest_follower_point, angles[widest] + 0.5 * gaps[widest])
         return complex(middle / abs(middle))
 
     def _named_circle(self, name: str, radius: float) -> tuple[PenLine, Letter]:
@@ -235,7 +237,7 @@ class Inversion:
             [Letter("follower", self._rotation_arrow().points[0], 0.0, "note")],
         )
         for (letter, angle), (_, after) in pairwise(self.plan.lettered_segment_ends):
-            end = complex(self.seen_from_cam(mark, angle))
+            end = complex(self.points_in_cam_frame(mark, angle))
             about, turn = end / abs(end) * ANGLE_ARC * self.base, -sense * (after - angle)
             shapes += [line_through(f"angle-{letter}", (0.0, end), "angle")]
             shapes += [arc_about(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle")]
@@ -305,7 +307,7 @@ class Inversion:
         for each in self.plan.stations:
             start, pivot = (
                 complex(p)
-                for p in self.seen_from_cam(np.array([self.lowest_follower_point, self.pivot]), each.angle)
+                for p in self.points_in_cam_frame(np.array([self.lowest_follower_point, self.pivot]), each.angle)
             )
             places = [("start", start, -pi / 2 if self.is_developed else phase(-start))]
             places += [("pivot", pivot, pi / 2 if self.is_developed else phase(pivot))] if self.angular else []
@@ -344,17 +346,21 @@ class Inversion:
         if self.angular:
             beyond = OVERRUN_SHARE * self.drawing_reach / abs(self.pivot - low)
             share = np.linspace(0.0, reach + beyond, SHAPE_ARC_POINTS)
-            return PenLine(f"guide-{number}", np.asarray(self.point_at(angle, share)), "guide")
+            return PenLine(f"guide-{number}", np.asarray(self.follower_point_in_cam_frame(angle, share)), "guide")
         foot = low if self.is_developed else complex(self.offset)
         end = low + 1j * (reach + OVERRUN_SHARE * self.drawing_reach)
-        return PenLine(f"guide-{number}", np.asarray(self.seen_from_cam(np.array([foot, end]), angle)), "guide")
+        return PenLine(
+            f"guide-{number}", np.asarray(self.points_in_cam_frame(np.array([foot, end]), angle)), "guide"
+        )
 
     def _ordinate_step(self) -> Step:
         """The step of the displacements, set off from the start of the follower's point."""
         shapes, letters = [], []
         for each in self.plan.stations:
             points = np.asarray(
-                self.point_at(each.angle, np.linspace(0.0, each.displacement, 61 if self.angular else 2))
+                self.follower_point_in_cam_frame(
+                    each.angle, np.linspace(0.0, each.displacement, 61 if self.angular else 2)
+                )
             )
             end = complex(points[-1])
             shapes += [PenLine(f"set-off-{each.number}", points, "ordinate")]
@@ -406,7 +412,7 @@ class Inversion:
         shapes = [
             circle_about(
                 f"roller-{each.number}",
-                complex(self.point_at(each.angle, each.displacement)),
+                complex(self.follower_point_in_cam_frame(each.angle, each.displacement)),
                 self.roller_radius,
                 "body",
             )
@@ -423,7 +429,7 @@ class Inversion:
             abs(self._contact_distance_along_face(each)) for each in self.plan.stations
         )
         for each in self.plan.stations:
-            point = complex(self.point_at(each.angle, each.displacement))
+            point = complex(self.follower_point_in_cam_frame(each.angle, each.displacement))
             along = self._face_direction_at(each)
             shapes.append(line_through(f"face-{each.number}", (point - along * half, point + along * half), "body"))
         how = "inclined as the arm holds it" if self.angular else "square to its radius"
@@ -434,13 +440,15 @@ class Inversion:
         turned = self.face_direction * np.exp(
             1j * outward_turn_sense(self.problem) * station.displacement * self.angular
         )
-        return complex(self.seen_from_cam(turned, station.angle))
+        return complex(self.points_in_cam_frame(turned, station.angle))
 
     def _contact_distance_along_face(self, station: Station) -> float:
         """Distance of the contact along a flat face from the constructed point [mm]."""
         angle = np.array([station.angle])
         touched = self.mechanism.trace_and_normal(self.problem.design, self.problem.programme, angle).trace
-        gap = self.seen_from_cam(touched, angle) - self.point_at(angle, station.displacement)
+        gap = self.points_in_cam_frame(touched, angle) - self.follower_point_in_cam_frame(
+            angle, station.displacement
+        )
         return float((gap[0] * self._face_direction_at(station).conjugate()).real)
 
     def _profile_step(self) -> Step | None:
@@ -460,5 +468,5 @@ class Inversion:
         if self.picture.undercut:
             sentence += " It crosses itself: the follower cuts away what lies outside the shaded area."
             if self.mechanism.body.bounded:
-                shapes.append(PenLine("what-is-left", remaining_outline(self.picture), "left"))
+                shapes.append(PenLine("what-is-left", outline_left_by_undercutting(self.picture), "left"))
         return Step(sentence, shapes, [])

@@ -17,7 +17,7 @@ from camopt.show.drawing.construction.inversion import Inversion
 from camopt.show.drawing.construction.shapes import PenLine, Step
 from camopt.show.drawing.figures import geometry_results_line, mechanism_and_sizes_line
 from camopt.show.drawing.frames import write_still_gif
-from camopt.show.drawing.labels import Label, label_places, place_labels
+from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture, round_length
 from camopt.show.drawing.style import (
@@ -185,7 +185,9 @@ def draw_steps(axes: Any, steps: Sequence[Step], highlighted_step: int | None = 
         for letter in step.letters:
             style, point = dict(LETTER_STYLES[letter.pen]), (letter.point.real, letter.point.imag)
             labels.append(
-                Label(axes, letter.text, point, label_places(LETTER_DISTANCES, letter.direction), style, 1.0)
+                Label(
+                    axes, letter.text, point, label_place_candidates(LETTER_DISTANCES, letter.direction), style, 1.0
+                )
             )
     return sorted(labels, key=lambda label: len(label.text))
 

@@ -12,7 +12,7 @@ DECIMAL_DIGITS = 50
 
 
 @cache
-def arithmetic() -> Any:
+def fifty_digit_context() -> Any:
     """The mpmath context with 50 digits, independent of the global precision."""
     from mpmath import MPContext  # noqa: PLC0415, seldom needed
 
@@ -21,9 +21,9 @@ def arithmetic() -> Any:
     return context
 
 
-def digit_numbers() -> NumberKind:
+def fifty_digit_number_kind() -> NumberKind:
     """The kind of these numbers, for scales of quantities."""
-    return NumberKind(arithmetic().mpf, lambda: +arithmetic().pi, arithmetic().tan)
+    return NumberKind(fifty_digit_context().mpf, lambda: +fifty_digit_context().pi, fifty_digit_context().tan)
 
 
 UFUNC_RULES: dict[np.ufunc, Callable[..., Any]] = {
@@ -37,15 +37,15 @@ UFUNC_RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
     np.absolute: abs,
-    np.sign: lambda a: arithmetic().sign(a),
-    np.sqrt: lambda a: arithmetic().sqrt(a),
-    np.sin: lambda a: arithmetic().sin(a),
-    np.cos: lambda a: arithmetic().cos(a),
-    np.arcsin: lambda a: arithmetic().asin(a),
-    np.arctan: lambda a: arithmetic().atan(a),
-    np.arctan2: lambda y, x: arithmetic().atan2(y, x),
-    np.cbrt: lambda a: arithmetic().cbrt(a),
-    np.degrees: lambda a: arithmetic().degrees(a),
+    np.sign: lambda a: fifty_digit_context().sign(a),
+    np.sqrt: lambda a: fifty_digit_context().sqrt(a),
+    np.sin: lambda a: fifty_digit_context().sin(a),
+    np.cos: lambda a: fifty_digit_context().cos(a),
+    np.arcsin: lambda a: fifty_digit_context().asin(a),
+    np.arctan: lambda a: fifty_digit_context().atan(a),
+    np.arctan2: lambda y, x: fifty_digit_context().atan2(y, x),
+    np.cbrt: lambda a: fifty_digit_context().cbrt(a),
+    np.degrees: lambda a: fifty_digit_context().degrees(a),
 }
 
 
@@ -61,12 +61,12 @@ class Digits(np.lib.mixins.NDArrayOperatorsMixin):
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         if method != "__call__" or kwargs or ufunc not in UFUNC_RULES:
             return NotImplemented
-        return Digits(UFUNC_RULES[ufunc](*map(as_number, inputs)))
+        return Digits(UFUNC_RULES[ufunc](*map(as_fifty_digit_number, inputs)))
 
     def __getitem__(self, index: Any) -> "Digits":
         return self
 
 
-def as_number(value: Any) -> Any:
+def as_fifty_digit_number(value: Any) -> Any:
     """A number of mpmath; a double is taken as exact."""
-    return value.number if isinstance(value, Digits) else arithmetic().mpf(float(np.asarray(value).item()))
+    return value.number if isinstance(value, Digits) else fifty_digit_context().mpf(float(np.asarray(value).item()))

@@ -15,7 +15,7 @@ from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
-from camopt.show.studies.accuracy.digits import Digits, arithmetic, as_number
+from camopt.show.studies.accuracy.digits import Digits, as_fifty_digit_number, fifty_digit_context
 
 EQUAL_DIGITS = 1e-25
 """Relative error that the reference stays below."""
@@ -33,7 +33,7 @@ def extreme_near(
     values = []
     for panel in np.flatnonzero(programme.panels_with_kinds(kinds) & (np.abs(u) <= 1.0 + PANEL_OVERLAP)):
         low, high = (
-            arithmetic().mpf(float(end))
+            fifty_digit_context().mpf(float(end))
             for end in np.clip([u[panel] - SEARCH_WIDTH, u[panel] + SEARCH_WIDTH], -1.0, 1.0)
         )
         value_and_slope_at = cache(partial(_value_and_slope, curve, _motion_series(table, panel)))
@@ -64,7 +64,7 @@ def _root_of_slope(value_and_slope_at: Any, low: Any, high: Any) -> list[Any]:
 
 def _motion_series(table: Any, panel: Any) -> list[list[Any]]:
     """Polynomials of a panel: displacement and its four derivatives by cam angle, as exact numbers."""
-    number, half = arithmetic().mpf, arithmetic().mpf(float(table.half_width[panel]))
+    number, half = fifty_digit_context().mpf, fifty_digit_context().mpf(float(table.half_width[panel]))
     orders = [[number(float(c)) for c in table.coefficients[panel]]]
     for _ in range(4):
         orders.append([k * c / half for k, c in enumerate(orders[-1])][1:])
@@ -80,4 +80,4 @@ def _value_and_slope(curve: Any, motion: list[list[Any]], u: Any) -> tuple[Any, 
     """Value and slope of a curve at a place u of a panel."""
     y, y1, y2, y3, y4 = (_polynomial_value(series, u) for series in motion)
     value, slope = value_and_slope(curve, ..., State(y, y1, y2, y3, None, y4))
-    return as_number(value), as_number(slope)
+    return as_fifty_digit_number(value), as_fifty_digit_number(slope)

@@ -14,7 +14,12 @@ from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem
 from camopt.scene.problem.sample import sweep_space
-from camopt.show.studies.accuracy.digits import Digits, arithmetic, as_number, digit_numbers
+from camopt.show.studies.accuracy.digits import (
+    Digits,
+    as_fifty_digit_number,
+    fifty_digit_context,
+    fifty_digit_number_kind,
+)
 from camopt.show.studies.accuracy.methods import Method, enclosure_method
 from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, extreme_near
 
@@ -47,12 +52,12 @@ class PeakSubject:
 
     def _extremes(self, designs: Designs) -> Extremes:
         """Extremes of designs in doubles."""
-        curve, questions = self._curve_question(designs)
+        curve, questions = self._curve_and_extreme_kind(designs)
         return extremes_of_curve(
             curve, len(designs), self.problem.programme.table, questions, Precision(SINGLE_DESIGN_ERROR, 1e-9)
         )
 
-    def _curve_question(self, designs: Designs) -> tuple[Any, Any]:
+    def _curve_and_extreme_kind(self, designs: Designs) -> tuple[Any, Any]:
         """The curve of designs, and the kind of extreme."""
         ((make, kinds),) = self.peak.curves
         return make(designs, self.problem.programme), np.array([(kinds, self.peak.goal)])
@@ -72,7 +77,7 @@ class PeakSubject:
         ``enclosure_side`` ±1 gives the far or near end of its enclosure.
         """
         designs = self.designs if designs is None else designs
-        curve, questions = self._curve_question(designs)
+        curve, questions = self._curve_and_extreme_kind(designs)
         value, width = method.find_extremes(curve, len(designs), self.problem.programme, questions)
         return np.asarray(
             self.peak.scale.quantity_from_extreme(value[0] + enclosure_side * self.sign * width[0], designs)
@@ -80,7 +85,9 @@ class PeakSubject:
 
     def extreme_with_50_digits(self, design: Designs, size: Any = None) -> Any:
         """The extreme of a design with 50 digits; ``size`` replaces its size."""
-        exact = design.with_values({name: Digits(as_number(value)) for name, value in design.sizes.items()})
+        exact = design.with_values(
+            {name: Digits(as_fifty_digit_number(value)) for name, value in design.sizes.items()}
+        )
         if size is not None:
             design = replace(design, size=np.array([float(size)]))
             exact = exact.with_values({"size": Digits(size)})
@@ -171,14 +178,14 @@ class RadiusSubject:
         """
         place, design = self.numbers[design_number], self.designs.take([design_number])
         bound = self.peak_subject.peak.scale.weighted_extreme_for_quantity(
-            float(self.peak_subject.truth[place]), digit_numbers()
+            float(self.peak_subject.truth[place]), fifty_digit_number_kind()
         )
 
         def limit_excess(size: Any) -> Any:
             return self.peak_subject.extreme_with_50_digits(design, size) - bound
 
-        one = arithmetic().mpf(float(design.size[0]))
-        other = one * (1 + arithmetic().mpf(FIRST_STEP))
+        one = fifty_digit_context().mpf(float(design.size[0]))
+        other = one * (1 + fifty_digit_context().mpf(FIRST_STEP))
         before, there = limit_excess(one), limit_excess(other)
         for _ in range(5):
             step = there * (other - one) / (there - before)

@@ -24,7 +24,7 @@ from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import problems_by_motion
 from camopt.scene.scene import Scene
-from camopt.show.drawing.labels import Label, label_places, place_labels
+from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.style import (
     FAINT,
     HEADING_SIZE,
@@ -231,7 +231,7 @@ def _draw_costs(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]
         )
         axes.plot(times, errors, "-", lw=1.4, ms=5, label=method, **pen)
         texts = [POINT_LABELS.get((method, row["setting"]), POINT_LABELS.get(method, "")) for row in points]
-        style, places = {"fontsize": SMALL_SIZE, "color": pen["color"]}, label_places(LABEL_DISTANCES)
+        style, places = {"fontsize": SMALL_SIZE, "color": pen["color"]}, label_place_candidates(LABEL_DISTANCES)
         placed = zip(texts, zip(times, errors, strict=True), strict=True)
         labels += [Label(axes, text, at, places, style) for text, at in placed if text]
     add_grid(axes)
