@@ -247,12 +247,14 @@ def write_sheets(
     step: float | None = None,
     only_disc: int | None = None,
 ) -> list[Sheet]:
-    """Write the workshop drawing of a cam as a PDF at true size. The default step of its table is 5 or 10 deg.
+    """Write the workshop drawing of a cam as a PDF at true size.
 
+    If no step is given, rows of its table are 5 or 10 deg apart; by ASME they are 1 deg apart in strokes.
     A sheet is A4 or A3, or A2 for a table with many rows; by ASME it is A to D. It shows the front view of a disc
     cam with the angles of its motion and its section, or the developed groove of a cylindrical cam with its section
     and hole. It has the table of the profile, notes and the title block. The scale is 1:1 if that fits, else the
     nearest standard scale.
+
     A pair of discs has a sheet for each disc (``only_disc``: number of a single one), with the other disc dashed,
     and the section of both. The same scene gives the same file.
 

@@ -267,3 +267,10 @@ def test_notes_are_in_inches():
         told = " ".join(note_texts(TrueCam(scene, resolve_design(scene))))
     assert "roller Ø.4724, arm 2.9528" in told
     assert "in its groove .0008, from .0006 to .0017." in told
+
+
+def test_a_step_that_is_asked_is_that_of_the_table():
+    scene = american(SCENES["exhaust-valve"])
+    found = sheet_of(TrueCam(scene, resolve_design(scene)), 4.0)
+    assert faults_of(found) == []
+    assert table(found)[:, 0].tolist() == [4.0 * k for k in range(90)]

@@ -44,7 +44,7 @@ from camopt.show.drawing.figures import all_panels_in_shown_units
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.cam_points import COLUMN_NOTES, FORM_COLUMNS
 from camopt.show.exporting.program import CONTROL_DIALECTS
-from camopt.show.sheet.marks import Words
+from camopt.show.sheet.marks import LARGE, Words
 from camopt.show.sheet.sheet import sheet_of
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.solve.contour.curve import disc_curves
@@ -442,26 +442,29 @@ SHEETS = {
 @pytest.mark.parametrize("name", SHEETS)
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_a_sheet_in_inch_has_the_same_dimensions(name, language):
-    """Each number of the sheet in inch is there in mm, or is an angle, a speed or a count as it is."""
+    """Each size of the sheet in inch, to half of its last decimal, is one of the sheet in mm."""
     part = {**(SHEETS[name].to_dict().get("part") or {}), "language": language}
     scene = SHEETS[name].replace(part=part)
     problem = resolve_design(scene)
-    plain = words_of(sheet_of(TrueCam(scene, problem)))
+    plain = sizes_of(sheet_of(TrueCam(scene, problem)))
     with shown_in("inch"):
-        found = words_of(sheet_of(TrueCam(scene, problem)))
-    dimension = re.compile(r"^[RØ]?\d+(?:\.\d+)?(?: [A-Z]\d+)?$")
-    mine, theirs = ([text for text in texts if dimension.match(text)] for texts in (found, plain))
-    assert len(mine) > 10
-    values, known = (sorted({float(re.sub(r"^[RØ]| .*", "", text)) for text in texts}) for texts in (mine, theirs))
-    assert all(any(abs(v * 25.4 - k) < 3e-3 or v == k for k in known) for v in values)
-    note = {"en": "Dimensions in inch", "de": "Maße in Zoll"}[language]
-    assert any(note in text for text in found)
-    assert [text for text in found if METRIC.search(text)] == []
+        drawn = sheet_of(TrueCam(scene, problem))
+    found = sizes_of(drawn)
+    assert len(found) >= 2
+    for size in found:
+        half = 0.5001 * 25.4 * 10.0 ** -len(size.partition(".")[2])
+        assert any(abs(float(size) * 25.4 - float(known)) <= half + 5e-4 for known in plain), size
+    texts = [mark.text for mark in drawn.marks if isinstance(mark, Words)]
+    assert "DIMENSIONS ARE IN INCHES" in texts
+    assert [text for text in texts if METRIC.search(text)] == []
 
 
-def words_of(sheet):
-    """All texts, with decimal points in any language."""
-    return [re.sub(r"(?<=\d),(?=\d)", ".", mark.text) for mark in sheet.marks if isinstance(mark, Words)]
+def sizes_of(sheet):
+    """The sizes without a fit, as they are written, with decimal points in any language."""
+    large = [
+        mark.text.replace(",", ".") for mark in sheet.marks if isinstance(mark, Words) and mark.height == LARGE
+    ]
+    return [text.lstrip("RØ") for text in large if re.fullmatch(r"[RØ]?(\d*\.\d+|\d+)", text) and text != "63"]
 
 
 def test_options_take_lengths_and_feeds_with_a_unit(capsys, tmp_path):
