@@ -1,7 +1,6 @@
 """Pairs of discs and yokes, against both contacts of one rigid follower on the profiles as they are cut."""
 
 from dataclasses import replace
-from math import inf
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ from support.pairs import centres, nearest_points, pair, profiles, yoke
 
 import camopt
 from camopt.core.mistakes import BadInput
+from camopt.core.numerics.budget import UNLIMITED
 from camopt.core.numerics.curves import value_and_slope
 from camopt.model.effects import EvaluationBlock
 from camopt.model.mechanisms.pairs import largest_half_turn_misfit
@@ -253,7 +253,7 @@ def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
     assert found == pytest.approx(together["base_radius_mm"], rel=1e-8)
     assert apart.best["proved"]
     problem = resolve(apart.scene)
-    alike = smallest_equal_pair(problem, search_boxes(problem)[0], inf)
+    alike = smallest_equal_pair(problem, search_boxes(problem)[0], UNLIMITED)
     assert alike.size == alike.second["second_size"] == pytest.approx(together["base_radius_mm"], rel=1e-8)
 
 

@@ -519,7 +519,8 @@ def test_a_fit_is_told_and_drawn_in_inch(capsys, tmp_path):
     angles = np.arange(0.0, 360.0, 4.0)
     lifts = 5.0 * (1.0 - np.cos(np.radians(angles)))
     lifts[30] += 0.8  # which is left out
-    np.savetxt(tmp_path / "lift.csv", np.column_stack([angles, lifts + 1e-3 * np.sin(7.0 * angles)]), delimiter=",")
+    rows = np.column_stack([angles, lifts + 1e-3 * np.sin(7.0 * angles)])
+    np.savetxt(tmp_path / "lift.csv", rows, delimiter=",", header="angle_deg,lift_mm", comments="")
     files = [tmp_path / "lift.csv", "--scene", "bucket-valve", "--out", tmp_path / "fitted.toml"]
     found = {units: run(capsys, "fit", *files, "--units", units) for units in ("mm", "inch")}
     (mm,), (inch,) = ([line for line in err.splitlines() if "is left out" in line] for _, _, err in found.values())
