@@ -1,6 +1,6 @@
 """Makes anew what is made from the code and kept beside it: parts of pages, and the schema of scenes.
 
-python docs/make.py
+python docs/make.py makes them from the code of this repository, and prints which files have changed.
 """
 
 import json
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 DOCS = Path(__file__).parent
-sys.path.insert(0, str(DOCS / "ext"))
+sys.path[:0] = [str(DOCS / "ext"), str(DOCS.parent)]
 
 from reference import pages  # noqa: E402
 
@@ -22,5 +22,9 @@ def made() -> dict[Path, str]:
 
 
 if __name__ == "__main__":
-    for file, text in made().items():
+    changed = {file: text for file, text in made().items() if file.read_text(encoding="utf-8") != text}
+    for file, text in changed.items():
         file.write_text(text, encoding="utf-8")
+        print(file)
+    if not changed:
+        print("nothing has changed")

@@ -198,6 +198,12 @@ class FurtherContact(NamedTuple):
     """The sizes of designs at this contact."""
 
 
+CurveMaker = Callable[[Designs, Programme], Any]
+"""A function that makes a curve of the contact over the turn, from designs and their motion."""
+OutlineMaker = Callable[[Designs, Programme, Any], Any]
+"""The same, from a distance beyond the trace point too."""
+
+
 class Mechanism(NamedTuple):
     """A pairing of cam and follower: the curves of its quantities, and the points of contact.
 
@@ -214,7 +220,7 @@ class Mechanism(NamedTuple):
     sizes: tuple[str, ...]
     """The fields of ``Designs`` that the follower has; ``roller_radius`` only if its tip has a radius."""
     name: str
-    pressure: Callable[[Designs, Programme], Any]
+    pressure: CurveMaker
     """Curve tan β."""
     assembly_margins: Callable[[Designs, Programme], tuple[Any, ...]]
     """Numbers that are all positive if a design can be assembled at every angle; Intervals for boxes of designs."""
@@ -225,26 +231,26 @@ class Mechanism(NamedTuple):
     shifted_contact: Callable[[Designs, float, Any, Any, ContactErrors], ContactShift]
     """The contact of a real follower at the same point of the cam, from a design, the lift, y, y' and the
     errors."""
-    sliding: Callable[[Designs, Programme], Any] | None = None
+    sliding: CurveMaker | None = None
     """Curve of the speed of the trace point or the flat face over a disc cam [mm/rad]."""
-    curvature: Callable[[Designs, Programme], Any] | None = None
+    curvature: CurveMaker | None = None
     """Curve of the curvature of the pitch curve [1/mm]."""
     start: Callable[[Designs], Any] | None = None
     """Height of a disc cam's trace point [mm], or angle of the arm [rad], at displacement 0."""
     trace_point: Callable[[Designs, Any], tuple[Any, Any]] | None = None
     """(x, y) of the trace point in the ground frame, from its height or angle; the prime radius is not used."""
-    profile_radius: Callable[[Designs, Programme], Any] | None = None
+    profile_radius: CurveMaker | None = None
     """Curve of the radius of curvature of a flat-faced follower's profile [mm]."""
-    reach: Callable[[Designs, Programme], Any] | None = None
+    reach: CurveMaker | None = None
     """Curve of the contact's place along a flat face [mm]."""
-    outline: Callable[[Designs, Programme, Any], Any] | None = None
+    outline: OutlineMaker | None = None
     """Curve whose largest value is the largest distance of a disc cam's profile from its axis [mm].
 
     Its third argument is how far the profile is beyond the trace point; a flat face does not use it.
     """
-    path: Callable[[Designs, Programme], Any] | None = None
+    path: CurveMaker | None = None
     """Curve of the speed of the trace point along a groove; of a cylinder's, in its development [mm/rad]."""
-    speeding: Callable[[Designs, Programme], Any] | None = None
+    speeding: CurveMaker | None = None
     """Curve of the change of the trace point's speed over the cam with the cam angle [mm/rad²]."""
     pitch: Callable[[Designs], Designs] = unreduced_designs
     """Reduces designs to standard ones with the same pitch curve: two are equal if their pitch curves are.
@@ -310,7 +316,7 @@ class Mechanism(NamedTuple):
         return self.profile or self.pitch
 
     @property
-    def curves_shared_by_pitch_curve(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
+    def curves_shared_by_pitch_curve(self) -> tuple[CurveMaker | None, ...]:
         """The curves that designs with the same pitch curve share."""
         if self.flat_faced:
             return (self.reach,) if self.profile else (self.pressure, self.reach)
@@ -344,7 +350,7 @@ class Mechanism(NamedTuple):
         return "roller_spacing" in self.sizes
 
     @property
-    def trace_speed(self) -> Callable[[Designs, Programme], Any] | None:
+    def trace_speed(self) -> CurveMaker | None:
         """Curve of the speed of the trace point over the cam [mm/rad]; None with a flat face."""
         return self.path or (None if self.flat_faced else self.sliding)
 

@@ -34,11 +34,22 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import curve_formula, curve_or_number_value, curve_value
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import oscillating, translating, translating_flat
-from camopt.model.mechanisms.design import Designs, FurtherContact, Mechanism, unreduced_designs
+from camopt.model.mechanisms.design import (
+    CurveMaker,
+    Designs,
+    FurtherContact,
+    Mechanism,
+    OutlineMaker,
+    unreduced_designs,
+)
 from camopt.model.mechanisms.elements import BREADTH_YOKE, CONJUGATE, DIAMETER_YOKE, ROLLER
 from camopt.model.motion.programme import Programme
 
-CONTACT_CURVES = ("pressure", "sliding", "speeding", "curvature", "profile_radius", "reach", "outline", "path")
+CONTACT_CURVES = tuple(
+    name
+    for name, kind in Mechanism.__annotations__.items()
+    if kind in (CurveMaker, CurveMaker | None, OutlineMaker | None)
+)
 """The curves of a mechanism that describe its contact with the cam."""
 HALF_TURN_SAMPLES = 1801  # over half a turn
 SAME_HALVES = 1e-9  # of the lift

@@ -61,7 +61,7 @@ from camopt.model.mechanisms.elements import (
     Body,
     Flank,
 )
-from camopt.model.mechanisms.pairs import with_second_contact
+from camopt.model.mechanisms.pairs import CONTACT_CURVES, with_second_contact
 from camopt.model.motion.programme import Programme
 
 
@@ -213,15 +213,12 @@ def _cylinder_rib_mechanism(mechanism: Mechanism) -> Mechanism:
         def wall_shift(designs: Designs) -> Any:
             return -0.5 * wall.side * roller_spacing_as_displacement(mechanism, designs)
 
-        def shift_curve_if_angular(make: Any) -> Any:  # curves of translating followers do not depend on y
-            return _shifted_curve_maker(make, wall_shift, 1.0) if mechanism.motion.angular else make
-
-        placed = _advanced_roller_mechanism(mechanism, -0.5 * wall.side)._replace(
-            pressure=shift_curve_if_angular(mechanism.pressure),
-            curvature=shift_curve_if_angular(mechanism.curvature),
-            path=shift_curve_if_angular(mechanism.path),
-            speeding=shift_curve_if_angular(mechanism.speeding),
-        )
+        shifted_curves: dict[str, Any] = {
+            name: _shifted_curve_maker(make, wall_shift, 1.0)
+            for name in CONTACT_CURVES
+            if mechanism.motion.angular and (make := getattr(mechanism, name))  # others do not depend on y
+        }
+        placed = _advanced_roller_mechanism(mechanism, -0.5 * wall.side)._replace(**shifted_curves)
         return _roller_at_rib_mechanism(placed, RIBBED_CYLINDER, wall)
 
     def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:

@@ -6,9 +6,7 @@ function may return either one-sided value, so motion tables evaluate laws only 
 
 A law need not rest at its ends. ``vdi_motion_task`` names its motion at both ends by the letters of VDI 2143.
 
-A new law needs four things: a module of this folder or a member of a family; its name in the list of
-``motion/__init__.py``; its exact form for the tests of proofs, in ``tests/support/balls/laws.py``; and its formula
-in ``tests/support/naive.py`` for the 50-digit reference, which ``tests/data/make_reference.py`` computes.
+The steps to add a law are on the page ``docs/architecture.md``.
 """
 
 from collections.abc import Sequence

@@ -43,6 +43,11 @@ def test_every_discipline_is_an_effect():
     assert {q.effect for q in QUANTITIES.values()} - set(EFFECTS) == {"limits", "proof"}
 
 
+def test_no_effect_has_the_name_of_a_quantity():
+    """A name among the outputs of a scene would mean both."""
+    assert not EFFECTS.keys() & QUANTITIES.keys()
+
+
 def test_without_outputs_motion_and_geometry_run_and_nothing_else():
     found, of_others = cost_report(VALVE), ("reach", "frame", "pair", "rib")
     assert [entry.effect for entry in found.entries] == [n for n in GEOMETRY if n not in of_others]
