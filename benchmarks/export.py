@@ -83,7 +83,7 @@ def read_back(file: Path, layer: str) -> np.ndarray:
             arc = np.array([complex(p.x, p.y) for p in part.flattening(FLAT)])
             onwards = np.abs(arc[0] - found[-1][-1]) < np.abs(arc[-1] - found[-1][-1])
             found.append(arc if onwards else arc[::-1])
-    return np.concatenate_designs(found)
+    return np.concatenate(found)
 
 
 def apart(one: np.ndarray, other: np.ndarray) -> float:

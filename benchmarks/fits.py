@@ -292,7 +292,7 @@ def law_of(velocity):
     """The law of a velocity by x, up to a factor: sums of 20,000 trapezoids."""
     x = np.linspace(0, 1, 20_001)
     v = velocity(x)
-    s = np.concatenate_designs([[0], np.cumsum((v[1:] + v[:-1]) / 2)])
+    s = np.concatenate([[0], np.cumsum((v[1:] + v[:-1]) / 2)])
     bend = np.gradient(v / (s[-1] / 20_000), x)
     return lambda t: (np.interp(t, x, s / s[-1]), np.interp(t, x, bend))
 
@@ -312,7 +312,7 @@ def unregistered_law(rng):
         share = rng.uniform(0.2, 0.8)
         return lambda x: tuple(share * a + (1 - share) * b for a, b in zip(one(x), other(x), strict=True))
     coefficients = [0, 0, *rng.uniform(0.3, 1.5, 7), 0, 0]  # a cubic spline as the velocity
-    knots = np.concatenate_designs([[0] * 4, np.linspace(0, 1, 9)[1:-1], [1] * 4])
+    knots = np.concatenate([[0] * 4, np.linspace(0, 1, 9)[1:-1], [1] * 4])
     return law_of(BSpline(knots, coefficients, 3))
 
 

@@ -90,7 +90,7 @@ class Archive(Callback):  # type: ignore[misc]
     def notify(self, algorithm: Any) -> None:
         new = algorithm.off if algorithm.off is not None else algorithm.pop
         costs = new.get("F")[np.all(new.get("G") <= 0.0, axis=1)]
-        costs = costs if self.rows is None else np.concatenate_designs([self.rows, costs])
+        costs = costs if self.rows is None else np.concatenate([self.rows, costs])
         columns = dict(zip(self.objectives, costs.T, strict=True))
         self.rows = row_costs(non_dominated(DesignRows(columns, len(costs)), self.objectives), self.objectives)
 
@@ -107,7 +107,7 @@ def rival(scene: Scene, seconds: float, seed: int) -> Run:
     """A run of NSGA-II."""
     archive, until = Archive(scene), TimeBasedTermination(seconds)
     found = minimize(Cams(scene), NSGA2(POPULATION), until, seed=seed, callback=archive)
-    return Run(found.F, archive.rows, found.algorithm.evaluator_with_function_addresses.n_eval)
+    return Run(found.F, archive.rows, found.algorithm.evaluator.n_eval)
 
 
 def least_seconds(run: Callable[[], Any]) -> float:

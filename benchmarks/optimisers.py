@@ -87,7 +87,7 @@ def translating(offset: bool, angles: bool) -> tuple[Scene, Problem]:
         turn = strokes(rise, 210.0 - rise, 50.0, samples)
         pairs = zip(turn, LIMITS, strict=True)
         parts = [np.abs((y1 - lead) / (height + y + 1e-12)) / np.tan(np.radians(lim)) for (y, y1, _), lim in pairs]
-        return np.concatenate_designs(parts)
+        return np.concatenate(parts)
 
     return scene, Problem(tuple(bounds), usage)
 
@@ -117,7 +117,7 @@ def oscillating(arm: bool, centre: bool) -> tuple[Scene, Problem]:
         for (y, y1, _), limit in zip(turn, SWING_LIMITS, strict=True):
             psi = np.arccos(cosine) + y
             parts.append(np.abs((l * (1 + y1) - c * np.cos(psi)) / (c * np.sin(psi))) / np.tan(np.radians(limit)))
-        return np.concatenate_designs(parts)
+        return np.concatenate(parts)
 
     return scene, Problem((SIZES, *(ranges[name] for name in free)), usage)
 
@@ -145,7 +145,7 @@ def flat() -> tuple[Scene, Problem]:
             psi, q = np.arcsin(sine) + y, 1 + y1
             curvature = f + c * (np.sin(psi) * (2 * q - 1) / q**2 + np.cos(psi) * y2 / q**3)
             parts.append(2.0 - curvature / LEAST_RADIUS)
-        return np.concatenate_designs(parts)
+        return np.concatenate(parts)
 
     return scene, Problem((SIZES, *ranges.values()), usage)
 

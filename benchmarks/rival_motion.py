@@ -65,5 +65,5 @@ def motion_table(law: str, segments: Sequence[Segment], samples: int) -> Array:
         x = np.linspace(0.0, 1.0, max(2, round(samples * angle / 360)))
         parts.append(Stroke(ALL_LAWS[law], np.radians(angle), height, lift).motion(x))
         height += lift
-    y, y1, y2 = (np.concatenate_designs(each) for each in zip(*parts, strict=True))
+    y, y1, y2 = (np.concatenate(each) for each in zip(*parts, strict=True))
     return np.array([y, y1, y2, np.cos(y), np.sin(y)])

@@ -140,7 +140,7 @@ def _over_samples(cams: Cams, stroke: Stroke, x: Array, refine: bool) -> Extreme
             tops[name].append(_peak(sign * curves[curve], x))
     found = {}
     for name, (curve, sign) in QUESTIONS.items():
-        at, best = (np.concatenate_designs(column) for column in zip(*tops[name], strict=True))
+        at, best = (np.concatenate(column) for column in zip(*tops[name], strict=True))
         found[name] = _refined(cams, stroke, curve, sign, x, at, best) if refine and x.size > 2 else best
     return found
 

@@ -25,7 +25,7 @@ def by_brentq(law: str) -> float:
     """The base radius [mm] at which the largest sampled pressure angle is the limit."""
     x = np.linspace(0.0, 1.0, ANGLES // 2)
     rows = [stroke.motion(x)[:2] for stroke in turn_of(law)]
-    y, y1 = (np.concatenate_designs(each) for each in zip(*rows, strict=True))
+    y, y1 = (np.concatenate(each) for each in zip(*rows, strict=True))
     limit = np.tan(np.radians(LIMIT))
 
     def excess(radius: float) -> float:

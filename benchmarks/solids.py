@@ -58,7 +58,7 @@ def lower_edges(solid: shapes.CadShape) -> Iterator[np.ndarray]:
 
 def furthest(points: np.ndarray, lines: list[np.ndarray]) -> float:
     """The largest distance of points from lines."""
-    sides = np.concatenate_designs([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    sides = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     tree = shapely.STRtree(shapely.linestrings(sides))
     return float(tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)[1].max())
 
@@ -69,7 +69,7 @@ def off_profile(scene: Scene, solid: shapes.CadShape) -> float:
     points = cam_points(scene, angles[angles <= 360.0])
     true = np.column_stack([points["profile_x_mm"], points["profile_y_mm"]])
     edges = list(lower_edges(solid))
-    return max(furthest(true[::8], edges), furthest(np.concatenate_designs(edges)[::12], [true]))
+    return max(furthest(true[::8], edges), furthest(np.concatenate(edges)[::12], [true]))
 
 
 def step_row(scene: Scene, file: Path, curves: str, expected: float) -> tuple[str, float, float]:

@@ -597,7 +597,11 @@ class InspectedDisc:
         response = ToolResponse(without_train, self.cam_angles_at(zero_angle))
         slope = self.problem.programme.motion_at(response.angles)[1]
         return np.column_stack(
-            [slope, response.profile_response[0], *(column[0] for column in response.bore_responses)]
+            [
+                slope,
+                response.profile_response[0],
+                *(column[0] for column in response.bore_responses_in_two_directions),
+            ]
         )
 
     @property

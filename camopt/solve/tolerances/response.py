@@ -83,7 +83,7 @@ class ToolResponse:
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """Responses to the error of a key of ``[tolerances]``: one, or those to its real and imaginary part."""
         if key == "bore_eccentricity":
-            return self.bore_responses
+            return self.bore_responses_in_two_directions
         if key == "profile":
             return self.wave_responses(waves) if waves else (self.profile_response,)
         return (self.number_response(key),)
@@ -103,7 +103,7 @@ class ToolResponse:
         return cosine, sine
 
     @cached_property
-    def bore_responses(self) -> tuple[FloatArray, FloatArray]:
+    def bore_responses_in_two_directions(self) -> tuple[FloatArray, FloatArray]:
         """Responses to an eccentricity of the bore in two directions that turn with the cam."""
         first, second = map(self._tool_derivatives, self.follower_response.bore_responses_in_two_directions)
         return first, second
@@ -163,12 +163,14 @@ class PairResponse:
         )
 
     @cached_property
-    def bore_responses(self) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    def bore_responses_in_two_directions(
+        self,
+    ) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
         """Responses of both contacts to an eccentricity of the bore, in two directions that turn with the cam.
 
         The second direction changes its sign at a mirrored second contact.
         """
-        (x, y), (across, up) = (each.bore_responses for each in self.contact_responses)
+        (x, y), (across, up) = (each.bore_responses_in_two_directions for each in self.contact_responses)
         sign = second_contact_motion_error_sign(self.problem.setup.mechanism)
         return (x, sign * across), (
             y,
@@ -190,7 +192,10 @@ class PairResponse:
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """Responses of the tool to the error of a key: one, or those to its real and imaginary part."""
         if key == BORE:
-            return tuple(self.tool_derivatives((first - second) / 2.0) for first, second in self.bore_responses)
+            return tuple(
+                self.tool_derivatives((first - second) / 2.0)
+                for first, second in self.bore_responses_in_two_directions
+            )
         if is_train_key(key):
             return (ToolResponse(self.problem, self.angles).number_response(key),)
         at = errors_at_contacts_by_key(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
@@ -209,7 +214,7 @@ class PairResponse:
         A base radius changes s too; a number of the train does not.
         """
         if key == BORE:
-            return tuple((first + second)[0] for first, second in self.bore_responses)
+            return tuple((first + second)[0] for first, second in self.bore_responses_in_two_directions)
         if key in BASE_RADII:
             return (np.full(self.angles.size, _separation_slopes_by_base_radius(self.problem)[key]),)
         if is_train_key(key):
@@ -304,7 +309,7 @@ def separation_responses_by_tolerance(
             ]
             yield SeparationResponse(key, np.array(rows), *ends)
     if bore := tolerances.bore_eccentricity:
-        most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses))
+        most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses_in_two_directions))
         yield SeparationResponse(BORE, most[None], -bore, bore)
     for key, zone in number_zones(scene, problem.nominal_numbers).items():
         if key in BASE_RADII:
@@ -328,7 +333,7 @@ def largest_separation_rate(scene: Scene, problem: Problem, angles: FloatArray) 
             speed += largest_error_by_profile_zone(derivatives, tolerances.profile, tolerances.waves)[1]
     if tolerances.bore_eccentricity:
         speed += tolerances.bore_eccentricity * np.hypot(
-            *(first[1] + second[1] for first, second in response.bore_responses)
+            *(first[1] + second[1] for first, second in response.bore_responses_in_two_directions)
         )
     return speed
 

@@ -93,7 +93,7 @@ def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) 
         most = largest_error_by_profile_zone(response.profile_response, tolerances.profile, tolerances.waves)
         yield _contribution_along_profile("profile", most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
-        most = tolerances.bore_eccentricity * np.hypot(*response.bore_responses)
+        most = tolerances.bore_eccentricity * np.hypot(*response.bore_responses_in_two_directions)
         yield _contribution_along_profile("bore_eccentricity", most, span)
 
 
@@ -116,7 +116,10 @@ def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> I
             most = largest_error_by_profile_zone(response.tool_response(at), tolerances.profile, tolerances.waves)
             yield _contribution_along_profile(key, most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
-        x, y = (response.tool_derivatives((first - second) / 2.0) for first, second in response.bore_responses)
+        x, y = (
+            response.tool_derivatives((first - second) / 2.0)
+            for first, second in response.bore_responses_in_two_directions
+        )
         yield _contribution_along_profile("bore_eccentricity", tolerances.bore_eccentricity * np.hypot(x, y), span)
 
 

@@ -139,7 +139,7 @@ class DrivenMotion:
         )
 
     @property
-    def levels(self) -> tuple[Any, Any]:
+    def lowest_and_highest_displacement(self) -> tuple[Any, Any]:
         """Lowest and highest displacement of the follower."""
         return self.lift * 0.0, self.lift
 

@@ -38,9 +38,7 @@ print(f"differential evolution {rival.F[0]:.6f} mm, optimise {proved:.6f} mm")
 # How far the best of each generation is above the smallest cam:
 
 figure, ax = plt.subplots()
-found = [
-    (each.evaluator_with_function_addresses.n_eval, each.opt[0].F[0]) for each in rival.history if each.opt[0].FEAS
-]
+found = [(each.evaluator.n_eval, each.opt[0].F[0]) for each in rival.history if each.opt[0].FEAS]
 evaluations, sizes = zip(*found, strict=True)
 ax.semilogy(evaluations, [size - proved for size in sizes], "o-", ms=3)
 ax.set(xlabel="designs evaluated", ylabel="base radius above the proved smallest, mm")

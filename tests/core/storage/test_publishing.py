@@ -224,7 +224,7 @@ def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
 DIES = """
 import os, sys
 from pathlib import Path
-from camopt.core.storage.publishing import finish_publishing, publication, published_answer, path_to_revise_file
+from camopt.core.storage.publishing import publication
 with publication(sys.argv[1], "sweep", ("a.txt",), kept_patterns=("blocks-*",)) as unit:
     unit.staged_path("a.txt").write_text("lost")
     (unit.staging / "blocks-1").write_text("kept")
