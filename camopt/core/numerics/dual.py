@@ -61,7 +61,7 @@ def _dual_power(a, b):
     return Dual(value, b * value * a.slope / a.value)
 
 
-def _larger_dual(a, b):
+def _larger_of_dual_and_number(a, b):
     """The larger of a and a number; where they are equal, with the mean of both slopes."""
     return Dual(np.maximum(a.value, b), 0.5 * (1.0 + np.sign(a.value - b)) * a.slope)
 
@@ -92,7 +92,7 @@ DUAL_RULES: OperationRules = {
     np.sqrt: {(OWN,): _dual_root},
     np.square: {(OWN,): lambda a: Dual(np.square(a.value), 2.0 * a.value * a.slope)},
     np.absolute: {(OWN,): lambda a: Dual(np.absolute(a.value), np.sign(a.value) * a.slope)},
-    np.maximum: {(OWN, OTHER): _larger_dual},
+    np.maximum: {(OWN, OTHER): _larger_of_dual_and_number},
     np.sign: {(OWN,): lambda a: as_constant(np.sign(a.value))},
 }
 """Rules of each operation for operands that are dual numbers or others. A sign is a constant."""

@@ -33,7 +33,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
     assert case.setup.train is not None
-    least = np.degrees(case.setup.train.least_transmission_angle(*tool_travel_range(case.programme)))
+    least = np.degrees(case.setup.train.least_transmission_angle_over_travel(*tool_travel_range(case.programme)))
     return {LEAST_ANGLE: EnclosedValue(least, -ANGLE_ROUNDING * least, least)}
 
 

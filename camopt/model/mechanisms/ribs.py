@@ -86,7 +86,7 @@ def roller_spacing_as_displacement(mechanism: Mechanism, designs: Designs) -> An
     return 2.0 * np.arcsin(0.5 * spacing / designs.arm_length) if mechanism.motion.angular else spacing
 
 
-def _roller_spacing_error(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
+def _displacement_error_of_roller_spacing(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
     """Error of ``roller_spacing_as_displacement`` that errors of the follower's sizes cause [mm or rad]."""
     wider = errors.size_error("roller_spacing")
     if not mechanism.motion.angular:
@@ -113,7 +113,9 @@ def _advanced_roller_mechanism(
 
     def shifted_contact(design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors) -> ContactShift:
         shift = mechanism.shifted_contact(design, lift, y + roller_shift(design), y1, errors)
-        return shift._replace(moved=shift.moved - _roller_spacing_error(mechanism, design, errors) * spacing_share)
+        return shift._replace(
+            moved=shift.moved - _displacement_error_of_roller_spacing(mechanism, design, errors) * spacing_share
+        )
 
     return mechanism._replace(contact=contact, shifted_contact=shifted_contact)
 

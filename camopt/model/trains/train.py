@@ -104,17 +104,17 @@ class Train:
     def has_couplers(self) -> bool:
         return any(link.couplers_by_driving_side[0] for link in self.links)
 
-    def least_transmission_angle(self, low: Any, high: Any) -> Any:
+    def least_transmission_angle_over_travel(self, lowest_tool_position: Any, highest_tool_position: Any) -> Any:
         """Least transmission angle of its couplers over a travel of the tool [rad]."""
         angles = []
         for link in reversed(self.links):
             one, other = (
-                formula_value_at(link.driver_displacement, low),
-                formula_value_at(link.driver_displacement, high),
+                formula_value_at(link.driver_displacement, lowest_tool_position),
+                formula_value_at(link.driver_displacement, highest_tool_position),
             )
-            low, high = np.minimum(one, other), np.maximum(one, other)
+            lowest_tool_position, highest_tool_position = np.minimum(one, other), np.maximum(one, other)
             if (coupler := link.couplers_by_driving_side[0]) is not None:
-                angles.append(coupler.least_transmission_angle(low, high))
+                angles.append(coupler.least_transmission_angle(lowest_tool_position, highest_tool_position))
         return reduce(np.minimum, angles)
 
     def sketch(self, follower: FloatArray, port: Port, size: float) -> LinkSketch:

@@ -17,7 +17,7 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.settings import (
-    problem_with_numbers_per_design,
+    problem_with_searched_numbers_per_design,
     problems_by_motion,
     setting_count_mistakes,
 )
@@ -77,7 +77,7 @@ def sweep_space(problem: Problem) -> DesignSpace:
     settings, which = _distinct_settings([drawn.pop(key) for key in shared], choices.samples)
     if mistakes := setting_count_mistakes(problem, len(settings)):
         raise BadInput(mistakes)
-    free = problem_with_numbers_per_design(problem)
+    free = problem_with_searched_numbers_per_design(problem)
     problems = problems_by_motion(free, [dict(zip(shared, each, strict=True)) for each in settings])
     order = np.argsort(which, kind="stable")
     return DesignSample(free, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))

@@ -47,8 +47,8 @@ def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({}
     )
 
 
-def problem_with_numbers_per_design(
-    problem: Problem, ends: Mapping[str, tuple[float, float]] | None = None
+def problem_with_searched_numbers_per_design(
+    problem: Problem, search_ends: Mapping[str, tuple[float, float]] | None = None
 ) -> Problem:
     """The problem whose designs carry the numbers that ``[search]`` varies, and numbers with robust tolerances.
 
@@ -61,8 +61,8 @@ def problem_with_numbers_per_design(
     """
     return (
         _cached_problem_per_design(problem)
-        if ends is None
-        else _with_numbers_per_design(problem, {**_search_ranges(problem), **ends})
+        if search_ends is None
+        else _with_numbers_per_design(problem, {**_search_ranges(problem), **search_ends})
     )
 
 
@@ -78,7 +78,7 @@ def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:
 def with_toleranced_numbers_per_design(problem: Problem) -> Problem:
     """The problem whose design carries the numbers with tolerances.
 
-    It raises as ``problem_with_numbers_per_design``.
+    It raises as ``problem_with_searched_numbers_per_design``.
     """
     return _with_numbers_per_design(problem, {})
 

@@ -20,7 +20,7 @@ from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.settings import (
     NumberSetting,
     law_pair_by_programme,
-    problem_with_numbers_per_design,
+    problem_with_searched_numbers_per_design,
     problems_by_motion,
     setting_count_mistakes,
 )
@@ -152,7 +152,7 @@ def grid_space(problem: Problem) -> DesignSpace:
         raise BadInput(mistakes)
     values = product(*(each.grid_values.tolist() for each in shared))
     combined = [{v.key: x for v, x in zip(shared, each, strict=True)} for each in values]
-    free = problem_with_numbers_per_design(problem)
+    free = problem_with_searched_numbers_per_design(problem)
     return DesignSpace(
         free, problems_by_motion(free, combined), {v.field: v.grid_values for v in varied if v.varies_by_design}
     )

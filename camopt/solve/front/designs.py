@@ -39,7 +39,7 @@ from camopt.scene.problem.problem import Problem, missing_variable_mistakes, res
 from camopt.scene.problem.rows import VERDICT_COLUMNS, DesignRows, scatter_rows
 from camopt.scene.problem.settings import (
     given_profile_mistakes,
-    problem_with_numbers_per_design,
+    problem_with_searched_numbers_per_design,
     problems_in_settings,
 )
 from camopt.scene.problem.variables import Variable
@@ -262,7 +262,7 @@ def _problem_varying_table_numbers(
     """The problem of a scene whose search varies the numbers that a valid table has columns for."""
     columns = {each.search_key: name for name, each in varied.items() if each.is_scene_number and table.count}
     if not columns:
-        return problem_with_numbers_per_design(scene_problem)
+        return problem_with_searched_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
     cache = _cached_searches_by_varied_keys(scene)
     cached = cache.get(frozenset(ends))
@@ -282,7 +282,7 @@ def _problem_varying_table_numbers(
             for key, (low, high) in ends.items()
         }
     numbers = {each.key: ends[each.search_key] for each in varied.values() if each.search_key in ends}
-    search = _CachedSearch(ends, problem_with_numbers_per_design(problem, numbers))
+    search = _CachedSearch(ends, problem_with_searched_numbers_per_design(problem, numbers))
     cache[frozenset(ends)] = search
     return search.problem
 

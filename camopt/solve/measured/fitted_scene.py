@@ -44,7 +44,7 @@ def fitted_segments(outline_motion: OutlineMotion) -> FittedSegments:
         angle, lift = _round_angle(outline_motion.strokes[k].angle), round(abs(lift), LEVEL_DIGITS)
         motion.append({"segment": segment, "angle": angle, "lift": lift, "law": name})
         knots, coefficients = (
-            outline_motion.strokes[k].chain.knots.tolist(),
+            outline_motion.strokes[k].chain.clamped_knot_vector.tolist(),
             outline_motion.coefficients[k].tolist(),
         )
         laws[name] = {"degree": CHAIN_DEGREE, "knots": knots, "coefficients": coefficients}

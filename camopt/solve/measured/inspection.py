@@ -44,7 +44,7 @@ from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forw
 from camopt.solve.measured.noise import OUTLIER_OFF, noise_from_neighbours
 from camopt.solve.measured.outline import ANGLE_DIGITS, places_before_gaps
 from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_position_on_base_circle
-from camopt.solve.measured.smoothing import smoothing_spline
+from camopt.solve.measured.smoothing import smoothing_residuals_and_leverages
 from camopt.solve.measured.waves import ProfileHarmonics, ProfileWave, significant_harmonics
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
@@ -656,7 +656,7 @@ class InspectedDisc:
 
     @cached_property
     def smoothing_curve(self) -> Any:
-        return smoothing_spline(replace(self.kept_points, lifts=self.raw_normal_deviations))
+        return smoothing_residuals_and_leverages(replace(self.kept_points, lifts=self.raw_normal_deviations))
 
     @cached_property
     def is_outlying(self) -> BoolArray:

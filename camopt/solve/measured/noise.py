@@ -13,7 +13,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray, IndexArray
 from camopt.core.numerics.neighbours import NEIGHBOURS, NORMAL_MEDIAN, scaled_deviations_from_neighbours
 from camopt.solve.measured.measured_points import FEWEST_MEASURED, TURN_DEG, MeasuredPoints, forward_angle_deg
-from camopt.solve.measured.smoothing import smoothing_spline
+from camopt.solve.measured.smoothing import smoothing_residuals_and_leverages
 
 EQUAL_STEP = 1.0 / sqrt(12.0)  # standard deviation of rounding errors for a step of 1
 FILES_PER_BAND_BREAK = 20.0  # number of files with one normal error outside the band
@@ -48,7 +48,7 @@ def estimate_point_errors(points: MeasuredPoints) -> ErrorSize:
     count, neighbour_noise = moving.rows.size, noise_from_neighbours(points)
     if count < FEWEST_MEASURED:
         return ErrorSize(neighbour_noise, neighbour_noise, neighbour_noise)
-    curve = smoothing_spline(moving)
+    curve = smoothing_residuals_and_leverages(moving)
     noise = sqrt(float(curve.residuals @ curve.residuals) / (count - curve.freedom))
     known_errors = count * (count - curve.freedom) / curve.freedom
     if noise > MOST_SPLINE_NOISE * neighbour_noise:

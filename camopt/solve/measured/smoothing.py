@@ -33,7 +33,7 @@ BASES_KEPT = 4  # cached bases, of up to some MB each
 REGULARISATION_SHARE = 1e-10  # regularisation of the measure, for knots without points beside them
 
 
-class SmoothingSpline(NamedTuple):
+class SmoothingFit(NamedTuple):
     """The smoothing spline at its points: residuals, leverage of each point, and degrees of freedom f."""
 
     residuals: FloatArray
@@ -41,7 +41,7 @@ class SmoothingSpline(NamedTuple):
     freedom: float
 
 
-def smoothing_spline(points: MeasuredPoints) -> SmoothingSpline:
+def smoothing_residuals_and_leverages(points: MeasuredPoints) -> SmoothingFit:
     """The smoothing spline of points by generalised cross-validation.
 
     Knots are at the angles of the points, or at 360 of these if there are more.
@@ -55,7 +55,7 @@ def smoothing_spline(points: MeasuredPoints) -> SmoothingSpline:
     allowed = np.flatnonzero(freedom <= MOST_FREEDOM_SHARE * lifts.size)
     residual_squares = unexplained + (1.0 - shrinkage[allowed]) ** 2 @ parts**2
     best = allowed[np.argmin(residual_squares / (lifts.size - TRACE_FACTOR * freedom[allowed]) ** 2)]
-    return SmoothingSpline(
+    return SmoothingFit(
         lifts - curves @ (shrinkage[best] * parts), curves**2 @ shrinkage[best], float(freedom[best])
     )
 

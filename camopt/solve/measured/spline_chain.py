@@ -29,7 +29,7 @@ class SplineChain:
     inner_knots: tuple[float, ...]
 
     @property
-    def knots(self) -> FloatArray:
+    def clamped_knot_vector(self) -> FloatArray:
         ends = CHAIN_DEGREE + 1
         return np.concatenate([np.zeros(ends), self.inner_knots, np.ones(ends)])
 
@@ -41,13 +41,16 @@ class SplineChain:
     @cached_property
     def difference_factors(self) -> list[FloatArray]:
         """Δt/(5 − k): factors from cₖ₊₁ to the differences of cₖ."""
-        inside = [self.knots[1 + k : self.knots.size - 1 - k] for k in range(JOINED_ORDERS - 1)]
+        inside = [
+            self.clamped_knot_vector[1 + k : self.clamped_knot_vector.size - 1 - k]
+            for k in range(JOINED_ORDERS - 1)
+        ]
         degrees = [CHAIN_DEGREE - k for k in range(JOINED_ORDERS - 1)]
         return [(t[p:] - t[:-p]) / p for t, p in zip(inside, degrees, strict=True)]
 
     def value_matrix(self, x: ArrayLike, order: int = 0) -> sparse.csr_array:
         """Matrix from the coefficients of a derivative to its values at x."""
-        knots = self.knots[order : self.knots.size - order]
+        knots = self.clamped_knot_vector[order : self.clamped_knot_vector.size - order]
         return BSpline.design_matrix(x, knots, CHAIN_DEGREE - order, extrapolate=True)
 
     @cached_property

@@ -49,7 +49,7 @@ from camopt.solve.smallest.result import (
     empty_known_crossings,
     first_feasible_design,
     is_provably_feasible,
-    largest_disc_sizes,
+    largest_base_radii,
 )
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
@@ -81,7 +81,7 @@ def branch_and_bound(
     most = (
         largest_possible_size(problem, bounds)
         if look.design is None
-        else float(largest_disc_sizes(look.design, discs)[0])
+        else float(largest_base_radii(look.design, discs)[0])
     )
     if look.design is None and not look.motion_infeasible:
         most = _largest_assemblable_size(problem, bounds, most)
@@ -121,7 +121,7 @@ class BoxSearch(Bisection):
 
     def sizes_of(self, designs: Designs) -> Any:
         """Size of each design [mm]."""
-        return largest_disc_sizes(designs, self.discs)
+        return largest_base_radii(designs, self.discs)
 
     def select_batch(self, boxes: DesignBoxes) -> tuple[DesignBoxes, DesignBoxes]:
         """The boxes to examine next, and the rest: first the smallest, or without an incumbent the widest."""

@@ -20,7 +20,7 @@ from camopt.solve.smallest.result import (
     empty_known_crossings,
     first_feasible_design,
     is_provably_feasible,
-    largest_disc_sizes,
+    largest_base_radii,
     minimised_disc_fields,
 )
 from camopt.solve.verdicts.feasible_filter import feasible_designs
@@ -59,7 +59,7 @@ def search_coarse_grid(
     """The best design of a coarse grid, with ``values_per_variable`` of each free variable except the size."""
     points = coarse_grid(problem, bounds, problem.programme.lift, values_per_variable)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
-    points = points.take(np.argsort(largest_disc_sizes(points, minimised_disc_fields(bounds)), kind="stable"))
+    points = points.take(np.argsort(largest_base_radii(points, minimised_disc_fields(bounds)), kind="stable"))
     crossings = empty_known_crossings(problem)
     for block in _split_blocks(points, budget):
         design = first_feasible_design(problem, block, crossings, budget)
@@ -163,7 +163,7 @@ def shrink_on_grids(
 
     def smallest_feasible_index(designs: Designs, excess: FloatArray) -> int:
         worst = np.max(excess, axis=0, initial=-inf)
-        size = np.where(worst <= 0.0, largest_disc_sizes(designs, discs), inf)
+        size = np.where(worst <= 0.0, largest_base_radii(designs, discs), inf)
         return int(np.lexsort((worst, size))[0])  # at equal sizes the least excess
 
     best = _best_design_on_zoomed_grids(problem, bounds, design, smallest_feasible_index, zooms, budget)

@@ -20,7 +20,7 @@ from camopt.scene.problem.problem import Problem, resolve, with_rounding_relativ
 from camopt.scene.problem.settings import (
     given_profile_mistakes,
     law_pair_by_programme,
-    problem_with_numbers_per_design,
+    problem_with_searched_numbers_per_design,
 )
 from camopt.scene.problem.space import describe_listed_values, search_boxes
 from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
@@ -110,7 +110,7 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     mistakes = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
     if mistakes := [*given_profile_mistakes(problem, "the base radius"), *mistakes]:
         raise BadInput(mistakes)
-    problem = problem_with_numbers_per_design(problem)
+    problem = problem_with_searched_numbers_per_design(problem)
     quantities: dict[str, dict[str, Any]] = {}
     cams: dict[str, Problem] = {}
     sizes: dict[str, float] = {}

@@ -18,7 +18,7 @@ from camopt.model.effects.effect_numbers import NO_BAND, ErrorBand, ToleranceBan
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, with_rounding_relative_error
-from camopt.scene.problem.settings import law_pair_by_programme, problem_with_numbers_per_design
+from camopt.scene.problem.settings import law_pair_by_programme, problem_with_searched_numbers_per_design
 from camopt.scene.problem.tolerance_zones import initial_robust_errors
 from camopt.scene.tolerances import ToleranceZone
 from camopt.solve.smallest.free_variables import FreeVariables
@@ -206,7 +206,7 @@ def prices_of_smallest(optimum: Optimum, seconds: float | None = None) -> Prices
 
 def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariables]]:
     """The free variables of the smallest cam of each law, from its quantities: its scene may not be resolvable."""
-    problem = problem_with_numbers_per_design(with_rounding_relative_error(resolve(optimum.scene)))
+    problem = problem_with_searched_numbers_per_design(with_rounding_relative_error(resolve(optimum.scene)))
     for programme, pair in law_pair_by_programme(problem).items():
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         row = optimum.by_law.get(laws)

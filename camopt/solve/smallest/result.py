@@ -25,7 +25,7 @@ def minimised_disc_fields(bounds: SizeBounds) -> tuple[str, ...]:
     return ("size", SECOND_SIZE) if low < high else ("size",)
 
 
-def largest_disc_sizes(designs: Designs, discs: tuple[str, ...]) -> Any:
+def largest_base_radii(designs: Designs, discs: tuple[str, ...]) -> Any:
     """Size of the largest disc of each design [mm]."""
     return reduce(np.maximum, (designs.sizes[disc] for disc in discs))
 
@@ -49,7 +49,7 @@ class SmallestCam:
     @property
     def size(self) -> float:
         """Size of the design [mm]; infinite if there is none."""
-        return inf if self.design is None else float(largest_disc_sizes(self.design, self.discs)[0])
+        return inf if self.design is None else float(largest_base_radii(self.design, self.discs)[0])
 
     @property
     def gap(self) -> float:

@@ -440,17 +440,19 @@ class _GradeSearch:
     def least_separations_by_key_and_grade(self) -> dict[str, dict[int, FloatArray]]:
         """Least separation that each graded tolerance makes, by key and grade."""
         return {
-            key: {grade: self._least_separations_by_key(scene)[key] for grade, scene in scenes.items()}
+            key: {grade: self._least_contact_separation_by_key(scene)[key] for grade, scene in scenes.items()}
             for key, scenes in self.scenes_by_key_and_grade.items()
         }
 
     @cached_property
     def least_ungraded_separation(self) -> FloatArray:
         """Least separation that all other tolerances make."""
-        others = [low for key, low in self._least_separations_by_key(self.scene).items() if key not in self.costs]
+        others = [
+            low for key, low in self._least_contact_separation_by_key(self.scene).items() if key not in self.costs
+        ]
         return sum(others, np.zeros(self.turn_errors.nodes.size))
 
-    def _least_separations_by_key(self, scene: Scene) -> dict[str, FloatArray]:
+    def _least_contact_separation_by_key(self, scene: Scene) -> dict[str, FloatArray]:
         return {key: ends.low for key, ends in separation_range_by_key(scene, self.problem, self.turn_errors.nodes)}
 
     @cached_property

@@ -261,11 +261,11 @@ class ContactAhead:
     def enclose_angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
         """Angle a from φ to the place that touches when the cam is turned ``cam_angle`` (b) beyond φ [rad]."""
         place = as_sloped_interval(0.0, cam_angle)
-        guess = cam_angle - self._cam_turn_at_contact(place)
+        guess = cam_angle - self._further_cam_turn_by_errors(place)
         most = FIRST_RANGE_FACTOR * (cam_angle.value.largest_magnitude + guess.value.largest_magnitude)
         place, inside = as_sloped_interval(Interval(-most, most), cam_angle), np.ones(most.shape, dtype=bool)
         for _ in range(CONTRACTIONS):  # each contracts the range by the ratio of the errors to the cam's size
-            turn = self._cam_turn_at_contact(place)
+            turn = self._further_cam_turn_by_errors(place)
             nearer = cam_angle - turn  # errors that both have in common nearly cancel
             inside &= (nearer.value.low >= place.value.low) & (nearer.value.high <= place.value.high)
             place = replace(
@@ -274,7 +274,7 @@ class ContactAhead:
         slope = 1.0 / (self._cam_turn_slope_by_place(turn) + 1.0)
         return apply_chain_rule(place.value, place.at, [(cam_angle, slope), (turn, slope * -1.0)])
 
-    def _cam_turn_at_contact(self, ahead: SlopedInterval) -> Any:
+    def _further_cam_turn_by_errors(self, ahead: SlopedInterval) -> Any:
         motion = self.motion_ahead(ahead)
         return self._contact_shift(motion, self._contact_motion(motion, 2), 0).cam_turn.terms[0]
 

@@ -67,7 +67,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
     with np.errstate(all="ignore"):
         ratios = [joint.ratio for joint in trains.joint_motions(follower)]
         travel = sorted((tool[0], ends[0] + (ends[1] - ends[0]) * rng.uniform(0.1, 0.9)))
-        angle = range_of(trains.least_transmission_angle(*travel)) if trains.has_couplers else None
+        angle = range_of(trains.least_transmission_angle_over_travel(*travel)) if trains.has_couplers else None
     seen = 0
     for values in inside.T:
         try:
@@ -85,7 +85,7 @@ def test_no_linkage_of_a_box_is_outside_of_its_enclosure(seed):
             for part, over in zip(joint.ratio.terms, whole.terms, strict=True):
                 assert range_of(over).low <= part <= range_of(over).high
         if angle is not None and one.tool_travel_ends[0].at < travel[0] <= travel[1] < one.tool_travel_ends[1].at:
-            assert angle.low <= one.least_transmission_angle(*travel) <= angle.high
+            assert angle.low <= one.least_transmission_angle_over_travel(*travel) <= angle.high
     assert seen > 0 or np.max((high - low) / np.abs(low)) > 1e-3
 
 

@@ -54,7 +54,7 @@ def test_the_least_angle_is_that_of_a_dense_scan(seed):
     low, high = (float(np.clip(end.at, -60.0, 60.0)) for end in train.tool_travel_ends)
     low, high = low + (high - low) * np.sort(rng.uniform(0.03, 0.97, 2))
     dense = sampled_least_angle(stages, train, np.linspace(low, high, 20001))
-    found = train.least_transmission_angle(low, high)
+    found = train.least_transmission_angle_over_travel(low, high)
     assert found <= dense + 1e-9
     assert found == pytest.approx(dense, abs=1e-6)
 
@@ -66,7 +66,7 @@ def test_the_extremes_of_a_crank_rocker():
     train = assemble_train([("four-bar", keys)], angular=True)
     low, high = sorted(float(train.tool_displacement(Taylor([np.radians(x)])).terms[0]) for x in (-40.0, 10.0))
     cosine = (b * b + c * c - (d - a) ** 2) / (2 * b * c)
-    assert train.least_transmission_angle(low, high) == pytest.approx(np.arccos(cosine), rel=1e-14)
+    assert train.least_transmission_angle_over_travel(low, high) == pytest.approx(np.arccos(cosine), rel=1e-14)
 
 
 SLIDE = {"stage": "bell-crank", "crank": 90, "coupler": 180, "offset": -70, "angle": -110}

@@ -50,7 +50,12 @@ from camopt.solve.measured.noise import (
 )
 from camopt.solve.measured.one_sided_stretches import one_sided_stretches
 from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, find_outline_and_doubts
-from camopt.solve.measured.smoothing import JERK_WEIGHTS, MOST_FREEDOM_SHARE, TRACE_FACTOR, smoothing_spline
+from camopt.solve.measured.smoothing import (
+    JERK_WEIGHTS,
+    MOST_FREEDOM_SHARE,
+    TRACE_FACTOR,
+    smoothing_residuals_and_leverages,
+)
 from camopt.solve.measured.spline_chain import SplineChain
 
 CAM = {"cam": {"form": "disc", "base_radius": 20.0}, "follower": {"motion": "translating", "contact": "flat"}}
@@ -276,7 +281,7 @@ def test_the_optimum_has_multipliers():
     points, band = points_of(measured_points(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), 0.05
     found = least_jerk_curve(points, AllowedDeviation(band))
     off = found.lifts_at(points.angles) - points.lifts
-    fifth = BSpline(found.chain.knots, found.coefficients, 5).derivative(5)
+    fifth = BSpline(found.chain.clamped_knot_vector, found.coefficients, 5).derivative(5)
     knots = np.array([*found.chain.inner_knots])
     jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
     large = np.abs(jumps) > 1e-3 * np.abs(jumps).max()
@@ -294,7 +299,7 @@ def test_the_optimum_of_a_root_mean_square_is_the_smoothing_spline():
     off = found.lifts_at(points.angles) - points.lifts
     assert np.sqrt(np.mean(off**2)) == pytest.approx(0.015, rel=1e-5)
     fifth, knots = (
-        BSpline(found.chain.knots, found.coefficients, 5).derivative(5),
+        BSpline(found.chain.clamped_knot_vector, found.coefficients, 5).derivative(5),
         np.array(found.chain.inner_knots),
     )
     jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
@@ -354,7 +359,7 @@ def test_a_chain_integrates_what_it_differentiates():
     chain = SplineChain((0.1, 0.25, 0.5, 0.55, 0.9))
     jerk = np.random.default_rng(5).normal(size=chain.coefficient_count - 3)
     c = chain.integrate_jerk(jerk, (1.0, -2.0, 3.0))
-    spline = BSpline(chain.knots, c[0], 5)
+    spline = BSpline(chain.clamped_knot_vector, c[0], 5)
     x = np.linspace(0.0, 1.0, 50)[:-1]
     for order in range(4):
         np.testing.assert_allclose(chain.value_matrix(x, order) @ c[order], spline(x, order), atol=1e-10)
@@ -546,7 +551,7 @@ def by_the_spectrum(lifts):
 @pytest.mark.parametrize("noise", [0.005, 0.05])
 def test_the_smoothing_spline_is_that_of_its_spectrum(noise):
     points = points_of(measured_points(angles=np.arange(0.0, 360.0, 3.0), noise=noise))
-    found = smoothing_spline(points)
+    found = smoothing_residuals_and_leverages(points)
     splines = [each for each in by_the_spectrum(points.lifts) if each[1] <= MOST_FREEDOM_SHARE * 120]
     off, freedom = min(splines, key=lambda each: (each[0] @ each[0]) / (120 - TRACE_FACTOR * each[1]) ** 2)
     np.testing.assert_allclose(found.residuals, off, rtol=0, atol=1e-5 * noise)

@@ -7,7 +7,7 @@ import pytest
 
 from camopt import certify, evaluate, evaluate_designs, find_scene, optimise, prices
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
-from camopt.scene.problem.settings import problem_with_numbers_per_design
+from camopt.scene.problem.settings import problem_with_searched_numbers_per_design
 from camopt.solve.smallest.complete_scene import with_all_sizes
 from camopt.solve.smallest.free_variables import FreeVariables
 
@@ -124,7 +124,7 @@ def test_a_number_below_0_is_taken_as_it_is():
         **{"follower.dynamics": {"mass": 0.5, "preload": 80.0, "load": -25.0}, "limits.normal_force": 900.0},
         search={"follower": {"dynamics": {"load": {"start": -30, "stop": -20}}}, "law": ["cycloidal"]},
     )
-    problem = problem_with_numbers_per_design(with_rounding_relative_error(resolve(loaded)))
+    problem = problem_with_searched_numbers_per_design(with_rounding_relative_error(resolve(loaded)))
     cam = replace(problem, design=problem.design.with_values({"follower.dynamics.load": np.array([-25.0])}))
     freedom = FreeVariables.from_problem(cam)
     excesses = freedom.excesses_at_steps(cam.limits, np.zeros((1, freedom.independent_change_directions.shape[1])))[

@@ -9,7 +9,7 @@ from support.depth import times
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise, prices
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
-from camopt.scene.problem.settings import problem_with_numbers_per_design
+from camopt.scene.problem.settings import problem_with_searched_numbers_per_design
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.result import SmallestCam
@@ -76,7 +76,7 @@ PROVED = [name for name in QUESTIONS if name != "four-bar"]
 
 
 def search_of(scene: Scene) -> TrainBoxSearch:
-    problem = problem_with_numbers_per_design(with_rounding_relative_error(resolve(scene)))
+    problem = problem_with_searched_numbers_per_design(with_rounding_relative_error(resolve(scene)))
     return TrainBoxSearch(problem, search_boxes(problem)[0], TrainOptimum(problem, SmallestCam(None, 0.0)), np.inf)
 
 
