@@ -336,7 +336,7 @@ def test_peaks_are_levelled_among_errors(levelling, monkeypatch):
     def rough(motion, weight):
         total, lift = 0.0, motion.nodes[1].level - motion.nodes[0].level
         for stroke, coefficients, way in zip(motion.strokes, motion.coefficients, (1.0, -1.0), strict=True):
-            angle, s = np.radians(stroke.angle), BSpline(stroke.chain.knots, coefficients, 5)
+            angle, s = np.radians(stroke.angle), BSpline(stroke.chain.clamped_knot_vector, coefficients, 5)
             u = way * lift / angle**3 / jerk * s.derivative(3)(np.linspace(0.0, 1.0, 20_001))
             total += angle * np.mean(u**2 + weight * np.abs(u))
         return total
