@@ -322,7 +322,7 @@ def _root_between(function: Callable[[FloatArray], FloatArray], low: FloatArray,
     for _ in range(BISECTIONS):
         with np.errstate(divide="ignore", invalid="ignore"):
             step = -last_value * (last - far) / (last_value - far_value)
-        place = last + np.where(np.isfinite(step), step, 0.0)
+        place = np.clip(last + np.where(np.isfinite(step), step, 0.0), low, high)
         if np.array_equal(place, last):
             break
         value = function(place)

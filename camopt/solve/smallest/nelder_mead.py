@@ -45,7 +45,7 @@ def descend_simplex(
     costs of the simplex differ by no more than ``end_tolerances``. ``variable_range`` is that of every variable.
     """
 
-    def stop_after_deadline(intermediate_result: Any) -> None:
+    def stop_when_budget_is_spent(intermediate_result: Any) -> None:
         if budget.is_spent:
             raise StopIteration
 
@@ -60,7 +60,7 @@ def descend_simplex(
     bounds = None if variable_range is None else [variable_range] * start.size
     return np.asarray(
         scipy.optimize.minimize(
-            cost, start, bounds=bounds, method="Nelder-Mead", callback=stop_after_deadline, options=options
+            cost, start, bounds=bounds, method="Nelder-Mead", callback=stop_when_budget_is_spent, options=options
         ).x
     )
 

@@ -151,7 +151,7 @@ def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam
     sizes = {disc: float(answer.design.sizes[disc][0]) for disc in answer.discs}
     smaller = [disc for disc, size in sizes.items() if size <= min(sizes.values()) + EQUAL_DISCS * answer.size]
     count, start = len(smaller), answer.design
-    pairs = [_shrink_disc(problem, bounds, start, disc, budget.share(count)) for disc in smaller]
+    pairs = [_shrink_disc(problem, bounds, start, disc, budget.share(count - k)) for k, disc in enumerate(smaller)]
     best = min(pairs, key=lambda pair: pair.size)
     return replace(answer, design=best.design, second_disc_gap=best.gap)
 

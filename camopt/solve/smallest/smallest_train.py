@@ -139,15 +139,18 @@ class TrainOptimiser:
         spread, rough, boxes = (self.budget.share(1.0 / part) for part in PHASE_SHARES)
         for shares in self._trial_train_shares():
             self.size_of_train(shares, solve_small_cam_unproved, spread)
+        stopped_early = spread.is_spent
         for start in self._range_positions_of_best_tried_trains(TRAIN_DESCENTS):
             self.descend_from_train(start, ROUGH_DESCENT, rough)
+        stopped_early |= rough.is_spent
         bounded = self._bound_all_trains(boxes)
         if bounded.answer.is_proved:
             return bounded
+        stopped_early |= boxes.is_spent
         for start in self._range_positions_of_best_tried_trains(1):
             self.descend_from_train(start, FINE_DESCENT, self.budget)
         best = min(bounded, self._best_train_optimum, key=lambda train: train.answer.size)
-        return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=boxes.is_spent)
+        return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=stopped_early)
 
     def _bound_all_trains(self, budget: Budget) -> TrainOptimum:
         """The best train, with a lower bound of the size over all trains.

@@ -286,6 +286,9 @@ def _lead_range(scene_problem: Problem) -> LowHigh:
     arm = scene_problem.search_space.variables.get("arm_length")
     if arm is not None and not isinstance(arm.choice, tuple):
         own_length = float(scene_problem.design.arm_length[0])
+        if isnan(own_length):
+            what = "missing; free laws start from this length, within its range in [search]"
+            raise BadInput([Mistake(scene_problem.file, arm.key, None, what, bare=True)])
         return arm.range_ends[0] - own_length, arm.range_ends[1] - own_length
     if not scene_problem.setup.mechanism.moves_as(translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0

@@ -274,20 +274,22 @@ class _GradeSearch:
             raise self.no_grades_error(finest)
         least, tried = inf, 0
         for cost, grades in self.grades_by_cost():
+            if tried and self.budget.is_spent:
+                break
             tried += 1
             self.budget.spend(GRADES_WORK)
             if self.has_cam_beyond_limit(grades) or self.largest_first_order_clearance(grades) > 0.0:
                 continue
             within = self.within / self.displacement_unit_factor
+            proof = Budget(GRADES_PROOF_WORK)
             bound = self.worst_cam_search(grades).prove_error_bound(
-                within / (1.0 + DISPLACEMENT_GAP), DISPLACEMENT_GAP, Budget(GRADES_PROOF_WORK), within
+                within / (1.0 + DISPLACEMENT_GAP), DISPLACEMENT_GAP, proof, within
             )
+            self.budget.spend(proof.meter.work)
             if bound.high <= within:
                 return self.make_allocation(grades, min(least, cost), tried)
             if bound.witness_value <= within:
                 least = min(least, cost)
-            if self.budget.is_spent:
-                break
         raise self.no_grades_error(finest)
 
     def no_grades_error(self, finest: GradeByKey) -> BadInput:

@@ -213,6 +213,9 @@ class ToleranceBox:
             cams.append(self._worst_cam_of_train(combined, combined.limits[limit_number]))
         verdict = self._verdict_of_limit(limit, max(each.excess for each in cams))
         worst, gap = self._worst_cam_and_proven_gap(limit, cams[_worst_tried_cam_index(limit, cams)])
+        worst_limit = worst.problem.limits[limit_number]
+        if verdict == UNDECIDED and self._excess_and_quantity(worst_limit, worst.design, worst.problem)[0][0] > 0.0:
+            verdict = BROKEN
         if self.interference is not None:
             real, side = (
                 self._worst_with_possible_interference(limit, worst, self.interference),

@@ -92,7 +92,8 @@ def _certified_ranges_by_quantity(
         value = abs(float(row.column(name)[0]))
         by_contact = [_certified_range(problem, peak, design, value, accuracy, enclosures) for peak in peaks]
         if len(ranges := [bounds for bounds in by_contact if bounds]) == len(peaks) > 0:
-            proved[name] = (min if peaks[0].is_least else max)(ranges)
+            worst = min if peaks[0].is_least else max
+            proved[name] = worst(low for low, _ in ranges), worst(high for _, high in ranges)
     return proved
 
 

@@ -11,6 +11,7 @@ import camopt
 from camopt.core.mistakes import BadInput
 from camopt.scene.iso286 import limit_deviations
 from camopt.scene.problem.problem import resolve_design
+from camopt.solve.tolerances import allocation
 from camopt.solve.tolerances.response import ToolResponse
 from tests.solve.tolerances.test_tolerance import scene_of
 
@@ -137,3 +138,14 @@ def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     allocated = camopt.Scene.from_toml(tmp_path / "out" / "allocated.toml")
     assert allocated.tolerances.numbers["follower.offset"].iso == "js9"
     assert command("tolerance", file, "--costs", costs)[0] == 2
+
+
+def test_proofs_count_for_the_budget_of_the_search(monkeypatch):
+    """Else sets of grades without a proof would take all the work of a proof each."""
+    proofs, searches = [], []
+    make, search = allocation.Budget, allocation.search_budget
+    monkeypatch.setattr(allocation, "Budget", lambda *each: proofs.append(make(*each)) or proofs[-1])
+    monkeypatch.setattr(allocation, "search_budget", lambda *each: searches.append(search(*each)) or searches[-1])
+    camopt.allocate(scene_of("offset-roller", given=GIVEN), 0.09, costs=FOUR)
+    assert proofs
+    assert searches[0].meter.work >= sum(each.meter.work for each in proofs) > 0.0

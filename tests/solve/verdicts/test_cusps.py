@@ -3,12 +3,16 @@
 from functools import cache
 
 import mpmath
+import numpy as np
 import pytest
 from mpmath import fp, mp
 from support import naive
 from support.cams import FREE, cam_with
 
 from camopt import Scene, evaluate
+from camopt.scene.problem.problem import resolve_design
+from camopt.scene.problem.rows import DesignRows
+from camopt.solve.verdicts import certified_ranges
 
 CUSPED = {"flat": 33.17488339964133, "offset-roller": 1.6679948460734322}
 """Base radii, mm, whose profiles have a radius of 1e-12 and 1e-9 mm somewhere."""
@@ -82,3 +86,16 @@ def test_an_own_quantity_is_no_more_exact_than_what_it_reads(contact):
     found = evaluate_near_cusp(contact)
     assert found["mine"] == pytest.approx(found["contact_stress_max_MPa"] / 7, rel=1e-12)
     assert USUAL_ERROR < found["relative_half_width"] < 1.0
+
+
+@pytest.mark.parametrize(("name", "worst"), [("contact_stress_max_MPa", max), ("profile_radius_min_mm", min)])
+def test_a_range_of_two_contacts_has_the_worst_of_each_bound(name, worst, monkeypatch):
+    """Of ranges that lie within each other, neither alone encloses the worst of both contacts."""
+    problem = resolve_design(Scene.from_dict(cam_with("roller")))
+    rows = DesignRows({name: np.array([3.0])}, 1, {name: np.array([1.0])})
+    ranges = iter([(1.0, 5.0), (2.0, 3.0)])
+    peak = certified_ranges.peaks_of_quantity(name, problem.setup)[0]
+    monkeypatch.setattr(certified_ranges, "peaks_of_quantity", lambda *_: (peak, peak))
+    monkeypatch.setattr(certified_ranges, "_certified_range", lambda *_: next(ranges))
+    proved = certified_ranges._certified_ranges_by_quantity(problem, problem.design, rows, 1e-9)
+    assert proved[name] == (worst(1.0, 2.0), worst(5.0, 3.0))
