@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 from camopt.core.mistakes import BadInput, join_words
 from camopt.core.numerics import ComplexArray, FloatArray
@@ -16,8 +17,9 @@ PROFILE_LAYER = "PROFILE"
 JOINING_GAP = 1e-3  # mm: ends at most this far apart are joined
 MOST_ENTITIES = 100_000  # entities of a drawing with its blocks expanded, and vertices of polylines
 MOST_EDGE_PAIRS = 10_000_000  # comparisons of lines that end at the same point
-SPLINE_SAGITTA = 5e-4  # largest distance of a spline from the chords through its vertices, in units of the drawing
-REMEDY = "export the profile as DXF with lines, arcs, polylines or splines that close, and the axis at 0, 0"
+ELLIPSE_SAGITTA = 5e-4  # mm: largest distance of an ellipse from the chords between its points
+SPLINE_POINTS = 16  # points of a spline between two knots
+REMEDY = "export the profile as DXF with lines, arcs{} that close, and the axis at 0, 0"
 
 
 class DrawnOutline(NamedTuple):
@@ -110,10 +112,10 @@ def read_dxf_outlines(
         _check_block_nesting(document)
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
-        drawn = _entities_on_layer(entities, layer)
+        drawn, unit_mm = _entities_on_layer(entities, layer), _unit_in_mm(document.units)
         outlines = [
             each
-            for each in _closed_outlines(drawn, with_splines)
+            for each in _closed_outlines(drawn, with_splines, unit_mm or 1.0)
             if each.outline.bulges.any() or each.outline.vertices.size > 2
         ]
     except RecursionError:
@@ -121,12 +123,13 @@ def read_dxf_outlines(
     except (DXFError, UnicodeError, LookupError, TypeError, ArithmeticError, OSError) as trouble:
         if isinstance(trouble, OSError) and trouble.errno is not None:
             raise
-        raise ValueError(f"it is damaged, or not a DXF file ({trouble}); {REMEDY}") from None
+        remedy = REMEDY.format(", polylines or splines" if with_splines else " or polylines")
+        raise ValueError(f"it is damaged, or not a DXF file ({trouble}); {remedy}") from None
     if not outlines:
         kinds = ", ".join(sorted({each.dxftype() for each in drawn})) or "nothing"
         curves = "lines, arcs, polylines or splines" if with_splines else "arcs, lines or polylines"
         raise ValueError(f"it has no closed outline of {curves}; it has {kinds}")
-    return outlines, _unit_in_mm(document.units)
+    return outlines, unit_mm
 
 
 def _entities_on_layer(entities: list[Any], layer: str | None) -> list[Any]:
@@ -170,9 +173,11 @@ def _inserted_block_handles(entity: Any) -> set[str]:
 
 
 def _entity_count(entity: Any) -> int:
-    """Number of entities, or of vertices of a polyline, in an entity."""
+    """Number of entities, or of vertices of a polyline or points of a spline, in an entity."""
     if entity.dxftype() == "INSERT":
         return max(1, int(entity.dxf.row_count * entity.dxf.column_count)) * (1 + len(entity.attribs))
+    if entity.dxftype() == "SPLINE":
+        return max(1, int(entity.control_point_count()), int(entity.fit_point_count()))
     return len(entity) if "POLYLINE" in entity.dxftype() else 1
 
 
@@ -185,11 +190,11 @@ def _unit_in_mm(unit: int) -> float | None:
     return float(f"{units.conversion_factor(*named):.9g}") if unit else None
 
 
-def _closed_outlines(entities: Iterable[Any], with_splines: bool) -> Iterator[LayerOutline]:
+def _closed_outlines(entities: Iterable[Any], with_splines: bool, unit_mm: float) -> Iterator[LayerOutline]:
     """Closed outlines: circles, closed polylines and splines, and chains of open ones, arcs and lines."""
     from ezdxf import edgeminer, edgesmith
 
-    loose = []
+    loose, gap = [], JOINING_GAP / unit_mm
     for each in entities:
         if each.dxftype() == "CIRCLE":
             centre, radius = complex(*each.dxf.center.vec2), each.dxf.radius
@@ -197,28 +202,46 @@ def _closed_outlines(entities: Iterable[Any], with_splines: bool) -> Iterator[La
             yield LayerOutline(each.dxf.layer, outline)
         elif each.dxftype() in ("LWPOLYLINE", "POLYLINE"):
             corners = _polyline_vertices_and_bulges(each)
-            if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= JOINING_GAP:
-                yield LayerOutline(each.dxf.layer, _outline_through(corners))
+            if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= gap:
+                yield LayerOutline(each.dxf.layer, _outline_through(corners, gap))
             else:
                 loose.append(each)
-        elif with_splines and each.dxftype() in ("SPLINE", "ELLIPSE") and edgesmith.is_closed_entity(each):
-            points = [complex(*point.vec2) for point in each.flattening(SPLINE_SAGITTA)]
-            yield LayerOutline(each.dxf.layer, _outline_through(np.column_stack([points, np.zeros(len(points))])))
-        elif each.dxftype() in ("LINE", "ARC", *(("SPLINE", "ELLIPSE") if with_splines else ())):
+        elif with_splines and each.dxftype() in ("SPLINE", "ELLIPSE"):
+            points = _curve_points(each, unit_mm)
+            if abs(points[0] - points[-1]) <= gap:
+                outline = _outline_through(np.column_stack([points, np.zeros(points.size)]), gap)
+                yield LayerOutline(each.dxf.layer, outline)
+            else:
+                loose.append(each)
+        elif each.dxftype() in ("LINE", "ARC"):
             loose.append(each)
-    edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=JOINING_GAP))
+    edges = list(edgesmith.edges_from_entities_2d(loose, gap_tol=gap))
     if not edges:
         return
     ends = np.array([end.vec2 for edge in edges for end in (edge.start, edge.end)])
-    _, meeting = np.unique(np.round(ends / JOINING_GAP), axis=0, return_counts=True)
+    _, meeting = np.unique(np.round(ends / gap), axis=0, return_counts=True)
     if (meeting**2).sum() > MOST_EDGE_PAIRS:
         raise ValueError(f"{meeting.max():,} of its arcs and lines end at the same point")
-    for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=JOINING_GAP)):
-        if edgeminer.is_loop(chain, gap_tol=JOINING_GAP):
-            polyline = edgesmith.lwpolyline_from_chain(chain, max_sagitta=SPLINE_SAGITTA)
-            yield LayerOutline(
-                chain[0].payload.dxf.layer, _outline_through(_polyline_vertices_and_bulges(polyline))
-            )
+    for chain in edgeminer.find_all_simple_chains(edgeminer.Deposit(edges, gap_tol=gap)):
+        if edgeminer.is_loop(chain, gap_tol=gap):
+            polyline = edgesmith.lwpolyline_from_chain(chain, max_sagitta=ELLIPSE_SAGITTA / unit_mm)
+            corners = _polyline_vertices_and_bulges(polyline)
+            yield LayerOutline(chain[0].payload.dxf.layer, _outline_through(corners, gap))
+
+
+def _curve_points(curve: Any, unit_mm: float) -> ComplexArray:
+    """Points on an ellipse, or on a spline within the range of its parameter, which unclamped knots exceed."""
+    if curve.dxftype() == "ELLIPSE":
+        return np.array([complex(*point.vec2) for point in curve.flattening(ELLIPSE_SAGITTA / unit_mm)])
+    spline = curve.construction_tool()
+    knots, degree = np.array(spline.knots()), spline.degree
+    weights = np.array(spline.weights() or np.ones(spline.count))
+    control = np.array([complex(*point.vec2) for point in spline.control_points])
+    breaks = np.unique(knots[degree : knots.size - degree])
+    shares = np.arange(SPLINE_POINTS) / SPLINE_POINTS
+    places = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * shares).ravel(), breaks[-1])
+    weighted = BSpline(knots, np.column_stack([control * weights, weights]), degree)(places)
+    return np.asarray(weighted[:, 0] / weighted[:, 1])
 
 
 def _polyline_vertices_and_bulges(polyline: Any) -> ComplexArray:
@@ -230,7 +253,7 @@ def _polyline_vertices_and_bulges(polyline: Any) -> ComplexArray:
     return np.array(rows, dtype=complex).reshape(-1, 2)
 
 
-def _outline_through(vertices_and_bulges: ComplexArray) -> DrawnOutline:
+def _outline_through(vertices_and_bulges: ComplexArray, gap: float) -> DrawnOutline:
     """The outline through corners; of corners at the same point the last counts."""
-    distinct = np.abs(np.roll(vertices_and_bulges[:, 0], -1) - vertices_and_bulges[:, 0]) > JOINING_GAP
+    distinct = np.abs(np.roll(vertices_and_bulges[:, 0], -1) - vertices_and_bulges[:, 0]) > gap
     return DrawnOutline(vertices_and_bulges[distinct, 0], vertices_and_bulges[distinct, 1].real)

@@ -284,16 +284,16 @@ def fit(
     a profile. It may also be a drawing of the profile (DXF), or a lobe as grinders exchange it (S96).
     """
     refuse_scene_file(target, out)
-    is_profile = profile is not None or file.suffix.lower() == ".dxf"
+    is_profile = any((profile, layer, file.suffix.lower() == ".dxf"))
     if not is_profile:
-        refuse_without("--profile", {"probe": probe, "layer": layer})
+        refuse_without("--profile", {"probe": probe})
     changes = pop_overrides_as_changes({"rpm": rpm, "settings": settings})
     if target:
         scene = cli.read_scene(target, None, changes, allowed_words=library.SCENE_WORDS)
     else:
         scene = library.nest_dotted_keys(changed_values_by_key(changes)) or None
     chosen, order = (names and [name.strip() for name in names.split(",")] for names in (columns, segments))
-    points = camopt.MeasuredProfile(file, profile or "", probe or 0.0, layer) if is_profile else file
+    points = camopt.MeasuredProfile(file, profile or "xy", probe or 0.0, layer) if is_profile else file
     sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
     with name_options_in_mistakes({**changes, **{key: (option, None) for key, option in sizes.items()}}):
         result = camopt.fit(points, scene, columns=chosen, segments=order, **options)

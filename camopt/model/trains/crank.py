@@ -164,7 +164,7 @@ def assemble_crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
     start = angle * RADIAN
     cosine, sine = np.cos(start), np.sin(start)
     across = sine * length - offset
-    far = "the coupler ({:g}) does not reach the slide: it is {:g} away"
+    far = "the coupler ({:g} mm) does not reach the slide: it is {:g} mm away"
     require_positive(coupler - abs(across), lambda: far.format(coupler, abs(across)))
     place = cosine * length + np.sqrt((coupler - across) * (coupler + across))
     x, y = cosine * place + sine * offset, sine * place - cosine * offset

@@ -188,7 +188,7 @@ def assemble_four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle:
     square = cosine * (crank * ground * -2.0) + (crank * crank + ground * ground)
     along = square + (rocker - coupler) * (rocker + coupler)
     discriminant = square * (rocker * rocker * 4.0) - along * along
-    apart = "coupler and rocker ({:g} and {:g}) do not meet with the crank at {:g} deg"
+    apart = "coupler and rocker ({:g} and {:g} mm) do not meet with the crank at {:g} deg"
     require_positive(discriminant, lambda: apart.format(coupler, rocker, angle))
     side = 1.0 if crossed else -1.0
     psi = np.arctan2(down, back) + np.arctan2(np.sqrt(discriminant), along) * side + pi

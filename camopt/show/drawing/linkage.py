@@ -138,7 +138,7 @@ def _draw_guide(axes: Any, guide: Support, size: float) -> None:
 
 
 SIGNS = (
-    ("+ angle", (0.11, 0.09), (0.07, 0.16), 0.4, "An angle grows as the follower moves outward, from the line to the right. "),  # noqa: E501
+    ("+ angle", (0.11, 0.09), (0.07, 0.16), 0.4, "Angles count from the line to the right and grow as the follower moves outward. "),  # noqa: E501
     ("+ offset", (0.18, 0.09), (0.18, 0.16), 0.0, "A positive offset is on the side to which positive angles turn."),  # noqa: E501
 )  # fmt: skip
 """Positive senses: name, start and end of its arrow in shares of the figure, bend of the arrow, meaning."""

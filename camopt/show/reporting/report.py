@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import singledispatch
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +101,9 @@ def _page_html(items: list[ShownCam | ResultRows], *, full: bool, **options: Any
     if len(cams) > MOST_PAGE_CAMS:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_PAGE_CAMS} cams side by side")])
     if any(options.values()) and len(cams) < 2:
-        raise BadInput([Mistake("camopt", "what", None, "two cams, to align their noses or turn one")])
+        raise BadInput([Mistake("camopt", "what", None, "at least two cams, for align_noses or turn")])
+    if not isfinite(options.get("turn") or 0.0):
+        raise BadInput([Mistake("camopt", "turn", options["turn"], "a finite angle, in deg")])
     if results:
         return results_page(_with_distinct_names(results), full)
     first, *others = dict.fromkeys(cam.scene.name for cam in cams)

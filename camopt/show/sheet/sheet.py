@@ -316,4 +316,6 @@ def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sh
     if step is not None:
         why = f"larger: a table with this step does not fit on {largest.name}; a .csv file has any step"
         raise BadInput([Mistake("camopt", "step", step, why)])
-    raise BadInput([Mistake(cam.scene.file, "scene", cam.scene.name, "a cam that fits on a sheet of A3")])
+    raise BadInput(
+        [Mistake(cam.scene.file, "scene", cam.scene.name, f"a cam that fits on a sheet of {largest.name}")]
+    )

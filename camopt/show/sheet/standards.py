@@ -1,4 +1,6 @@
-"""The standard of a drawing: ISO in mm, or ASME in inches. It has papers, title block, projection, texts of sizes.
+"""The standard of a drawing: ISO in mm, or ASME in inches.
+
+A standard says which papers, title block, projection and texts of sizes a sheet has.
 
 A sheet is drawn by the standard of the shown units; ``part.standard`` sets these for the drawing.
 

@@ -38,9 +38,10 @@ def read_drawing(path: Path, columns: TableReadingOptions) -> tuple[NumberTable,
     size = MM_PER_UNIT[columns.lift_unit] if columns.lift_unit else unit_mm or MM_PER_UNIT[shown_system()]
     profiles = [each for each in outlines if _is_profile(each.outline, LEAST_RISE / size)]
     if not profiles:
-        raise ValueError("has no closed curve about the axis of the cam, which is at x = 0, y = 0, but for circles")
+        raise ValueError("has no closed curve round the axis at x = 0, y = 0 other than circles about it")
     if len(profiles) > 1:
-        raise ValueError(f"has {_describe(profiles, size)} about the axis; give the layer of the profile")
+        remedy = "give the layer of the profile, or keep one of them"
+        raise ValueError(f"has {_describe(profiles, size)} about the axis; {remedy}")
     points = points_on_outline(profiles[0].outline) * size
     if points.size > TABLE_ROWS:
         raise ValueError(f"draws the profile with {points.size:,} points; at most {TABLE_ROWS:,} are allowed")

@@ -93,7 +93,8 @@ def fit(  # noqa: PLR0913
     Parameters
     ----------
     points : str, os.PathLike, array_like or MeasuredProfile
-        A file: text with any delimiter, decimal point or decimal comma, or a workbook (``camopt[excel]``). It has
+        A file: text with any delimiter, decimal point or decimal comma, a workbook (``camopt[excel]``), a drawing of
+        the profile (DXF), or a lobe as grinders exchange it (S96). It has
         columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows. Or a
         table (pandas, polars, Arrow) or a mapping of columns, whose names count as those of a file. Or a series of
         pandas, whose index is the cam angle unless it only counts rows. Or a ``MeasuredProfile`` of any of these:
@@ -101,10 +102,8 @@ def fit(  # noqa: PLR0913
     scene : Scene, str, os.PathLike or Mapping, optional
         The cam, the follower and the limits of the motion; the scene's own motion is replaced. Or a mapping of the
         tables ``cam`` and ``follower``, without a motion. The options below give what is missing. A profile gives
-        the
-        base radius. With a train, lifts are the tool's, or the follower's if ``motion_at`` says so; those of a
-        profile
-        are the follower's.
+        the base radius. With a train, lifts are the tool's, or the follower's if ``motion_at`` says so; those of a
+        profile are the follower's.
     band : float, optional
         Largest deviation of the motion from a point, mm (deg when oscillating). It applies to the lift of a
         profile,
@@ -118,7 +117,8 @@ def fit(  # noqa: PLR0913
     angle_unit : str, default "deg"
         "deg" or "rad".
     lift_unit : str, optional
-        "mm" or "inch"; "deg" when oscillating. Of a profile, the unit of its lengths.
+        "mm" or "inch"; "deg" when oscillating. Of a profile, the unit of its lengths. By default that of the heading or
+        drawing; else that of the system that is shown, and mm for arrays.
     turn : float, optional
         The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
     keep_outliers : bool, default False

@@ -139,7 +139,7 @@ class Fit(Result, Drawable):
         unit, deviation = self.unit, self.deviation
         lowest = f"its lowest {'position' if self.profile else 'lift'} is {with_unit(self.zero, unit)}"
         count = f"{self.points.angles.size:,} points, noise {with_unit(self.noise, unit)}"
-        times = f" ({self.band / self.noise:.3g} times the noise)" if self.usual else ""
+        times = f" ({self.band / self.noise:.3g} times the noise)" if self.usual and self.noise else ""
         yield f"{self.scene.name}: {count}"
         yield f"Band {with_unit(self.band, unit)}{times}, proved at every point."
         largest, rms, between = (
@@ -308,7 +308,8 @@ class Fit(Result, Drawable):
         for stretch in self.one_sided[:MOST_WARNED_ROWS]:
             first, last = self.points.angles[[stretch.first, stretch.last]]
             side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
-            how = f"{with_unit(mean, self.unit)} on average, {mean / self.noise:.2g} times the noise"
+            how = f"{with_unit(mean, self.unit)} on average"
+            how += f", {mean / self.noise:.2g} times the noise" if self.noise else ""
             sentences.append(
                 f"from {first:g} to {last:g} deg the motion is {side} its {stretch.points} points by {how}"
             )
@@ -364,7 +365,7 @@ class Fit(Result, Drawable):
             "name": self.scene.name,
             "points": int(self.points.angles.size),
             **{f"{name}_{self.unit}": value for name, value in lengths.items()},
-            "band_over_noise": self.band / self.noise if self.usual else None,
+            "band_over_noise": self.band / self.noise if self.usual and self.noise else None,
             "band_held": self.deviation.held,
             "start_deg": self.start,
             "jerk_rms": self.jerk_rms,

@@ -140,6 +140,9 @@ class MeasuredProfile:
             mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILE_KINDS)}"))
         if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
             mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
+        if self.layer is not None and not is_drawing(self.points):
+            why = "belongs to a drawing (DXF)"
+            mistakes.append(Mistake("camopt", "layer", self.layer, why, bare=True))
         if mistakes:
             raise BadInput(mistakes)
 
@@ -208,7 +211,7 @@ def follower_on_profile(
 ) -> FollowedProfile:
     """The follower at each of the points (angles and distances), with the deviation that their noise allows.
 
-    Outliers, at the places ``lost``, do not shape the curve. Points may be missing on the base circle, or anywhere
+    Outliers, at ``outlier_places``, do not shape the curve. Points may be missing on the base circle, or anywhere
     if the motion is known.
 
     Raises

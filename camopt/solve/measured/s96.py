@@ -31,6 +31,8 @@ def lobe_of_s96(
     """
     if columns.kind is not LIFT_TABLE:
         raise file_mistake(name, "file", None, "an S96 file has lifts, not points of a profile")
+    if columns.lift_unit == "deg":
+        raise file_mistake(name, "file", None, "an S96 file has lifts of a translating follower, in inch")
     rows, width = table.numbers.shape
     if (rows, width) != (S96_ROWS, 1):
         numbers = f"{rows} rows of {width} number{'s' * (width > 1)}"

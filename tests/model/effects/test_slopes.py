@@ -66,7 +66,9 @@ def records_of(problem):
     mechanisms = [setup.mechanism, *(each.mechanism for each in setup.mechanism.further_contacts)]
     for mechanism in mechanisms:
         yield from (
-            getattr(mechanism, name)(design, turn) for name in CONTACT_CURVES[:-2] if getattr(mechanism, name)
+            getattr(mechanism, name)(design, turn)
+            for name in CONTACT_CURVES
+            if name not in ("outline", "path") and getattr(mechanism, name)
         )
         yield from (mechanism.path(design, turn) for _ in [mechanism.path] if mechanism.path)
         yield from (mechanism.outline(design, turn, np.array([-3.0])) for _ in [0] if mechanism.outline)

@@ -48,7 +48,7 @@ def test_the_gap_of_a_slide_and_the_senses_of_offset_and_angle(offset, sign):
     assert set(slide.get_ydata()) == {offset}  # above the pivot where it is positive
     texts = {text.get_text().strip() for text in (*figure.texts, *figure.axes[0].texts)}
     assert {"+ angle", "+ offset", "angle −110°", f"offset {'' if sign > 0 else '−'}{abs(offset):g} mm"} <= texts
-    assert "the coupler (220) does not reach the slide: it is" in " ".join(texts)
+    assert "the coupler (220 mm) does not reach the slide: it is" in " ".join(texts)
 
 
 def test_a_stage_that_reaches_a_dead_point_is_drawn_there():

@@ -710,9 +710,7 @@ def test_a_linkage_that_cannot_be_assembled_is_shown_as_far_as_it_goes(browser, 
         )
         page.wait_for_selector("html[data-state=refused]")
         assert page.locator("#stage img").is_visible()
-        assert (
-            page.locator("header .broken").text_content().startswith("the coupler (220) does not reach the slide")
-        )
+        assert page.locator("header .broken").text_content().startswith("the coupler (220 mm) does not reach")
         slide(page, "train.1.offset", -150)
         assert page.locator("#stage img").count() == 0
         assert page.locator("#stage path.solid").count() == 1

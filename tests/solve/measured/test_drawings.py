@@ -132,7 +132,7 @@ def beside_axis():
         (two_layers, None, "curve on the layer 'OUTER' (largest radius 29.5 mm), a curve on the layer 'INNER'"),
         (two_layers, "BORE", "it has nothing on the layer 'BORE', but on INNER, OUTER"),
         (open_chain, None, "it has no closed outline of lines, arcs, polylines or splines; it has ARC"),
-        (beside_axis, None, "has no closed curve about the axis of the cam, which is at x = 0, y = 0, but for"),
+        (beside_axis, None, "has no closed curve round the axis at x = 0, y = 0 other than circles about it"),
     ],
 )
 def test_a_drawing_that_is_not_clear_gets_one_line(draw, layer, line, tmp_path):
@@ -263,3 +263,53 @@ def test_measured_points_are_in_the_unit_that_is_said_or_shown(heading, options,
     measured = ["--measured", str(tmp_path / "cut.csv"), "--profile", "xy", *options, "--json"]
     assert main(["tolerance", "bucket-valve", *measured]) == 0
     assert abs(json.loads(capsys.readouterr().out)["error"]) < 1e-4
+
+
+# ------------------------------------------------------------------------------------- what people tried
+
+
+def drawn_by_a_periodic_spline():
+    """Control points that are repeated at the end, on even knots: the spline ends inside its knots."""
+    drawing, space = document()
+    control = circle_points(90)
+    space.add_spline().set_closed([(*row, 0.0) for row in control], degree=3)
+    return drawing
+
+
+def drawn_in_metres():
+    drawing, space = document(units.M)
+    space.add_lwpolyline(circle_points(720, 1e-3).tolist(), close=True)
+    return drawing
+
+
+@pytest.mark.parametrize(("draw", "off"), [(drawn_by_a_periodic_spline, 0.03), (drawn_in_metres, 1e-6)])
+def test_periodic_splines_and_large_units_are_read_too(draw, off, tmp_path):
+    """The control points of a spline are outside of it, by less than ``off``."""
+    draw().saveas(tmp_path / "old.dxf")
+    points, z = profile_read(tmp_path / "old.dxf")
+    assert np.ptp(np.abs(z - OFF)) < 1e-5
+    np.testing.assert_allclose(np.abs(z - OFF), RADIUS, rtol=0, atol=off)
+    assert np.diff(points.angles, append=points.angles[0] + 360.0).max() < 3.0
+
+
+def test_an_exact_drawing_is_fitted_without_noise(tmp_path, command):
+    drawn_with_other_curves().saveas(tmp_path / "old.dxf")
+    code, out, err = command("fit", "old.dxf", "--follower", "flat")
+    assert code == 0, err
+    assert "times the noise" not in out or "noise 0" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["fit", "cut.csv", "--profile", "xy", "--layer", "A"], "layer = 'A': belongs to a drawing (DXF)"),
+        (["fit", "lobe.s96", "--scene", "oscillating-roller"], "an S96 file has lifts of a translating follower"),
+        (["report", "bucket-valve", "tangent-cam", "--turn", "nan"], "turn = nan: must be a finite angle, in deg"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(arguments, line, tmp_path, command):
+    (tmp_path / "cut.csv").write_text("\n".join(f"{x},{y}" for x, y in circle_points(90)))
+    (tmp_path / "lobe.s96").write_text(s96(LOBE))
+    code, _, err = command(*arguments)
+    assert (code, err.count("\n")) == (2, 1)
+    assert line in err.replace("--turn", "turn").replace("--layer", "layer")

@@ -67,7 +67,7 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
         answers.response_to_size("roller_radius"),
         answers.response_to_size("offset"),
         answers.number_response("phase"),
-        *answers.bore_responses,
+        *answers.bore_responses_in_two_directions,
     ]
     low = np.array([-0.013 / 2, -0.01, -np.radians(0.04)])  # h6 of a diameter of 28 mm
     high = np.array([0.0, 0.03, np.radians(0.04)])
@@ -204,7 +204,7 @@ def test_a_dwell_wobbles_as_much_as_the_displacement_changes_in_it(contact):
         turn.problem.programme.strokes[1::2], camopt.tolerance(turn.scene).dwells, strict=True
     ):
         angles = np.linspace(stroke.start + 1e-9, stroke.start + stroke.angle - 1e-9, 200)
-        first, second = ToolResponse(turn.problem, angles).bore_responses
+        first, second = ToolResponse(turn.problem, angles).bore_responses_in_two_directions
         swings = [0.02 * np.ptp(first[0] * np.cos(w) + second[0] * np.sin(w)) for w in np.linspace(0, np.pi, 361)]
         assert dwell.change == pytest.approx(motion_unit_factor(turn.problem.setup, 0) * max(swings), rel=1e-3)
 

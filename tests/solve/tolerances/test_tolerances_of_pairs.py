@@ -119,7 +119,7 @@ def test_first_order_is_the_slope_of_what_both_contacts_do_exactly():
     for way in (0.0, np.pi / 2):
         errors = {"bore_eccentricity": step, "bore_eccentricity_way": way}
         off, apart = (np.array(each) / step for each in PairCams(problem).at(errors, ANGLES))
-        one, other = answers.bore_responses[0 if way == 0.0 else 1]
+        one, other = answers.bore_responses_in_two_directions[0 if way == 0.0 else 1]
         np.testing.assert_allclose((one - other)[0] / 2, off, atol=1e-6)
         np.testing.assert_allclose((one + other)[0], apart, atol=1e-6)
 
