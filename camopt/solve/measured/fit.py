@@ -93,8 +93,8 @@ def fit(  # noqa: PLR0913
     Parameters
     ----------
     points : str, os.PathLike, array_like or MeasuredProfile
-        A file: text with any delimiter, decimal point or decimal comma, a workbook (``camopt[excel]``), a drawing of
-        the profile (DXF), or a lobe as grinders exchange it (S96). It has
+        A file: text with any delimiter, decimal point or decimal comma, a workbook (``camopt[excel]``), a
+        drawing of the profile (DXF), or a lobe as grinders exchange it (S96). It has
         columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows. Or a
         table (pandas, polars, Arrow) or a mapping of columns, whose names count as those of a file. Or a series of
         pandas, whose index is the cam angle unless it only counts rows. Or a ``MeasuredProfile`` of any of these:
@@ -117,8 +117,8 @@ def fit(  # noqa: PLR0913
     angle_unit : str, default "deg"
         "deg" or "rad".
     lift_unit : str, optional
-        "mm" or "inch"; "deg" when oscillating. Of a profile, the unit of its lengths. By default that of the heading or
-        drawing; else that of the system that is shown, and mm for arrays.
+        "mm" or "inch"; "deg" when oscillating. Of a profile, the unit of its lengths. By default that of the
+        heading or drawing; else that of the system that is shown, and mm for arrays.
     turn : float, optional
         The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
     keep_outliers : bool, default False
