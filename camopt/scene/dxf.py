@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from camopt.core.mistakes import BadInput, join_words
 from camopt.core.numerics import ComplexArray, FloatArray
@@ -233,6 +232,8 @@ def _curve_points(curve: Any, unit_mm: float) -> ComplexArray:
     """Points on an ellipse, or on a spline within the range of its parameter, which unclamped knots exceed."""
     if curve.dxftype() == "ELLIPSE":
         return np.array([complex(*point.vec2) for point in curve.flattening(ELLIPSE_SAGITTA / unit_mm)])
+    from scipy.interpolate import BSpline
+
     spline = curve.construction_tool()
     knots, degree = np.array(spline.knots()), spline.degree
     weights = np.array(spline.weights() or np.ones(spline.count))
