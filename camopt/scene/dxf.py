@@ -232,17 +232,12 @@ def _curve_points(curve: Any, unit_mm: float) -> ComplexArray:
     """Points on an ellipse, or on a spline within the range of its parameter, which unclamped knots exceed."""
     if curve.dxftype() == "ELLIPSE":
         return np.array([complex(*point.vec2) for point in curve.flattening(ELLIPSE_SAGITTA / unit_mm)])
-    from scipy.interpolate import BSpline
-
     spline = curve.construction_tool()
     knots, degree = np.array(spline.knots()), spline.degree
-    weights = np.array(spline.weights() or np.ones(spline.count))
-    control = np.array([complex(*point.vec2) for point in spline.control_points])
     breaks = np.unique(knots[degree : knots.size - degree])
     shares = np.arange(SPLINE_POINTS) / SPLINE_POINTS
     places = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * shares).ravel(), breaks[-1])
-    weighted = BSpline(knots, np.column_stack([control * weights, weights]), degree)(places)
-    return np.asarray(weighted[:, 0] / weighted[:, 1])
+    return np.array([complex(*point.vec2) for point in spline.points(places.tolist())])
 
 
 def _polyline_vertices_and_bulges(polyline: Any) -> ComplexArray:
