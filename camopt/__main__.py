@@ -16,6 +16,7 @@ def main() -> int:
     with raise_interrupts():
         try:
             gc.set_threshold(OBJECTS_BETWEEN)
+            os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would look through all packages
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: threads wait for each other
             from camopt.cli.main import main as run
 
@@ -27,7 +28,8 @@ def main() -> int:
                 raise
             print("camopt: interrupted", file=sys.stderr)
             return exit_code_of_interrupt()
-
+        finally:
+            gc.freeze()  # at its end the interpreter need not search all objects for garbage
 
 if __name__ == "__main__":
     sys.exit(main())
