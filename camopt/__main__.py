@@ -31,5 +31,6 @@ def main() -> int:
         finally:
             gc.freeze()  # at its end the interpreter need not search all objects for garbage
 
+
 if __name__ == "__main__":
     sys.exit(main())
