@@ -3,7 +3,7 @@
 import numpy as np
 from shapely import LineString, Polygon, STRtree, box
 
-from camopt.show.sheet.marks import Words
+from camopt.show.sheet.marks import Words, text_width
 
 TOUCH = 0.05  # mm
 
@@ -39,3 +39,20 @@ def faults_of(sheet):
     return found + [
         f"{mark.text!r} leaves the paper" for mark, here in zip(words, boxes, strict=True) if not paper.covers(here)
     ]
+
+
+def words_outside(fields, marks):
+    """Words of a title block that leave its fields."""
+    outside = []
+    for mark in marks:
+        if isinstance(mark, Words) and text_width(mark.text, mark.height):
+            low, high = mark.corners[0], mark.corners[2]
+            if not any(
+                f.x <= low.real
+                and high.real <= f.x + f.width + 0.01
+                and f.y <= low.imag + 0.6
+                and high.imag <= f.y + f.height
+                for f in fields
+            ):
+                outside.append(mark.text)
+    return outside

@@ -72,7 +72,8 @@ def cams_page(
     """The HTML page of cams, side by side at one scale. The default title is the name of the first cam.
 
     ``summaries`` are sentences for the head of the page. A ``full`` page prints effects and scenes too. Cams after
-    the first are drawn later in the turn: by the angle to its nose with ``align_noses``, and by ``turn`` [deg].
+    the first are drawn so that their noses are at that of the first (``align_noses``), and then later by ``turn``
+    [deg].
     """
     problems = [resolve_design(shown.scene) for shown in cams]
     evaluations = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]

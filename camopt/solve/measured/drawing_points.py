@@ -59,8 +59,8 @@ def points_on_outline(outline: DrawnOutline) -> ComplexArray:
     parts = []
     for start, chord, bulge, curved in zip(outline.vertices, outline.chords, outline.bulges, is_curve, strict=True):
         seen = abs(np.angle((start + chord) / start))
-        count = int(np.ceil(seen / WIDEST_STEP)) if curved else 1
-        share = np.arange(max(count, 1)) / max(count, 1)
+        count = max(int(np.ceil(seen / WIDEST_STEP)), 1) if curved else 1
+        share = np.arange(count) / count
         if bulge:  # equal angles of an arc about its centre
             to_centre = chord * (0.5 + 0.25j * (1.0 / bulge - bulge))
             parts.append(start + to_centre * (1.0 - np.exp(4j * np.arctan(bulge) * share)))
