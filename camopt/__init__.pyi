@@ -13,6 +13,9 @@ from .core.quantities.function import quantity as quantity
 from .core.quantities.unit_systems import shown_in as shown_in
 from .core.storage.version import __version__ as __version__
 from .model.motion import LAWS as LAWS
+from .scene.machine import Machine as Machine
+from .scene.machine import find_machine as find_machine
+from .scene.machine import shipped_machines as shipped_machines
 from .scene.scene import Scene as Scene
 from .scene.scene import find_scene as find_scene
 from .scene.sources import shipped_scenes as shipped_scenes

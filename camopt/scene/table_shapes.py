@@ -68,10 +68,9 @@ def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator
         named = next((each for each in members if get_origin(each) is dict), None)
         if table:
             yield from _wrong_shapes_in_table(value, table, place, models)
-        elif named == dict[str, Any]:  # values in search and tolerances for numbers of other tables
-            yield from _wrong_shapes_in_table(
-                value, models[f"{place.partition('.')[0]}.KEY"], place, models, nested=True
-            )
+        elif named == dict[str, Any]:  # values in search and tolerances for numbers of other tables; or a scene
+            if inner := models.get(f"{place.partition('.')[0]}.KEY"):
+                yield from _wrong_shapes_in_table(value, inner, place, models, nested=True)
         elif named:
             for name in value:
                 yield from _wrong_shapes_in_value(

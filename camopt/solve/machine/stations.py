@@ -1,0 +1,143 @@
+"""The stations of a machine as curves over a turn of its shaft: motion of the tool, and torque on the shaft."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite, radians
+
+import numpy as np
+
+from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve
+from camopt.core.quantities import displacement_unit
+from camopt.model.effects import EvaluationBlock, missing_keys_by_quantity
+from camopt.model.effects.force import force_factors_with_train
+from camopt.model.effects.guided_torque import guided_torque_polynomials
+from camopt.model.effects.loads import has_guide_friction
+from camopt.model.effects.torque import torque_polynomials_by_panel
+from camopt.scene.machine import Machine, Station
+from camopt.scene.problem.problem import Problem, missing_variable_mistakes, resolve
+from camopt.scene.scene import Scene
+from camopt.solve.verdicts.effect_runs import run_effects
+
+TORQUE = "torque_peak_N_m"
+TORQUE_ERROR, GUIDED_TORQUE_ERROR = 1e-12, 1e-9
+"""Relative errors of the torque's polynomials, exact or interpolated."""
+
+
+@dataclass(frozen=True, eq=False)
+class ResolvedStation:
+    """A station with its problem, and its curves over a turn of the machine's shaft."""
+
+    station: Station
+    scene: Scene
+    problem: Problem
+
+    @property
+    def name(self) -> str:
+        """The name of the station."""
+        return self.station.name
+
+    @property
+    def tool_turns(self) -> bool:
+        """Whether the tool turns."""
+        return self.scene.tool_turns
+
+    @property
+    def unit(self) -> str:
+        """Unit of the tool's lift: mm or deg."""
+        return displacement_unit(angular=self.tool_turns)
+
+    @cached_property
+    def own_lift(self) -> TurnCurve:
+        """Lift of the tool above its lowest position by the cam angle [mm or deg]."""
+        programme = self.problem.programme.tool
+        table, unit = programme.table, programme.unit
+        ends = panel_ends(table.half_width)
+        return TurnCurve(ends, table.coefficients.T / unit, float(table.error[:, 0].max()) / unit)
+
+    @cached_property
+    def lift(self) -> TurnCurve:
+        """Lift of the tool above its lowest position by the angle of the shaft [mm or deg]."""
+        return self.lift_at_phase(self.station.phase)
+
+    def lift_at_phase(self, phase: float) -> TurnCurve:
+        """The lift with another phase [deg]."""
+        return self.own_lift.sped_up(self.station.ratio).shifted(radians(phase))
+
+    @cached_property
+    def missing_for_torque(self) -> tuple[str, ...]:
+        """Keys without which the scene has no torque; empty if it has one."""
+        return missing_keys_by_quantity(self.problem.setup).get(TORQUE, ())
+
+    @cached_property
+    def own_torque(self) -> TurnCurve | None:
+        """Torque of the station on the machine's shaft by the cam angle [N·m]; None if the scene has no forces.
+
+        The torque of the cam times the ratio, since both have the same power.
+
+        Raises
+        ------
+        BadInput
+            If the torque is infinite, at corners of the motion or because the follower jams.
+        """
+        if self.missing_for_torque:
+            return None
+        problem, error = self.problem, TORQUE_ERROR
+        if not isfinite(peak_torque(problem)):
+            why = "the torque is infinite: the motion has corners, or the follower jams in its guide"
+            raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
+        if has_guide_friction(problem.setup):
+            half_width, series = guided_torque_polynomials(problem.setup, problem.design, problem.programme)
+            error = GUIDED_TORQUE_ERROR
+        else:
+            dynamics, omega = problem.setup.dynamics, problem.setup.omega
+            assert omega is not None
+            factors = force_factors_with_train(dynamics, omega)
+            half_width, series = (
+                problem.programme.table.half_width,
+                torque_polynomials_by_panel(problem.programme, factors)[:, 0],
+            )
+        to_shaft = 1e-3 * self.station.ratio
+        return TurnCurve(panel_ends(half_width), series * to_shaft, error * to_shaft * float(np.abs(series).max()))
+
+    @cached_property
+    def torque(self) -> TurnCurve | None:
+        """Torque of the station on the machine's shaft by its angle [N·m]; None if the scene has no forces."""
+        return self.torque_at_phase(self.station.phase)
+
+    def torque_at_phase(self, phase: float) -> TurnCurve | None:
+        """The torque with another phase [deg]."""
+        own = self.own_torque
+        return None if own is None else own.sped_up(self.station.ratio).shifted(radians(phase))
+
+
+def peak_torque(problem: Problem) -> float:
+    """Largest magnitude of the torque on the camshaft of a scene [N·m]."""
+    columns = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), [TORQUE])
+    return float(columns.column(TORQUE)[0])
+
+
+def panel_ends(half_width: FloatArray) -> FloatArray:
+    """The ends of panels of a turn [rad]."""
+    ends = np.concatenate([[0.0], np.cumsum(2.0 * half_width)])
+    assert abs(ends[-1] - TURN) < 1e3 * EQUAL_ENDS
+    ends[-1] = TURN
+    return np.asarray(ends)
+
+
+def resolve_stations(machine: Machine) -> tuple[ResolvedStation, ...]:
+    """The stations of a machine with their problems.
+
+    Raises
+    ------
+    BadInput
+        For each size or number that a scene leaves to its search.
+    """
+    stations = tuple(
+        ResolvedStation(station, machine.scenes[station.name], resolve(machine.scenes[station.name]))
+        for station in machine.station
+    )
+    if mistakes := [each for station in stations for each in missing_variable_mistakes(station.problem)]:
+        raise BadInput(mistakes)
+    return stations

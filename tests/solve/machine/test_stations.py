@@ -1,0 +1,49 @@
+"""Stations of a machine: the curves of lift and torque against those of their scenes."""
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.core.numerics.turn_curve import TURN
+from camopt.scene.machine import Machine
+from camopt.solve.machine.stations import resolve_stations
+
+
+def scenes_with_torque():
+    """Shipped scenes with a torque that is finite."""
+    for name in camopt.shipped_scenes():
+        scene = camopt.find_scene(name)
+        with_torque = scene.replace(outputs=["torque"])
+        try:
+            found = camopt.evaluate(with_torque)
+        except camopt.BadInput:
+            continue
+        if np.isfinite(found.get("torque_peak_N_m", np.inf)):
+            yield pytest.param(with_torque, id=name)
+
+
+@pytest.mark.parametrize("scene", [*scenes_with_torque()])
+def test_torque_of_a_station_is_that_of_its_scene(scene):
+    phase, ratio = 77.7, 3
+    machine = Machine(station=[{"name": "a", "scene": scene.to_dict(), "phase": phase, "ratio": ratio}])
+    (station,) = resolve_stations(machine)
+    found, torque = camopt.evaluate(scene), station.torque
+    assert machine.shaft_rpm == pytest.approx(scene.cam.rpm / ratio)
+    close = {"rel": 1e-9, "abs": 1e-9}
+    assert torque.largest().value == pytest.approx(ratio * found["torque_max_N_m"], **close)
+    assert torque.least().value == pytest.approx(ratio * found["torque_min_N_m"], **close)
+    assert torque.rms == pytest.approx(ratio * found["torque_rms_N_m"], **close)
+    assert torque.mean == pytest.approx(ratio * found["torque_mean_N_m"], **close)
+
+
+@pytest.mark.parametrize("name", ["two-pauses", "oscillating-roller", "bucket-valve", "slide-by-bell-crank"])
+def test_lift_of_a_station_is_that_of_its_tool(name):
+    scene, rng = camopt.find_scene(name), np.random.default_rng(5)
+    phase, ratio = rng.uniform(-400.0, 400.0), int(rng.integers(1, 4))
+    machine = Machine(station=[{"name": "a", "scene": name, "phase": phase, "ratio": ratio}])
+    (station,) = resolve_stations(machine)
+    angles = rng.uniform(0.0, TURN, 1000)
+    programme = station.problem.programme.tool
+    own = programme.motion_at(np.mod(ratio * (angles - np.radians(phase)), TURN), 0)[0] / programme.unit
+    assert np.abs(station.lift.value(angles) - own).max() < 1e-9
+    assert station.unit == ("deg" if scene.tool_turns else "mm")
