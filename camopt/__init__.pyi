@@ -46,6 +46,10 @@ from .solve.front.parts import merge as merge
 from .solve.front.parts import sweep_part as sweep_part
 from .solve.front.result import Sweep as Sweep
 from .solve.front.sweep import sweep as sweep
+from .solve.machine.evaluation import MachineEvaluation as MachineEvaluation
+from .solve.machine.evaluation import evaluate_machine as evaluate_machine
+from .solve.machine.shaft import MotorUse as MotorUse
+from .solve.machine.shaft import Shaft as Shaft
 from .solve.measured.fit import fit as fit
 from .solve.measured.fit_result import Fit as Fit
 from .solve.measured.inspection import Inspection as Inspection

@@ -13,6 +13,7 @@ GROUPS = {
     "One cam": dict.fromkeys(("evaluate", "certify", "plot", "export", "harmonics", "timing"), "design"),
     "Find": dict.fromkeys(("optimise", "sweep", "merge", "synthesise", "frontier"), "searches"),
     "Check": dict.fromkeys(("tolerance", "fit"), "real_cams"),
+    "Machine": {"machine": "machines"},
     "Results": dict.fromkeys(("report", "compare", "check"), "results"),
     "Inside": {"effects": "costs", "accuracy": "costs", "warm": "costs", "schema": "lists"},
 }

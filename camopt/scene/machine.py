@@ -20,6 +20,7 @@ from camopt.core.storage.files import read_bytes
 from camopt.scene.csv_columns import MOST_SPANS
 from camopt.scene.faultless_tables import faultless_table
 from camopt.scene.law_forms import Fault
+from camopt.scene.motors import MotorData, read_motors
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import SHIPPED
@@ -263,6 +264,7 @@ class Machine(SceneTable):
     _file: str = PrivateAttr("machine")
     _folder: Path | None = PrivateAttr(None)
     _scenes: Mapping[str, Scene] = PrivateAttr(default_factory=dict)
+    _motors: tuple[MotorData, ...] = PrivateAttr(())
 
     def __init__(self, /, **values: Any) -> None:
         self._fill_and_check(values, str(values.get("name", "machine")), Path())
@@ -288,9 +290,15 @@ class Machine(SceneTable):
             for key, value, why in _faults_across_stations(sound, scenes)
             if key not in keys
         ]
+        motors = tuple[MotorData, ...]()
+        if sound.motor and isinstance(catalogue := getattr(sound.motor, "catalogue", None), str):
+            try:
+                motors = read_motors(folder, catalogue)
+            except ValueError as trouble:
+                mistakes.append(Mistake(file, "motor.catalogue", catalogue, str(trouble), bare=True))
         if mistakes:
             raise BadInput(mistakes)
-        self._file, self._folder, self._scenes = file, folder, scenes
+        self._file, self._folder, self._scenes, self._motors = file, folder, scenes, motors
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "machine") -> "Machine":
@@ -337,6 +345,11 @@ class Machine(SceneTable):
         return self._scenes
 
     @property
+    def motors(self) -> tuple[MotorData, ...]:
+        """The motors of the catalogue; empty without one."""
+        return self._motors
+
+    @property
     def shaft_rpm(self) -> float | None:
         """Speed of the machine's shaft [rev/min]; None if neither the machine nor its scenes have one."""
         speeds = (
@@ -361,6 +374,8 @@ class Machine(SceneTable):
     __str__ = __repr__
 
 
+MachineSource = Machine | str | os.PathLike[str]
+"""A machine, the name of a shipped one, or the path of its TOML file."""
 MACHINE_TABLES: dict[str, type[SceneTable]] = {
     TOP_TABLE: Machine,
     "station": Station,
@@ -503,6 +518,11 @@ def find_machine(name: str | os.PathLike[str]) -> Machine:
         return Machine.from_toml(word)
     why = "there is no such file" if Path(word).suffix else suggest_names(word, shipped_machines())
     raise BadInput([Mistake("camopt", "machine", word, f"{MACHINE_WORDS}; {why}")])
+
+
+def machine_from(machine_or_name: MachineSource) -> Machine:
+    """The machine itself, or by name or path; errors are those of ``find_machine``."""
+    return machine_or_name if isinstance(machine_or_name, Machine) else find_machine(machine_or_name)
 
 
 def is_machine(target: str) -> bool:

@@ -16,11 +16,12 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IndexArray
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.piecewise import halve_bernstein, powers_to_bernstein_matrix
+from camopt.core.numerics.piecewise import halve_bernstein, powers_to_bernstein_matrix, sign_changes
 from camopt.core.numerics.stable_functions import matrix_product
 
 TURN = 2.0 * pi
 EQUAL_ENDS = 1e-14 * TURN  # rad: ends of panels that are closer are one end, since sums of angles are rounded
+EQUAL_ROOTS = 1e-12  # rad: closer roots are one root, at the end of a panel
 EXTREME_ROOM = 2.0**-46  # of the largest magnitude: more than the rounding of a halving, so that halving ends
 
 
@@ -87,10 +88,11 @@ class TurnCurve:
 
     @cached_property
     def mean(self) -> float:
-        """The mean over the turn."""
+        """The mean over the turn; 0 if it is smaller than the error of the curve."""
         even = self.series[::2]
         weights = 1.0 / np.arange(1, 2 * len(even), 2)
-        return float(matrix_product(matrix_product(weights, even), 2.0 * self.half_width) / TURN)
+        mean = float(matrix_product(matrix_product(weights, even), 2.0 * self.half_width) / TURN)
+        return 0.0 if abs(mean) <= self.error else mean
 
     @property
     def rms(self) -> float:
@@ -254,6 +256,25 @@ class TurnCurve:
             high = np.concatenate([middle, high[above]])
             parts = np.concatenate(halve_bernstein(parts[:, above]), axis=1)
         return CurveExtreme(best, angle, float(2.0 * room + self.error))
+
+    def spans_above(self, level: float) -> list[tuple[float, float]]:
+        """The ranges of angles [rad] in which the curve is above a level, in the order of the turn.
+
+        Each starts in the turn; one across the end of the turn ends beyond 2π. A curve that rests at the level is
+        not above it.
+        """
+        series = self.series.copy()
+        series[0] -= level
+        roots = [self.centre[panel] + self.half_width[panel] * u for panel, u in sign_changes(series)]
+        places = np.unique(np.concatenate([self.ends, roots]))
+        places = places[np.diff(places, prepend=-inf) > EQUAL_ROOTS]
+        above = self.value(0.5 * (places[:-1] + places[1:])) > level
+        if above.all():
+            return [(0.0, TURN)]
+        outward, inward = np.flatnonzero(above & ~np.roll(above, 1)), np.flatnonzero(~above & np.roll(above, 1))
+        starts = places[outward]
+        later = (places[inward][None, :] - starts[:, None]) % TURN
+        return [*zip(starts.tolist(), (starts + later.min(axis=1, initial=TURN)).tolist(), strict=True)]
 
     def least(self) -> CurveExtreme:
         """The least value, and the first angle where it is reached to rounding."""

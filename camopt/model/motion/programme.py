@@ -25,6 +25,7 @@ from camopt.core.numerics.piecewise import (
 from camopt.core.numerics.quadrature import gauss_rule
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import State
+from camopt.core.numerics.turn_curve import TURN, TurnCurve
 from camopt.model.motion import LAWS
 from camopt.model.motion.installed_laws import InstalledLaw
 from camopt.model.motion.law import Law
@@ -180,6 +181,14 @@ class Programme:
     @cached_property
     def table(self) -> MotionTable:
         return _build_table(self)
+
+    @cached_property
+    def lift_curve(self) -> TurnCurve:
+        """The displacement over the turn [mm or rad]."""
+        table = self.table
+        ends = np.append(table.centre - table.half_width, TURN)
+        ends[0] = 0.0
+        return TurnCurve(ends, table.coefficients.T, float(table.error[:, 0].max()))
 
     @property
     def piece_starts(self) -> FloatArray:

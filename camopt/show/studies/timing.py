@@ -16,7 +16,7 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.panels import derivatives
-from camopt.core.numerics.piecewise import sign_changes
+from camopt.core.numerics.turn_curve import TURN
 from camopt.core.quantities import displacement_unit
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.programme import Programme
@@ -31,7 +31,6 @@ from camopt.solve.tolerances.errors import error_unit
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
 DEFAULT_SHARE = 0.5  # default lift as share of the largest, if the scene has no lash
-EQUAL_LEVELS = 1e-12  # rad: closer roots are the same root, at the end of a panel
 
 
 class Passage(NamedTuple):
@@ -226,22 +225,18 @@ def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
 
 def _passages(programme: Programme, lift: float, velocity_per_slope: float) -> list[Passage]:
     """Passages above a lift; ``velocity_per_slope`` converts a slope by the cam angle into a velocity."""
-    table, level = programme.table, lift * programme.unit
-    series = table.coefficients.T.copy()
-    series[0] -= level
-    ends = table.centre - table.half_width
-    roots = [table.centre[panel] + table.half_width[panel] * u for panel, u in sign_changes(series)]
-    places = np.unique(np.concatenate([ends, roots, [programme.strokes[-1].end]]))
-    places = places[np.diff(places, prepend=-np.inf) > EQUAL_LEVELS]
-    above = _motion_at(programme, (places[:-1] + places[1:]) / 2)[0] > level
-    outward, inward = (np.flatnonzero(above & ~np.roll(above, 1)), np.flatnonzero(~above & np.roll(above, 1)))
     passages = []
-    for start in places[outward]:
-        later = (places[inward] - start) % (2 * np.pi)
-        end = places[inward][np.argmin(later)]
-        slopes = _motion_at(programme, np.array([start, end]))[1] * velocity_per_slope
+    for start, end in programme.lift_curve.spans_above(lift * programme.unit):
+        slopes = _motion_at(programme, np.mod([start, end], TURN))[1] * velocity_per_slope
         passages.append(
-            Passage(lift, degrees(start), degrees(end), degrees(later.min()), float(slopes[0]), float(slopes[1]))
+            Passage(
+                lift,
+                degrees(start),
+                degrees(end % TURN),
+                degrees(end - start),
+                float(slopes[0]),
+                float(slopes[1]),
+            )
         )
     return passages
 

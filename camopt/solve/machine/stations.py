@@ -11,7 +11,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve
 from camopt.core.quantities import displacement_unit
 from camopt.model.effects import EvaluationBlock, missing_keys_by_quantity
-from camopt.model.effects.force import force_factors_with_train
+from camopt.model.effects.force import force_factors_with_train, force_weights_and_constant
 from camopt.model.effects.guided_torque import guided_torque_polynomials
 from camopt.model.effects.loads import has_guide_friction
 from camopt.model.effects.torque import torque_polynomials_by_panel
@@ -52,9 +52,7 @@ class ResolvedStation:
     def own_lift(self) -> TurnCurve:
         """Lift of the tool above its lowest position by the cam angle [mm or deg]."""
         programme = self.problem.programme.tool
-        table, unit = programme.table, programme.unit
-        ends = panel_ends(table.half_width)
-        return TurnCurve(ends, table.coefficients.T / unit, float(table.error[:, 0].max()) / unit)
+        return programme.lift_curve * (1.0 / programme.unit)
 
     @cached_property
     def lift(self) -> TurnCurve:
@@ -100,6 +98,25 @@ class ResolvedStation:
             )
         to_shaft = 1e-3 * self.station.ratio
         return TurnCurve(panel_ends(half_width), series * to_shaft, error * to_shaft * float(np.abs(series).max()))
+
+    @cached_property
+    def inertia(self) -> TurnCurve | None:
+        """Moment of inertia that the moving masses have at the shaft, by its angle [kg·m²]; None without forces.
+
+        The masses have the kinetic energy I·ω²/2 at a speed ω of the shaft. Their torque is ω²·C with
+        C = (dI/dθ)/2, so I = 2·∫C dθ, and I = 0 where the follower stands still.
+        """
+        if self.missing_for_torque:
+            return None
+        programme, (_, _, mass, _) = (
+            self.problem.programme,
+            force_weights_and_constant(self.problem.setup.dynamics, 1.0),
+        )
+        series = torque_polynomials_by_panel(programme, (0.0, 0.0, mass, 0.0, 1.0))[:, 0]
+        half = TurnCurve(panel_ends(programme.table.half_width), 2e-3 * self.station.ratio**2 * series)
+        own = half.integral_from_start()
+        own = own.plus_number(-own.least().value)
+        return own.sped_up(self.station.ratio).shifted(radians(self.station.phase))
 
     @cached_property
     def torque(self) -> TurnCurve | None:

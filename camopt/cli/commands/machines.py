@@ -1,0 +1,29 @@
+"""The command on machines: several cams on one shaft."""
+
+from pathlib import Path
+
+import click
+
+import camopt
+from camopt import cli
+from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_options
+
+
+@click.command(cls=Command)
+@click.argument("machine")
+@output_options
+@click.option(
+    "--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the timing diagram: PNG, SVG, PDF."
+)
+def machine(machine: str, as_json: bool, quiet: bool, picture: Path | None) -> int:
+    """Evaluate several cams on one shaft.
+
+    MACHINE is a TOML file with stations, each a scene with its phase, or the name of a machine that comes with
+    camopt. The first line is the verdict on all limits and clearances. Tables show the stations, the torque of the
+    shaft, the flywheel and the motors.
+    """
+    with cli.progress(quiet, ""):
+        result = camopt.evaluate_machine(machine)
+    if picture:
+        camopt.plot(result, picture)
+    return cli.print_result(result, as_json, quiet, filter(None, [picture]))
