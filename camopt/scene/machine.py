@@ -481,6 +481,11 @@ def _faults_of_clearance(
 def shipped_machines() -> tuple[str, ...]:
     """The names of the machines that come with the package.
 
+    Returns
+    -------
+    tuple
+        Names for ``find_machine`` and for ``camopt machine``.
+
     Examples
     --------
     >>> "pick-and-place" in camopt.shipped_machines()
@@ -496,6 +501,11 @@ def find_machine(name: str | os.PathLike[str]) -> Machine:
     ----------
     name : str or os.PathLike
         A path that ends in .toml, or one of ``shipped_machines()``.
+
+    Returns
+    -------
+    Machine
+        The checked machine, with the scenes of its stations.
 
     Raises
     ------

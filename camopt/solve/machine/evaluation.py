@@ -26,6 +26,8 @@ class MachineEvaluation(Result, Drawable):
     ----------
     machine : Machine
         The evaluated machine.
+    resolved : tuple of ResolvedStation
+        The stations with their curves over a turn of the shaft.
     stations : dict of Evaluation
         The quantities of each station by name, at the speed of its cam.
     shaft : Shaft or None

@@ -23,6 +23,15 @@ from camopt.solve.machine.stations import ResolvedStation
 class Shaft:
     """The torque of a machine's shaft over a turn, and what follows from it.
 
+    Attributes
+    ----------
+    torque : TurnCurve
+        Sum over the stations that have a torque [N·m].
+    rpm : float
+        Speed [rev/min].
+    inertia : TurnCurve
+        Moment of inertia of the moving masses at the shaft [kg·m²].
+
     Examples
     --------
     >>> shaft = camopt.evaluate_machine("pick-and-place").shaft
@@ -31,11 +40,8 @@ class Shaft:
     """
 
     torque: TurnCurve
-    """Sum over the stations that have a torque [N·m]."""
     rpm: float
-    """Speed [rev/min]."""
     inertia: TurnCurve
-    """Moment of inertia of the moving masses at the shaft [kg·m²]."""
 
     @cached_property
     def largest(self) -> CurveExtreme:
@@ -107,7 +113,14 @@ def shaft_of_machine(machine: Machine, stations: Sequence[ResolvedStation]) -> S
 
 
 class MotorUse(NamedTuple):
-    """How far a machine uses a motor of the catalogue; shares above 1 are too much."""
+    """How far a machine uses a motor of the catalogue; shares above 1 are too much.
+
+    Examples
+    --------
+    >>> uses = camopt.evaluate_machine("pick-and-place").motors
+    >>> [use.name for use in uses if use.fits][0]
+    'SM-060'
+    """
 
     name: str
     rms_share: float
