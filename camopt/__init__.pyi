@@ -96,3 +96,6 @@ from .solve.verdicts.certify import Certificate as Certificate
 from .solve.verdicts.certify import certify as certify
 from .solve.verdicts.evaluation import Evaluation as Evaluation
 from .solve.verdicts.evaluation import evaluate as evaluate
+from .solve.verdicts.fastest import Fastest as Fastest
+from .solve.verdicts.fastest import SpeedLimit as SpeedLimit
+from .solve.verdicts.fastest import fastest as fastest

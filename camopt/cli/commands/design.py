@@ -34,6 +34,7 @@ from camopt.show.exporting.file_types import FILE_TYPES
 @outputs_option
 @output_options
 @click.option("--long", is_flag=True, help="Print the meaning of each quantity.")
+@click.option("--fastest", is_flag=True, help="Print the highest speed up to which each limit is held instead.")
 @click.option(
     "--plot",
     "picture",
@@ -61,16 +62,19 @@ def evaluate(
     animation: Path | None,
     points: Path | None,
     long: bool,
+    fastest: bool,
     **spacing: float | None,
 ) -> int:
     """Compute the quantities of one design.
 
     The first line is the verdict: whether the design meets every limit. --long adds the meaning of each quantity.
+    --fastest prints the highest speed up to which the cam holds each limit, and what this speed gains with the
+    bound.
     """
     if not points:
         refuse_without("--points", spacing)
     with cli.progress(quiet, ""):
-        result = camopt.evaluate(scene)
+        result = camopt.fastest(scene) if fastest else camopt.evaluate(scene)
     still = picture and picture.suffix.lower() in PICTURE_SUFFIXES
     for moving in filter(None, (animation, None if still else picture)):
         camopt.animate(scene, moving)

@@ -249,6 +249,8 @@ class Effect(NamedTuple):
     """Whether it describes one contact of follower and cam; of several contacts the worst counts."""
     is_single_disc: bool = False
     """Whether it describes a single disc; a pair of discs has none of its quantities."""
+    holds_between_speeds: bool = False
+    """Whether its quantities hold a bound at all speeds between two at which they hold it (docs/theory/speed)."""
     exact: bool = False
     """Whether its quantities have no enclosure, so that computing them or not affects no other quantity."""
     last: bool = False

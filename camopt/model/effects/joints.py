@@ -226,4 +226,5 @@ EFFECT = Effect(
     missing_keys_by_quantity=missing_keys_by_quantity,
     is_of_motion=lambda setup: True,
     train_peaks=train_peaks,
+    holds_between_speeds=True,
 )

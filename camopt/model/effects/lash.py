@@ -127,5 +127,10 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
 
 
 EFFECT = Effect(
-    "lash", offered_quantities, evaluate_columns, missing_keys_by_quantity, is_of_motion=lambda setup: True
+    "lash",
+    offered_quantities,
+    evaluate_columns,
+    missing_keys_by_quantity,
+    is_of_motion=lambda setup: True,
+    holds_between_speeds=True,
 )
