@@ -193,12 +193,13 @@ def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
 
 
 def certify_tolerance_box(problem: Problem, budget: Budget = UNLIMITED) -> dict[str, str]:
-    """Verdict on each limit for all cams within the tolerances of the problem's own design, in intervals."""
+    """Verdict on each limit of a problem for all cams within the tolerances of its own design, in intervals."""
     exact = with_toleranced_numbers_per_design(with_rounding_relative_error(problem))
-    ends = tolerance_ranges(exact, exact.design)
+    ends, names = tolerance_ranges(exact, exact.design), {limit.name for limit in problem.limits}
     return {
         limit.name: limit_verdict_over_box(exact, limit, exact.design, ends, budget).verdict
         for limit in exact.limits
+        if limit.name in names
     }
 
 

@@ -347,7 +347,7 @@ class SpeedSearch:
     def speed_limit(self, start: float | None, grid: FloatArray, *, is_held_at_scene_speed: bool) -> SpeedLimit:
         """The highest speed of the limit from a speed that holds it, and what it gains with the bound."""
         rpm, proof = (None, UNPROVED) if start is None else self.first_broken_speed(start, grid)
-        gain = None if rpm is None or rpm == inf else self.gain_per_unit(rpm)
+        gain = None if rpm is None or rpm == inf or proof == UNPROVED else self.gain_per_unit(rpm)
         by_percent = None if gain is None or not self.limit.bound else gain * abs(self.limit.bound) / 100.0
         words = _limit_words(self.limit)
         return SpeedLimit(*words, rpm, gain, by_percent, is_held_at_scene_speed, proof)
@@ -376,7 +376,7 @@ class SpeedSearch:
         """A speed at which the excess passes 0, between two at which it is held and broken."""
         if self.excesses([low])[0] >= 0.0:
             return low
-        squared = brentq(lambda square: self.excesses([square**0.5])[0], low**2, high**2, xtol=1e-300, rtol=1e-15)
+        squared = brentq(lambda square: self.excesses([square**0.5])[0], low**2, high**2, xtol=1e-300, rtol=1e-14)
         return float(squared**0.5)
 
     def is_certified_at(self, rpm: float, margin: float) -> bool:
