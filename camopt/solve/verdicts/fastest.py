@@ -25,7 +25,7 @@ from camopt.core.quantities.unit_systems import from_shown_unit, unit_in_shown_s
 from camopt.model.effects import available_quantities, require_effect
 from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, scene_from
-from camopt.scene.problem.limit import ASSEMBLY, Limit
+from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve_design, with_rounding_relative_error
 from camopt.scene.problem.settings import with_toleranced_numbers_per_design
 from camopt.scene.scene import Scene
@@ -271,8 +271,6 @@ def fastest(scene: SceneSource) -> Fastest:
         why = f"missing; the highest speed is sought from the speed of the scene (or give {CRANK_SPEED_KEY})"
         raise BadInput([Mistake(scene.file, SPEED_KEY, None, why, bare=True)])
     problem = with_rounding_relative_error(resolve_design(scene))
-    if not problem.setup.mechanism.can_assemble(problem.design, problem.programme)[0]:
-        return Fastest(scene, None, (SpeedLimit(ASSEMBLY, "", 0.0, "", None, None, None, False, PROVED),))
     known = available_quantities(problem.setup.with_numbers({SPEED_KEY: None}))
     fixed = tuple(limit for limit in problem.limits if not {*limit.required_quantities} - {*known})
     names = {limit.name for limit in fixed}
