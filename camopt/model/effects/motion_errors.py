@@ -270,4 +270,5 @@ EFFECT = Effect(
     evaluate_columns,
     missing_keys_by_quantity=missing_keys_by_quantity,
     peaks=peaks,
+    holds_between_speeds=True,
 )

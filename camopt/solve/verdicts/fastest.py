@@ -236,9 +236,10 @@ def fastest(scene: SceneSource) -> Fastest:
 
     Limits on curves are proved in interval arithmetic, at all cam angles and all speeds up to n·(1 − 1e-9), and are
     proved to be broken at n·(1 + 1e-9). Near a bound that the quantity meets at a flat angle, 1e-9 may grow to
-    1e-4. Forces in joints and speeds of the lash are proved at both ends, which covers all speeds between. For
-    other limits, such as those on vibration and on flights across a clearance, only the ends are proved; camopt
-    tries 256 speeds between them, and the result says so. Speeds above 1024 times that of the scene are not tried.
+    1e-4. Forces in joints, speeds of the lash and motion errors are proved at both ends, which covers all speeds
+    between. For other limits, such as those on vibration and on flights across a clearance, only the ends are
+    proved; camopt tries 256 speeds between them, and the result says so. Speeds above 1024 times that of the scene
+    are not tried.
 
     Parameters
     ----------
@@ -396,8 +397,12 @@ class SpeedSearch:
             ranges = {**tolerance_ranges(self.problem, self.designs_at([low]))}
             least, most = self.speed_error_range
             boxes.append({**ranges, SPEED_KEY: (low + least, high + most)})
-        verdicts = [limit_verdict_over_box(self.problem, self.limit, self.designs_at([low]), box) for box in boxes]
-        if all(each.verdict == HELD for each in verdicts):
+        verdicts = [
+            limit_verdict_over_box(self.problem, self.limit, self.designs_at([low]), box)
+            for box in boxes
+            if not self.limit.is_on_motion_error  # its verdict ignores the box
+        ]
+        if verdicts and all(each.verdict == HELD for each in verdicts):
             return None, PROVED
         for each in verdicts:
             if each.verdict == BROKEN and each.witness is not None:

@@ -258,7 +258,7 @@ def test_effects_that_hold_between_speeds_have_no_peak_between(name):
     scene = find_scene(name).replace(outputs=["joints" if find_scene(name).train else "lash"])
     problem = resolve_design(scene)
     marked = {effect.name for effect in EFFECTS.values() if effect.holds_between_speeds}
-    assert marked == {"joints", "lash"}
+    assert marked == {"joints", "lash", "motion_errors"}
     names = [each for each in problem.evaluated_quantities if each.endswith("_max_N") or "_speed_max_" in each]
     speeds = scene.cam.rpm * np.geomspace(0.1, 10, 41)
     free = problem.with_keys_per_design(["cam.rpm"])
@@ -267,6 +267,22 @@ def test_effects_that_hold_between_speeds_have_no_peak_between(name):
     for values in map(np.asarray, columns.values()):
         peaks = np.minimum(np.maximum.accumulate(values), np.maximum.accumulate(values[::-1])[::-1])
         assert np.all(values <= peaks * (1 + 1e-12))
+
+
+def test_motion_errors_are_powers_of_the_speed():
+    tolerances = {"profile": 0.01, "waves": 20, "follower": {"roller_radius": 0.02}}
+    limits = {"acceleration_error": 1.0, "velocity_error": 0.05}
+    scene = loaded(limits, rpm=100, tolerances=tolerances)
+    own, result = evaluate(scene), fastest(scene)
+    for name, quantity, power in (
+        ("acceleration_error", "acceleration_error_max_m_s2", 2),
+        ("velocity_error", "velocity_error_max_m_s", 1),
+    ):
+        (limit,) = [each for each in result.limits if each.limit == name]
+        assert limit.rpm == pytest.approx(100 * (limits[name] / own[quantity]) ** (1 / power), rel=1e-12)
+        assert limit.proof == "proved"
+        verdicts = [certify(at_speed(scene, limit.rpm * side))[name] for side in SIDES]
+        assert verdicts == ["held", "broken"]
 
 
 def test_guide_friction_leaves_the_normal_force_convex_in_the_square_of_the_speed():
