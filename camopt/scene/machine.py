@@ -6,7 +6,7 @@ its scenes included.
 """
 
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -18,8 +18,8 @@ from camopt.core.mistakes import BadInput, Mistake, printable, suggest_names
 from camopt.core.quantities.key import NO_UNIT, Key
 from camopt.core.storage.files import read_bytes
 from camopt.scene.csv_columns import MOST_SPANS
-from camopt.scene.faultless_tables import faultless_table
 from camopt.scene.law_forms import Fault
+from camopt.scene.mapping import tables_in_list
 from camopt.scene.motors import MotorData, read_motors
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.scene import Scene, find_scene
@@ -275,30 +275,33 @@ class Machine(SceneTable):
         if has_unit_text({key: value for key, value in tables.items() if key != "name"}):
             tables, unit_mistakes = replace_unit_texts(tables, MACHINE_TABLES, file)
             mistakes += unit_mistakes
-        sound: Machine = self
         try:
             BaseModel.__init__(self, **tables)
         except ValidationError as error:
             known = {mistake.key for mistake in mistakes}
             mistakes += [each for each in mistakes_from_pydantic(error, Machine, "", file) if each.key not in known]
-        keys = {mistake.key for mistake in mistakes}
-        sound = faultless_table(Machine, tables, keys) if mistakes else self
-        scenes, scene_mistakes = _scenes_of_stations(sound, file, folder)
+        is_sound, keys = not mistakes, [mistake.key for mistake in mistakes]
+        scenes, scene_mistakes = _scenes_of_stations(tables_in_list(tables.get("station")), keys, file, folder)
         mistakes += scene_mistakes
-        mistakes += [
-            Mistake(file, key, value, why, bare=True)
-            for key, value, why in _faults_across_stations(sound, scenes)
-            if key not in keys
-        ]
-        motors = tuple[MotorData, ...]()
-        if sound.motor and isinstance(catalogue := getattr(sound.motor, "catalogue", None), str):
+        motor, motors = tables.get("motor"), tuple[MotorData, ...]()
+        if isinstance(motor, dict) and isinstance(catalogue := motor.get("catalogue"), str):
             try:
                 motors = read_motors(folder, catalogue)
             except ValueError as trouble:
                 mistakes.append(Mistake(file, "motor.catalogue", catalogue, str(trouble), bare=True))
+        if is_sound:
+            mistakes += [
+                Mistake(file, key, value, why, bare=True)
+                for key, value, why in _faults_across_stations(self, scenes)
+            ]
         if mistakes:
             raise BadInput(mistakes)
-        self._file, self._folder, self._scenes, self._motors = file, folder, scenes, motors
+        self._file, self._folder, self._motors = file, folder, motors
+        self._scenes = {each.name: scene for each, scene in zip(self.station, scenes, strict=True) if scene}
+        if self.shaft_rpm is not None:
+            for station in self.station:
+                if self._scenes[station.name].cam.rpm != (rpm := self.shaft_rpm * station.ratio):
+                    self._scenes[station.name] = self._scenes[station.name].replace(**{"cam.rpm": rpm})
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "machine") -> "Machine":
@@ -388,50 +391,45 @@ MACHINE_TABLES: dict[str, type[SceneTable]] = {
 """Every table by its place in a machine."""
 
 
-def _scenes_of_stations(machine: Machine, file: str, folder: Path | None) -> tuple[dict[str, Scene], list[Mistake]]:
-    """The scenes by station, at the speed of the machine, and the mistakes in them."""
-    scenes, mistakes = dict[str, Scene](), list[Mistake]()
-    for number, station in enumerate(machine.station or (), start=1):
-        place, given = f"station.{number}.scene", getattr(station, "scene", None)
-        try:
-            if isinstance(given, dict):
-                scene = Scene.from_dict(given, f"{file}: {place}")
-            elif isinstance(given, str):
-                path = (folder or Path()) / given
-                scene = find_scene(path if path.suffix == ".toml" or path.is_file() else given)
-            else:
-                continue
-        except BadInput as error:
-            named = [each.file == "camopt" and each.key == "scene" for each in error.mistakes]
-            mistakes += [
-                Mistake(file, place, given, each.allowed) if missing else each
-                for each, missing in zip(error.mistakes, named, strict=True)
-            ]
-            continue
-        scenes[station.name] = scene
-    rpm = getattr(machine, "rpm", None)
-    if rpm is None:
-        speeds = (
-            scenes[each.name].cam.rpm / each.ratio  # type: ignore[operator]
-            for each in machine.station or ()
-            if each.name in scenes and scenes[each.name].cam.rpm is not None
-        )
-        rpm = next(speeds, None)
-    if rpm is not None and not mistakes:
-        for station in machine.station:
-            if station.name in scenes and scenes[station.name].cam.rpm != rpm * station.ratio:
-                scenes[station.name] = scenes[station.name].replace(**{"cam.rpm": rpm * station.ratio})
+def _scenes_of_stations(
+    stations: Sequence[Mapping[str, Any]], wrong_keys: Collection[str], file: str, folder: Path | None
+) -> tuple[list[Scene | None], list[Mistake]]:
+    """The scenes of stations, None where one cannot be read, and the mistakes in them."""
+    scenes, mistakes = list[Scene | None](), list[Mistake]()
+    for number, row in enumerate(stations, start=1):
+        place = f"station.{number}.scene"
+        scenes.append(None)
+        if "scene" in row and place not in wrong_keys:
+            try:
+                scenes[-1] = _scene_of_station(row["scene"], place, file, folder)
+            except BadInput as error:
+                mistakes += error.mistakes
     return scenes, mistakes
 
 
-def _faults_across_stations(machine: Machine, scenes: Mapping[str, Scene]) -> Iterator[Fault]:
+def _scene_of_station(given: Any, place: str, file: str, folder: Path | None) -> Scene:
+    """The scene of a station: a table, the path of a file, or the name of a shipped scene."""
+    if isinstance(given, dict):
+        return Scene.from_dict(given, f"{file}: {place}")
+    path = (folder or Path()) / given
+    try:
+        return find_scene(path if path.suffix == ".toml" or path.is_file() else given)
+    except BadInput as error:
+        missing = [each.file == "camopt" and each.key == "scene" for each in error.mistakes]
+        raise BadInput(
+            Mistake(file, place, given, each.allowed) if is_missing else each
+            for each, is_missing in zip(error.mistakes, missing, strict=True)
+        ) from None
+
+
+def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) -> Iterator[Fault]:
     """Every fault that involves more than one table."""
-    stations = {each.name: each for each in machine.station or ()}
+    stations = {each.name: each for each in machine.station}
     bodies = {each.name: each for each in machine.body}
-    yield from _repeated_names([*(machine.station or ()), *machine.body])
-    for number, station in enumerate(machine.station or (), start=1):
-        if station.outline is not None and station.name in scenes:
-            turns = scenes[station.name].tool_turns
+    yield from _repeated_names([*machine.station, *machine.body])
+    for number, (station, scene) in enumerate(zip(machine.station, scenes, strict=True), start=1):
+        if station.outline is not None and scene:
+            turns = scene.tool_turns
             missing, other = ("pivot", "direction") if turns else ("direction", "pivot")
             kind = "turns" if turns else "slides"
             if getattr(station, missing) is None:
@@ -463,18 +461,18 @@ def _faults_of_clearance(
     """The faults of a clearance: unknown names, missing outlines, a wrong number of coefficients."""
     known: Collection[str] = stations if clearance.along is not None else {**stations, **bodies}
     kind = "a station" if clearance.along is not None else "a station or a body"
-    for number, name in enumerate(clearance.between or (), start=1):
+    for number, name in enumerate(clearance.between, start=1):
         if name not in known:
             yield f"{place}.between.{number}", name, f"not {kind}; {suggest_names(name, known)}"
         elif clearance.along is None and name in stations and stations[name].outline is None:
             why = "has no outline: give it one, or give the clearance along, a coefficient for each lift"
             yield f"{place}.between.{number}", name, why
-    count = len(clearance.between or ())
+    count = len(clearance.between)
     if clearance.along is not None and len(clearance.along) != count:
         yield f"{place}.along", [*clearance.along], f"must have {count} numbers, one for each station in between"
     if clearance.along is None and count != 2:
-        yield f"{place}.between", [*(clearance.between or ())], "must name two stations or bodies, or have along"
-    if len({*(clearance.between or ())}) != count:
+        yield f"{place}.between", [*clearance.between], "must name two stations or bodies, or have along"
+    if len({*clearance.between}) != count:
         yield f"{place}.between", [*clearance.between], "must name each station once"
 
 

@@ -6,7 +6,7 @@ import click
 
 import camopt
 from camopt import cli
-from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_options
+from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_options, refuse_with
 
 
 @click.command(cls=Command)
@@ -15,13 +15,18 @@ from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_opt
 @click.option(
     "--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the timing diagram: PNG, SVG, PDF."
 )
-def machine(machine: str, as_json: bool, quiet: bool, picture: Path | None) -> int:
+@click.option("--fastest", is_flag=True, help="Find the highest speed at which every station holds its limits.")
+def machine(machine: str, as_json: bool, quiet: bool, picture: Path | None, fastest: bool) -> int:
     """Evaluate several cams on one shaft.
 
     MACHINE is a TOML file with stations, each a scene with its phase, or the name of a machine that comes with
     camopt. The first line is the verdict on all limits and clearances. Tables show the stations, the torque of the
     shaft, the flywheel and the motors.
     """
+    if fastest:
+        refuse_with("--fastest", {"plot": picture})
+        with cli.progress(quiet, ""):
+            return cli.print_result(camopt.fastest_machine(machine), as_json, quiet)
     with cli.progress(quiet, ""):
         result = camopt.evaluate_machine(machine)
     if picture:
