@@ -32,6 +32,10 @@ from .show.exporting.workpiece import Export as Export
 from .show.reporting.report import report as report
 from .show.studies.harmonics import Harmonics as Harmonics
 from .show.studies.harmonics import harmonics as harmonics
+from .show.studies.machine_timing import MachineTiming as MachineTiming
+from .show.studies.machine_timing import Overlap as Overlap
+from .show.studies.machine_timing import StationPassage as StationPassage
+from .show.studies.machine_timing import machine_timing as machine_timing
 from .show.studies.sensitivities import Sensitivities as Sensitivities
 from .show.studies.sensitivities import Sensitivity as Sensitivity
 from .show.studies.sensitivities import sensitivities as sensitivities

@@ -24,6 +24,7 @@ from camopt.scene.motors import MotorData, read_motors
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import SHIPPED
+from camopt.scene.speed import CRANK_SPEED_KEY, TURNS_OF_CRANK
 from camopt.scene.table_places import TOP_TABLE
 from camopt.scene.table_shapes import replace_wrong_shapes
 from camopt.scene.tables import (
@@ -301,7 +302,7 @@ class Machine(SceneTable):
         if self.shaft_rpm is not None:
             for station in self.station:
                 if self._scenes[station.name].cam.rpm != (rpm := self.shaft_rpm * station.ratio):
-                    self._scenes[station.name] = self._scenes[station.name].replace(**{"cam.rpm": rpm})
+                    self._scenes[station.name] = _scene_at_speed(self._scenes[station.name], rpm)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "machine") -> "Machine":
@@ -420,6 +421,12 @@ def _scene_of_station(given: Any, place: str, file: str, folder: Path | None) ->
             Mistake(file, place, given, each.allowed) if is_missing else each
             for each, is_missing in zip(error.mistakes, missing, strict=True)
         ) from None
+
+
+def _scene_at_speed(scene: Scene, rpm: float) -> Scene:
+    """A scene at another speed of its cam [rev/min], by the key that gives its speed."""
+    change = {CRANK_SPEED_KEY: TURNS_OF_CRANK * rpm} if scene.is_speed_of_crank else {"cam.rpm": rpm}
+    return scene.replace(**change)
 
 
 def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) -> Iterator[Fault]:

@@ -10,16 +10,8 @@ from hypothesis import strategies as st
 
 import camopt
 from camopt.scene.machine import MACHINE_TABLES, Machine, is_machine
+from tests.support.machines import KNIFE
 
-KNIFE = {
-    "cam": {"form": "disc", "base_radius": 40, "rpm": 90.0},
-    "follower": {"motion": "translating", "contact": "knife"},
-    "motion": [
-        {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"},
-        {"segment": "return", "angle": 120, "lift": 20, "law": "cycloidal"},
-        {"segment": "dwell", "angle": 120},
-    ],
-}
 STATION = {"name": "a", "scene": KNIFE}
 TURNING = {"name": "b", "scene": "oscillating-roller"}
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]

@@ -16,7 +16,16 @@ from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_opt
     "--plot", "picture", type=OutputPath(*PICTURE_SUFFIXES), help="Draw the timing diagram: PNG, SVG, PDF."
 )
 @click.option("--fastest", is_flag=True, help="Find the highest speed at which every station holds its limits.")
-def machine(machine: str, as_json: bool, quiet: bool, picture: Path | None, fastest: bool) -> int:
+@click.option(
+    "--lift",
+    "lifts",
+    type=float,
+    multiple=True,
+    help="Print when each tool is above this lift (mm or deg), and how long two are above it together. Repeatable.",
+)
+def machine(
+    machine: str, as_json: bool, quiet: bool, picture: Path | None, fastest: bool, lifts: tuple[float, ...]
+) -> int:
     """Evaluate several cams on one shaft.
 
     MACHINE is a TOML file with stations, each a scene with its phase, or the name of a machine that comes with
@@ -24,9 +33,12 @@ def machine(machine: str, as_json: bool, quiet: bool, picture: Path | None, fast
     shaft, the flywheel and the motors.
     """
     if fastest:
-        refuse_with("--fastest", {"plot": picture})
+        refuse_with("--fastest", {"plot": picture, "lift": lifts or None})
         with cli.progress(quiet, ""):
             return cli.print_result(camopt.fastest_machine(machine), as_json, quiet)
+    if lifts:
+        refuse_with("--lift", {"plot": picture})
+        return cli.print_result(camopt.machine_timing(machine, lifts), as_json, quiet)
     with cli.progress(quiet, ""):
         result = camopt.evaluate_machine(machine)
     if picture:

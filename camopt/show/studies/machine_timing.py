@@ -1,0 +1,194 @@
+"""``machine_timing``: when the tools of a machine pass a lift, and for how long two of them are above it together.
+
+For a camshaft these are the openings of the valves, the separation of the lobes and the overlap of two valves.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any, ClassVar, NamedTuple
+
+from camopt.scene.machine import Machine, MachineSource, machine_from
+from camopt.scene.speed import TURNS_OF_CRANK
+from camopt.show.studies.timing import timing
+from camopt.solve.tables.result import Result, Table, table_of
+
+
+class StationPassage(NamedTuple):
+    """A range of the machine's angle in which the tool of a station is above a lift.
+
+    Examples
+    --------
+    >>> first = camopt.machine_timing("camshaft", 1.0).passages[0]
+    >>> first.station, round(first.above_deg, 2)
+    ('exhaust 1', 115.71)
+    """
+
+    station: str
+    lift: float
+    """Lift above the lowest position [mm or deg]."""
+    rises_at_deg: float
+    """Angle of the machine's shaft at which the tool passes the lift outward [deg]."""
+    falls_at_deg: float
+    above_deg: float
+    """Angle between both [deg]."""
+    centre_deg: float
+    """Angle in the middle between both, the centre line of a lobe [deg]."""
+
+
+class Overlap(NamedTuple):
+    """The places of two stations' lobes to each other.
+
+    Examples
+    --------
+    >>> first = camopt.machine_timing("camshaft", 1.0).overlaps[0]
+    >>> first.station, first.other, round(first.separation_deg, 6)
+    ('exhaust 1', 'inlet 1', 110.0)
+    """
+
+    station: str
+    other: str
+    separation_deg: float
+    """Angle from the centre line of the first to that of the other, from −180 to 180 [deg]."""
+    overlap_deg: float
+    """Angle in which both are above the lift [deg]."""
+
+
+@dataclass(frozen=True)
+class MachineTiming(Result):
+    """The passages of all stations, and the overlaps of every two.
+
+    Attributes
+    ----------
+    machine : Machine
+        The machine.
+    passages : tuple of StationPassage
+        Passages by station and lift, in the order of the turn.
+    overlaps : tuple of Overlap
+        The separation and overlap of every two stations with one passage each.
+
+    Examples
+    --------
+    >>> found = camopt.machine_timing("camshaft", 1.0)
+    >>> len(found.passages), [each.overlap_deg > 0 for each in found.overlaps][:2]
+    (4, [True, False])
+    """
+
+    machine: Machine
+    passages: tuple[StationPassage, ...]
+    overlaps: tuple[Overlap, ...]
+    main_rows: ClassVar[str] = "passages"
+
+    def sections(self) -> Iterator[Table]:
+        """Tables of the passages and of the overlaps."""
+        yield self.table()
+        if self.overlaps:
+            rows = self._records(self.overlaps)
+            title = f"{self.machine.name}: two stations above the lift together"
+            table = table_of(title, rows, rows[0], units=dict.fromkeys(rows[0], "deg") | NO_UNITS)
+            yield replace(table, note=f"{self._note}{' Separations are angles of the camshaft.' * self._by_crank}")
+
+    def table(self) -> Table:
+        """A table with a row for each passage."""
+        rows = self._records(self.passages)
+        units = {**dict.fromkeys(rows[0] if rows else (), "deg"), **NO_UNITS}
+        return replace(
+            table_of(f"{self.machine.name}: above a lift", rows, rows[0] if rows else (), units=units),
+            note=self._note,
+        )
+
+    @property
+    def _note(self) -> str:
+        return (
+            "Angles are those of the crankshaft." if self._by_crank else "Angles are those of the machine's shaft."
+        )
+
+    @property
+    def _by_crank(self) -> bool:
+        """Whether angles are shown as those of a crankshaft that turns twice as fast."""
+        return all(scene.is_speed_of_crank for scene in self.machine.scenes.values())
+
+    def _records(self, rows: Iterable[StationPassage | Overlap]) -> list[dict[str, Any]]:
+        """The rows for a table, with the angles that are shown."""
+        turns = TURNS_OF_CRANK if self._by_crank else 1.0
+        return [
+            {
+                name: turns * value if name.endswith("_deg") and name != SEPARATION else value
+                for name, value in row._asdict().items()
+            }
+            for row in rows
+        ]
+
+    def document(self) -> dict[str, Any]:
+        """A record for each passage and each overlap; angles are those of the machine's shaft."""
+        return {"machine": self.machine.name, "passages": self.passages, "overlaps": self.overlaps}
+
+
+SEPARATION = "separation_deg"
+NO_UNITS = dict.fromkeys(("station", "other", "lift"), "")
+
+
+def machine_timing(machine: MachineSource, lifts: float | Iterable[float] | None = None) -> MachineTiming:
+    """Find when the tools of a machine pass a lift, and for how long two of them are above it together.
+
+    Parameters
+    ----------
+    machine : Machine, str or os.PathLike
+        The machine.
+    lifts : float or iterable of float, optional
+        Lifts above the lowest position [mm or deg], as for ``timing``. Overlaps are those at the first lift.
+
+    Returns
+    -------
+    MachineTiming
+        Angles of the machine's shaft, exact to rounding of the motion.
+
+    Raises
+    ------
+    BadInput
+        For a lift out of the range of a station.
+
+    Examples
+    --------
+    >>> round(camopt.machine_timing("camshaft", 1.0).overlaps[0].overlap_deg, 3)
+    5.728
+    """
+    machine = machine_from(machine)
+    lifts = lifts if lifts is None or isinstance(lifts, int | float) else [*lifts]
+    passages = dict[str, list[StationPassage]]()
+    for station in machine.station:
+        found = timing(machine.scenes[station.name], lifts).passages
+        passages[station.name] = sorted(
+            StationPassage(
+                station.name,
+                each.lift,
+                rises := (station.phase + (each.rises_at_deg + 360.0 * turn) / station.ratio) % 360.0,
+                (rises + each.above_deg / station.ratio) % 360.0,
+                each.above_deg / station.ratio,
+                (rises + 0.5 * each.above_deg / station.ratio) % 360.0,
+            )
+            for each in found
+            for turn in range(station.ratio)
+        )
+    first = {name: [each for each in rows if each.lift == rows[0].lift] for name, rows in passages.items() if rows}
+    return MachineTiming(
+        machine,
+        tuple(each for rows in passages.values() for each in rows),
+        tuple(_overlap(first[one], first[other]) for one, other in combinations(first, 2)),
+    )
+
+
+def _overlap(passages: list[StationPassage], others: list[StationPassage]) -> Overlap:
+    """The separation of the first passages of two stations, and the sum of their overlaps."""
+    one, other = passages[0], others[0]
+    overlap = sum(
+        max(0.0, min(a.above_deg, start + b.above_deg) - max(0.0, start))
+        for a in passages
+        for b in others
+        for start in (
+            (b.rises_at_deg - a.rises_at_deg) % 360.0,
+            (b.rises_at_deg - a.rises_at_deg) % 360.0 - 360.0,
+        )
+    )
+    separation = 180.0 - (one.centre_deg - other.centre_deg + 180.0) % 360.0
+    return Overlap(one.station, other.station, separation, overlap)
