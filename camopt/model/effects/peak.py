@@ -436,6 +436,8 @@ class Peak(NamedTuple):
     """Whether its curves depend only on the displacement, and are monotone in it."""
     bodies: RadiiOfCurves | None = None
     """The bodies with which it meets the designs' limit, on profiles that are not undercut."""
+    forces: tuple[Variant, ...] = ()
+    """Curves of the force on a contact that must be kept, if its loss is not seen in the curves of the quantity."""
 
     @property
     def is_least(self) -> bool:

@@ -25,7 +25,7 @@ below the roller.
 Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import pi
 from typing import Any
@@ -221,7 +221,11 @@ def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, vel
 
 def wear_or_film_curve_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     """The curves of wear or film, by direction of the guide's friction."""
-    make = wear_load_curve if name == WEAR_DEPTH else inverse_film_curve
+    return _variants_by_friction(wear_load_curve if name == WEAR_DEPTH else inverse_film_curve, setup)
+
+
+def _variants_by_friction(make: Callable[..., Any], setup: Setup) -> tuple[Variant, ...]:
+    """A curve for each direction of the guide's friction."""
     return tuple(
         (partial(make, setup, velocity_sign=way), kinds) for way, kinds in friction_signs_by_stroke_kind(setup)
     )
@@ -287,6 +291,9 @@ def _load_peaks(setup: Setup) -> dict[str, Peak]:
             LARGEST,
             _wear_or_film_scale(name, setup),
             is_infinite_by_velocity_jumps,
+            forces=()
+            if name == WEAR_DEPTH
+            else _variants_by_friction(normal_force_curve, setup),  # no film without contact
         )
         for name in offered_quantities(setup)
         if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing

@@ -34,6 +34,8 @@ class ConstantBound(NamedTuple):
         return number_kind.of(self.number)
 
 
+LEAST_CONTACT_FORCE = 1e-9
+"""Force [N] below which a contact counts as lost in proofs."""
 CONSTRAINT_SIDES = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
 
 
@@ -93,6 +95,11 @@ def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
     return tuple(
         Constraint(make, kinds, peak.goal, at, weight, peak.unit or unit_weight) for make, kinds in peak.curves
     )
+
+
+def contact_constraints(peak: Peak) -> tuple[Constraint, ...]:
+    """The constraints that keep the contact for a quantity whose curves do not show its loss."""
+    return tuple(Constraint(make, kinds, LEAST, ConstantBound(LEAST_CONTACT_FORCE)) for make, kinds in peak.forces)
 
 
 def merge_stroke_kinds(constraints: Iterable[Constraint]) -> list[Constraint]:

@@ -35,6 +35,7 @@ from camopt.scene.problem.constraints import (
     constraint_on_mean,
     constraints_on_peak,
     constraints_on_train_peak,
+    contact_constraints,
 )
 from camopt.scene.problem.rows import QuantityColumns
 
@@ -134,6 +135,11 @@ class Limit(ABC):
     def mean_constraint(self) -> TurnMeanConstraint | None:
         """The constraint on the mean of a curve that decides the limit, if there is one."""
         return None
+
+    @property
+    def contact_constraints(self) -> tuple[Constraint, ...]:
+        """Further constraints for proofs, which keep the contact."""
+        return ()
 
     @property
     def train_constraints(self) -> tuple[Constraint, ...]:
@@ -279,6 +285,11 @@ class QuantityLimit(Limit):
             for peak in (self.peak_or_mean, *self.further_peaks)
             for constraint in constraints_on_peak(peak, self.bound)
         )
+
+    @cached_property
+    def contact_constraints(self) -> tuple[Constraint, ...]:
+        peaks = (self.peak_or_mean, *self.further_peaks) if isinstance(self.peak_or_mean, Peak) else ()
+        return tuple(constraint for peak in peaks for constraint in contact_constraints(peak))
 
     def constraints_at_contact(self, contact: int) -> tuple[Constraint, ...]:
         if not (self.further_peaks and isinstance(self.peak_or_mean, Peak)):

@@ -80,6 +80,7 @@ def limit_verdict_over_box(
         return BoxVerdict(BROKEN, design)
     constraints: list[AnyConstraint] = [
         *limit.constraints,
+        *limit.contact_constraints,
         *([] if limit.mean_constraint is None else [limit.mean_constraint]),
     ]
     if constraints and all(map(_is_on_motion_derivatives, constraints)):

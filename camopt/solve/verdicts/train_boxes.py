@@ -73,7 +73,7 @@ def limit_verdict_over_trains(
 ) -> BoxVerdict:
     """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
     constraints = [
-        *((constraint, False) for constraint in limit.constraints),
+        *((constraint, False) for constraint in (*limit.constraints, *limit.contact_constraints)),
         *((constraint, True) for constraint in limit.train_constraints),
     ]
     if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:

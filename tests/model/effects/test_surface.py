@@ -241,3 +241,10 @@ def test_a_power_of_what_may_be_zero_has_no_bounds(low):
     to_power(np.array([low, 1.0, 0.0, 1.0, 1.0, 1.0]), 0.7, found)
     assert found[1] == np.inf
     assert not np.isfinite(found[2:]).any()
+
+
+@pytest.mark.parametrize(("contact", "rpm"), [("roller", 200), ("roller", 2000), ("flat", 2000)])
+def test_proofs_know_that_there_is_no_film_without_contact(contact, rpm):
+    scene = scene_of(contact, limits={"film_ratio": 1e-6}).replace(**{"cam.rpm": rpm})
+    found, proved = camopt.evaluate(scene), camopt.certify(scene)["film_ratio"]
+    assert proved == ("held" if found["film_ratio_min"] >= 1e-6 else "broken")
