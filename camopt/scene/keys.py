@@ -1,13 +1,18 @@
 """The keys of a scene in words: sentence, unit, allowed values and default of each."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
+from camopt.scene.machine import MACHINE_TABLES
 from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.schema import table_schema
 from camopt.scene.table_places import TOP_TABLE, key_record
+from camopt.scene.tables import SceneTable
+
+MACHINE_KEYS = "machine"
+"""The name that stands for all tables of a machine."""
 
 
 class KeyDescription(NamedTuple):
@@ -24,12 +29,14 @@ class KeyDescription(NamedTuple):
     sentence: str
 
 
-def keys_of_table(place: str, names: Iterable[str] = ()) -> Iterator[KeyDescription]:
-    """The keys of a table."""
-    model = SCENE_TABLES[place]
-    properties = table_schema(place)
+def keys_of_table(
+    place: str, names: Iterable[str] = (), tables: Mapping[str, type[SceneTable]] = SCENE_TABLES
+) -> Iterator[KeyDescription]:
+    """The keys of a table of a scene, or of a machine."""
+    model = tables[place]
+    properties = table_schema(model, tables[TOP_TABLE])
     for name in names or model.model_fields:
-        if place != TOP_TABLE or name not in {each.split(".")[0] for each in SCENE_TABLES}:
+        if place != TOP_TABLE or name not in {each.split(".")[0] for each in tables}:
             record = key_record(model, name)
             field, schema = model.model_fields[name], properties[name]
             default = None if schema.get("default") in (None, []) else schema["default"]
@@ -46,7 +53,9 @@ def keys_of_table(place: str, names: Iterable[str] = ()) -> Iterator[KeyDescript
 
 
 def find_keys(name: str | None = None) -> list[KeyDescription]:
-    """The keys of a table, or with a name such as rpm or cam.rpm; all keys without a name.
+    """The keys of a table, or with a name such as rpm or cam.rpm; all keys of scenes without a name.
+
+    ``machine`` has all keys of machines.
 
     Raises
     ------
@@ -56,10 +65,17 @@ def find_keys(name: str | None = None) -> list[KeyDescription]:
     named = f"{name}.NAME"  # a table of inner tables that the user names, such as laws
     if name in SCENE_TABLES or named in SCENE_TABLES:
         return [*keys_of_table(str(name) if name in SCENE_TABLES else named)]
+    if name == MACHINE_KEYS or name in MACHINE_TABLES:
+        places = MACHINE_TABLES if name == MACHINE_KEYS else [str(name)]
+        return [key for place in places for key in keys_of_table(place, tables=MACHINE_TABLES)]
     keys = [key for place in SCENE_TABLES for key in keys_of_table(place)]
     matching = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
     if not matching:
-        known = [*dict.fromkeys([*filter(None, SCENE_TABLES), *(key.key.rpartition(".")[2] for key in keys)])]
+        known = [
+            *dict.fromkeys(
+                [*filter(None, SCENE_TABLES), MACHINE_KEYS, *(key.key.rpartition(".")[2] for key in keys)]
+            )
+        ]
         raise BadInput([Mistake("camopt", "table", name, f"a table or a key; {suggest_names(str(name), known)}")])
     return matching
 

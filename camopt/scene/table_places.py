@@ -12,7 +12,7 @@ from camopt.scene.train import TrainStage
 
 TOP_TABLE = ""
 """The place of the keys before the first table of a scene."""
-TABLE_LISTS = ("motion", "motion.through", "train", "profile")
+TABLE_LISTS = ("motion", "motion.through", "train", "profile", "station", "body", "clear")
 """The places of lists of tables."""
 
 

@@ -97,7 +97,7 @@ def keys(table: str | None, as_json: bool, quiet: bool) -> int:
     """List the keys of a scene, with units and defaults.
 
     TABLE is a table, such as cam or follower.dynamics, or a key, such as rpm or cam.rpm. Without it camopt lists
-    all keys. Besides the listed keys, [limits] takes the name of any quantity.
+    all keys; machine has the keys of machines. Besides the listed keys, [limits] takes the name of any quantity.
     """
     return cli.print_result(library.list_keys(table), as_json, quiet)
 

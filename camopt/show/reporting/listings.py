@@ -10,7 +10,8 @@ from camopt.model.motion import LAWS
 from camopt.model.motion.aliases import ALIASES
 from camopt.model.motion.law import vdi_motion_task
 from camopt.model.motion.programme import LAW_PEAKS, law_peaks, law_peaks_inside_stroke
-from camopt.scene.keys import KeyDescription, find_keys
+from camopt.scene.keys import MACHINE_KEYS, KeyDescription, find_keys
+from camopt.scene.machine import MACHINE_TABLES
 from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.table_places import table_heading
@@ -52,14 +53,20 @@ KEY_HEADS: list[Cell | str] = ["key", "unit", "allowed", "default", Cell("meanin
 
 
 def list_keys(name: str | None) -> Listing:
-    """The keys of one table of a scene, or of all tables."""
-    keys = find_keys(name)
-    return Listing(keys, tuple(_key_table(table, [*each]) for table, each in groupby(keys, lambda key: key.table)))
+    """The keys of one table of a scene, or of all tables; ``machine`` has those of a machine."""
+    keys, tables = find_keys(name), MACHINE_TABLES if name == MACHINE_KEYS else {**MACHINE_TABLES, **SCENE_TABLES}
+    return Listing(
+        keys,
+        tuple(
+            _key_table(table, tables[table].__doc__ or "", [*each])
+            for table, each in groupby(keys, lambda key: key.table)
+        ),
+    )
 
 
-def _key_table(table: str, keys: list[KeyDescription]) -> Table:
-    """Table of the keys of one table of a scene; for limits only the short keys, and a note on the others."""
-    summary = (SCENE_TABLES[table].__doc__ or "").split("\n")[0].replace("``", "`")
+def _key_table(table: str, docstring: str, keys: list[KeyDescription]) -> Table:
+    """Table of the keys of one table of a file; for limits only the short keys, and a note on the others."""
+    summary = docstring.split("\n")[0].replace("``", "`")
     short = [key for key in keys if key.key.removeprefix("limits.") in LIMIT_KEYS]
     rows = short if table == "limits" and len(short) > 1 else keys
     title = f"{table_heading(table)}  {summary}" if table else "Top level"
