@@ -2,8 +2,9 @@
 
 Each step replaces the nonconvex curves by their tangent planes (``nonconvex_constraints``), within a trust region
 around the last iterate. A penalty prices what exceeds a bound. A step is accepted if it lowers the true penalised
-objective. Minimised curves are held below a level that is part of the objective. The steps end at a local optimum.
-The optimum of the convex constraints alone is a lower bound of it.
+objective. Most planes are far below their bounds: a step takes those that are near, and is solved again with those
+that it passes. Minimised curves are held below a level that is part of the objective. The steps end at a local
+optimum. The optimum of the convex constraints alone is a lower bound of it.
 
 Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trust region).
 """
@@ -41,6 +42,9 @@ GOOD_RATIO, POOR_RATIO = (
 )  # shares of the predicted fall: above the first the trust region grows, below the second it shrinks
 LEAST_FALL = 2e-6  # least relative fall of the penalised objective that is worth a step
 LEAST_MULTIPLIER = 1e-3  # multipliers of the trust region below this are solver error
+NEAR_PLANES = 0.2  # a step takes the planes that come nearer to their bounds than this share of the bound
+PLANE_ERROR = 1e-7  # what the solver may exceed a plane by
+HELD_BACK = 0.999  # share of the trust radius beyond which the trust region holds a step back
 BOUND_MARGIN = 2e-4  # relative margin of bounds, because a curve rises slightly between samples
 
 
@@ -152,7 +156,8 @@ class SequentialConvex:
     ) -> tuple[Iterate, float, bool]:
         """Steps at one penalty: the last iterate, the trust radius, and whether the penalty is high enough.
 
-        It is too low if the steps end above a bound, or would leave bounds that the last iterate holds.
+        It is too low if the steps end above a bound. It is too low as well if a step exceeds a bound although the
+        last iterate holds all bounds, or although the trust region does not hold it back.
         """
         cost, top = self._penalised_objective_and_top_ratio(iterate, held_constraints, minimised_constraints)
         if cost == inf:
@@ -160,14 +165,15 @@ class SequentialConvex:
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
         self.step.compile_to_matrices()
         for _ in range(MOST_CONVEX_STEPS):
-            if radius < LEAST_TRUST_RADIUS:  # the planes do not fit at any distance: no penalty helps
-                return iterate, radius, True
+            if radius < LEAST_TRUST_RADIUS:  # the planes do not fit at any distance
+                break
             if self._solve_step(iterate, radius, planes) not in SOLVED_STATUSES:
                 break
             predicted_fall = cost - self.step.value
             if predicted_fall < LEAST_FALL * abs(cost):  # the planes predict no further fall
                 break
-            if top <= 1.0 and self.excess.value > BOUND_MARGIN and self.penalty.value < PENALTIES[-1]:
+            exceeds = self.excess.value > BOUND_MARGIN and self.penalty.value < PENALTIES[-1]
+            if exceeds and (top <= 1.0 or self._step_length(iterate) < HELD_BACK * radius):
                 return iterate, radius, False
             trial = iterate_of(self.model)
             trial_cost, trial_top = self._penalised_objective_and_top_ratio(
@@ -191,7 +197,7 @@ class SequentialConvex:
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, ())
         self.penalty.value = PENALTIES[-1]
         self.step.compile_to_matrices()
-        status, self.penalty.value = self._solve_step(iterate, FIRST_TRUST_RADIUS, planes), PENALTIES[0]
+        status, self.penalty.value = self._solve_step(iterate, FIRST_TRUST_RADIUS, planes, inf), PENALTIES[0]
         if status not in SOLVED_STATUSES or self.excess.value > BOUND_MARGIN:
             return None
         self.step.set_variables_and_multipliers()
@@ -268,12 +274,35 @@ class SequentialConvex:
             )
         return sparse.vstack(rows, format="csr"), np.concatenate(upper_bounds)
 
-    def _solve_step(self, iterate: Iterate, radius: float, planes: tuple[sparse.csr_array, FloatArray]) -> str:
-        """Solve a step from a solution, within the trust radius and below the planes: the solver's status."""
+    def _solve_step(
+        self,
+        iterate: Iterate,
+        radius: float,
+        planes: tuple[sparse.csr_array, FloatArray],
+        near: float = NEAR_PLANES,
+    ) -> str:
+        """Solve a step from a solution, within the trust radius and below the planes: the solver's status.
+
+        Planes further than ``near`` below their bounds are left out, unless the step passes them.
+        """
         (rows, upper_bounds), vector = planes, _solution_vector(iterate)
         identity = sparse.eye_array(vector.size, rows.shape[1], format="csr")
-        all_rows = sparse.vstack([rows, identity, -identity], format="csr")
-        return self.step.solve(all_rows, np.concatenate([upper_bounds, radius + vector, radius - vector]))
+        is_taken = rows[:, : vector.size] @ vector > upper_bounds - near
+        while True:
+            taken_rows = sparse.vstack([rows[is_taken], identity, -identity], format="csr")
+            taken_bounds = np.concatenate([upper_bounds[is_taken], radius + vector, radius - vector])
+            status = self.step.solve(taken_rows, taken_bounds)
+            if status not in SOLVED_STATUSES:
+                return status
+            excesses = rows @ self.step.point - upper_bounds
+            if not np.any(excesses[~is_taken] > PLANE_ERROR):
+                return status
+            is_taken |= excesses > -near
+
+    def _step_length(self, iterate: Iterate) -> float:
+        """Largest change of a variable in the last step, from a solution."""
+        vector = _solution_vector(iterate)
+        return float(np.abs(self.step.point[: vector.size] - vector).max())
 
     def _lead_and_height(self, iterate: Iterate) -> tuple[float, float]:
         """e and s₀ [mm]."""

@@ -51,7 +51,7 @@ class CompiledProgramme:
 
     def __init__(self, programme: cp.Problem, variables: Sequence[cp.Variable]) -> None:
         self.programme, self.variables = programme, variables
-        self.value = np.inf
+        self.value, self.point = np.inf, np.empty(0)
         self.row_multipliers = np.empty(0)
         """Fall of the least objective per unit of slack in each row."""
 
@@ -80,9 +80,9 @@ class CompiledProgramme:
             self._solution = solution
             self.value = float(solution.obj_val) + float(self._inverse[-1]["offset"])
             self.row_multipliers = np.array(solution.z[-upper_bounds.size :])
-            values, start = np.array(solution.x)[self._columns], 0
+            self.point, start = np.array(solution.x)[self._columns], 0
             for variable in self.variables:
-                variable.value = values[start : start + variable.size].reshape(variable.shape)
+                variable.value = self.point[start : start + variable.size].reshape(variable.shape)
                 start += variable.size
         return status
 
