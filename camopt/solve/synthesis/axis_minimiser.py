@@ -32,7 +32,7 @@ from camopt.solve.synthesis.nonconvex_constraints import (
     load_limit_keys_by_quantity,
     nonconvex_constraints_of,
 )
-from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_lead
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.relaxed_optimum import PANEL_COUNTS, RelaxedOptimum, subtract_solver_error
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -118,7 +118,7 @@ class AxisMinimiser:
         """The best cam with the other axes held at values; None if none is found."""
         if not held_values and self.first in AXIS_TERMS:
             # nothing is held: as ``synthesise``, with the pieces of all cams of the frontier
-            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_offset(self.problem)]
+            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_lead(self.problem)]
             cam, laws_found = best_synthesis(self.scene, problems, lambda done, most: None)
             terms = self._cam_row(cam, laws_found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, laws_found)

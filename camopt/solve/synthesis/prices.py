@@ -34,7 +34,7 @@ from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
     default_peak_factors,
     objective_weights,
-    split_by_offset,
+    split_by_lead,
 )
 from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, solve_relaxed_optimum
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -107,7 +107,7 @@ class PricedOptimum(NamedTuple):
         None if that scene has another number of curves, which happens at a bound that no motion meets.
         """
         own = self.model.problem
-        problem = _robust_problem_per_offset(scene, self.sizes)[self.number]
+        problem = _robust_problem_per_lead(scene, self.sizes)[self.number]
         problem = replace(problem, splines=own.splines, jerk_jumps=own.jerk_jumps)
         model = _tightened_convex_model(problem, self.margin)
         for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
@@ -121,11 +121,11 @@ class PricedOptimum(NamedTuple):
         return model.unit * float(model.objective.value), values
 
 
-def _robust_problem_per_offset(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
-    """The problem for each offset that a scene lists; for robust cams with limits tightened at these sizes."""
+def _robust_problem_per_lead(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
+    """The problem for each listed offset or arm; for robust cams with limits tightened at these sizes."""
     return [
         with_robust_limits(problem, *sizes) if problem.scene_problem.robust_errors else problem
-        for problem in split_by_offset(build_synthesis_problem(scene))
+        for problem in split_by_lead(build_synthesis_problem(scene))
     ]
 
 
@@ -137,10 +137,10 @@ def _tightened_convex_model(problem: SynthesisProblem, margin: float) -> ConvexM
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The solved convex programme of a result, with its multipliers; None if no margin gives a solution."""
     # e and s₀ of the cam of free laws [mm]
-    first = split_by_offset(build_synthesis_problem(scene))[0]
+    first = split_by_lead(build_synthesis_problem(scene))[0]
     iterate = iterate_of_result(first, result)
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
-    problems = _robust_problem_per_offset(scene, sizes)
+    problems = _robust_problem_per_lead(scene, sizes)
     if result.convex:
         problems = [
             _problem_with_splines_of(result, problem, solve_relaxed_optimum(scene, problem)) for problem in problems
@@ -178,9 +178,10 @@ def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:
 
 
 def _local_optimum(optimum: PricedOptimum, result: Synthesis) -> PricedOptimum | None:
-    """The local optimum under nonconvex constraints; None if the steps do not end there, or offsets are listed."""
+    """The local optimum under nonconvex constraints; None if the steps do not end there, or leads are listed."""
     model, problem = optimum.model, optimum.model.problem
-    if problem.lowest_angle is not None or isinstance(result.asked.search.offset, tuple):
+    search = result.asked.search
+    if problem.lowest_angle is not None or isinstance(search.offset or search.arm_length, tuple):
         return None
     iterate, constraints = iterate_of_result(problem, result), nonconvex_constraints_of(problem)
     steps = SequentialConvex(model, constraints)

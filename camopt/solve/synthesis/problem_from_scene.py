@@ -134,13 +134,16 @@ def problem_from_settings(
     )
 
 
-def split_by_offset(problem: SynthesisProblem) -> list[SynthesisProblem]:
-    """One problem for each offset that the scene lists; a single one for a range of offsets."""
-    offset = problem.scene_problem.search_space.variables.get("offset")
-    if offset is None or offset.is_searched_continuously:
+def split_by_lead(problem: SynthesisProblem) -> list[SynthesisProblem]:
+    """One problem for each offset or arm that the scene lists; a single one for a range of them."""
+    scene_problem = problem.scene_problem
+    variables, design = scene_problem.search_space.variables, scene_problem.design
+    size = variables.get("arm_length" if scene_problem.setup.angular else "offset")
+    if size is None or size.is_searched_continuously:
         return [problem]
-    leads = [problem.scene_problem.design.sense * value for value in offset.listed_values.tolist()]
-    return [replace(problem, lead_range=(lead, lead)) for lead in leads]
+    values = size.listed_values
+    leads = values - design.arm_length if scene_problem.setup.angular else design.sense * values
+    return [replace(problem, lead_range=(lead, lead)) for lead in leads.tolist()]
 
 
 def _check_rest_for_finite_jerk(
@@ -282,12 +285,12 @@ def _range_of_size(scene_problem: Problem, field: str) -> LowHigh:
 
 
 def _lead_range(scene_problem: Problem) -> LowHigh:
-    """Least and largest lead e for the offsets that the scene allows, or change of an arm within its range [mm]."""
+    """Least and largest lead e for the offsets that the scene allows, or change of the arm [mm]."""
     arm = scene_problem.search_space.variables.get("arm_length")
-    if arm is not None and not isinstance(arm.choice, tuple):
+    if arm is not None:
         own_length = float(scene_problem.design.arm_length[0])
         if isnan(own_length):
-            what = "missing; free laws start from this length, within its range in [search]"
+            what = "missing; free laws start from this length, among those of [search]"
             raise BadInput([Mistake(scene_problem.file, arm.key, None, what, bare=True)])
         return arm.range_ends[0] - own_length, arm.range_ends[1] - own_length
     if not scene_problem.setup.mechanism.moves_as(translating.MECHANISM, translating_flat.MECHANISM):

@@ -38,7 +38,7 @@ from camopt.solve.synthesis.law_infeasibility import contradiction_error, no_cam
 from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.prices import shadow_prices_of_free_laws
-from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_offset
+from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_lead
 from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxation_bound, solve_relaxed_optimum
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
@@ -100,7 +100,7 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     39.8
     """
     scene = scene_from(scene)
-    problems = split_by_offset(build_synthesis_problem(scene))
+    problems = split_by_lead(build_synthesis_problem(scene))
     if CROSSING_JERK in problems[0].objective:
         crossed = [with_best_crossings_and_bound(problem) for problem in problems]
         problems, optima = [problem for problem, _ in crossed], [RelaxedOptimum(bound) for _, bound in crossed]

@@ -8,7 +8,7 @@ from support.depth import is_deep, times
 from test_synthesis import free, sound
 
 from camopt import Scene, find_scene, optimise
-from camopt.core.mistakes import Unmet
+from camopt.core.mistakes import BadInput, Unmet
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.motion.programme import derivative_root_mean_square
 from camopt.scene.problem.problem import resolve
@@ -190,6 +190,10 @@ def test_a_contact_force_on_an_arm_is_a_moment_about_its_pivot():
         synthesise(pressed.replace(**{"limits.contact_force_min": 45.5}))
     held = synthesise(pressed.replace(**{"limits.contact_force_min": 45.4}))
     assert held.design["contact_force_min_N"] >= 45.4
+    listed = {"limits.contact_force_min": 48, "search.arm_length": [100, 110]}
+    assert synthesise(pressed.replace(**listed)).design["arm_length_mm"] == 100
+    with pytest.raises(BadInput, match="free laws start from this length"):
+        synthesise(pressed.replace(**listed, **{"follower.arm_length": None}))
 
 
 def test_the_arm_within_its_range_is_free_with_the_laws():
