@@ -32,10 +32,11 @@ from camopt.solve.synthesis.through_train import constraint_with_tool_stroke_kin
 PIECE_SAMPLES, STROKE_SAMPLES = 6, 288  # least samples of a piece, and of a stroke
 DWELL_SAMPLES = 24  # samples of a dwell, over which a load may change
 DIFFERENCE_STEP = 6e-6  # step of central differences: the cube root of the rounding
+STEP_AND_BACK = (DIFFERENCE_STEP, -DIFFERENCE_STEP)
 LAW_ORDERS = 4  # y, y', y'' and y'''
 
-LeadAndHeight = tuple[float, float]
-"""e and s₀ [mm]."""
+LeadAndHeight = tuple[float, float] | FloatArray
+"""e and s₀ [mm]: a number each, or one for each state."""
 
 
 def load_limit_keys_by_quantity(scene_problem: Problem) -> dict[str, str]:
@@ -125,23 +126,12 @@ class SampledConstraints:
         another. A curve that applies to one direction is 0 where the follower moves the other way. The direction is
         that of ``direction_state`` if it is given. Undefined values are infinite.
         """
-        return self._ratios_in_follower_state(
-            constraints, self._follower_state(state), state if direction_state is None else direction_state, sizes
-        )
-
-    def _ratios_in_follower_state(
-        self,
-        constraints: Sequence[Constraint],
-        follower_state: State,
-        direction_state: FloatArray,
-        sizes: LeadAndHeight,
-    ) -> FloatArray:
-        """As ``ratios_to_bounds``, for a state of the follower."""
-        designs, programme = (
+        designs, programme, follower_state = (
             with_added_errors(self.problem.design_of_sizes(*sizes), self.errors),
             self.scene_problem.programme,
+            self._follower_state(state),
         )
-        outward = direction_state[1] >= 0.0
+        outward = (state if direction_state is None else direction_state)[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
             for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
@@ -182,31 +172,19 @@ class SampledConstraints:
         self, constraints: Sequence[Constraint], state: FloatArray, sizes: LeadAndHeight
     ) -> TangentPlanes:
         """Tangent planes of the curves, for motions and sizes in units of the programme."""
-        scale, length, (lead, height) = self.problem.motion_unit, self.problem.size_unit, sizes
         fast = 1.0 / self.stroke.angle ** np.arange(LAW_ORDERS)
-        steps = np.array([1.0, -1.0])[:, None] * DIFFERENCE_STEP * scale * fast  # up and down: (2, LAW_ORDERS)
-        states = state[:, None, None] + np.einsum("so,ko->kso", steps, np.eye(LAW_ORDERS))[..., None]
-        nearby_states = np.broadcast_to(state[:, None, None], states.shape)
+        units = np.append(self.problem.motion_unit * fast, [self.problem.size_unit] * 2)
+        steps = np.concatenate([np.zeros((1, units.size)), *(k * np.diag(units) for k in STEP_AND_BACK)])
+        states = state[:, None] + steps.T[:LAW_ORDERS, :, None]
+        stepped_sizes = np.repeat(np.array(sizes)[:, None] + steps.T[LAW_ORDERS:], state.shape[1], axis=1)
         values = self.ratios_to_bounds(
-            constraints, states.reshape(LAW_ORDERS, -1), sizes, nearby_states.reshape(LAW_ORDERS, -1)
-        )
-        by_order = values.reshape(len(values), 2, LAW_ORDERS, -1).transpose(1, 2, 0, 3)
-        step, follower_state = DIFFERENCE_STEP * length, self._follower_state(state)
+            constraints, states.reshape(LAW_ORDERS, -1), stepped_sizes, np.tile(state, len(steps))
+        ).reshape(-1, len(steps), state.shape[1])
+        up, down = np.split(values[:, 1:].transpose(1, 0, 2), 2)
+        with np.errstate(all="ignore"):
+            slopes = np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0)
         return TangentPlanes(
-            self._ratios_in_follower_state(constraints, follower_state, state, sizes),
-            _central_differences(*by_order) / fast[:, None, None],
-            _central_differences(
-                *(
-                    self._ratios_in_follower_state(constraints, follower_state, state, (lead + k, height))
-                    for k in (step, -step)
-                )
-            ),
-            _central_differences(
-                *(
-                    self._ratios_in_follower_state(constraints, follower_state, state, (lead, height + k))
-                    for k in (step, -step)
-                )
-            ),
+            values[:, 0], slopes[:LAW_ORDERS] / fast[:, None, None], slopes[LAW_ORDERS], slopes[LAW_ORDERS + 1]
         )
 
 
@@ -217,9 +195,3 @@ def _curve_value(curve: Any, designs: Designs, programme: Programme, state: Stat
         if isinstance(curve, MotionDerivative)
         else curve_value(curve(designs, programme), ..., state)
     )
-
-
-def _central_differences(up: FloatArray, down: FloatArray) -> FloatArray:
-    """Central differences of values a step up and a step down."""
-    with np.errstate(all="ignore"):
-        return np.asarray(np.nan_to_num((up - down) / (2.0 * DIFFERENCE_STEP), posinf=0.0, neginf=0.0))

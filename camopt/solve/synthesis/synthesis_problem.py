@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.core.numerics import FloatArray
 from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms import Designs, oscillating, translating
@@ -193,15 +194,15 @@ class SynthesisProblem:
         height = float(difference_of_squares_root(prime, lead)) if self.has_trace_point else prime
         return lead / self.size_unit, height / self.size_unit
 
-    def design_of_sizes(self, lead: float, height: float) -> Designs:
-        """The design of a lead (or a change of the arm) and a height [mm], with the largest roller."""
+    def design_of_sizes(self, lead: float | FloatArray, height: float | FloatArray) -> Designs:
+        """The designs of leads (or changes of the arm) and heights [mm], with the largest roller."""
         prime, design = np.hypot(lead, height) if self.has_trace_point else height, self.scene_problem.design
         offset, change = (0.0, lead) if self.scene_problem.setup.angular else (design.sense * lead, 0.0)
         return replace(
             design,
-            size=np.array([prime - self.prime_less_cam_radius]),
+            size=np.atleast_1d(prime - self.prime_less_cam_radius),
             roller_radius=np.array([self.largest_roller]),
-            offset=np.array([offset]),
+            offset=np.atleast_1d(offset),
             arm_length=design.arm_length + change,
         )
 
