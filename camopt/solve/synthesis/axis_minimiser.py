@@ -5,9 +5,10 @@ quantity is not: it is held as a limit of the scene and minimised by convex step
 optimum. In both cases the laws become a cam that meets every limit, as in ``synthesise``.
 """
 
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from math import inf
 from typing import Any, NamedTuple
 
@@ -62,6 +63,10 @@ SIZE_INCREASES = (
 )  # relative: a cam may be larger than the steps report, for a solver's error
 
 
+FRONTIER_MARGINS = LIMIT_MARGINS[1:]
+"""Margins of limits: with the least, a solver's error would break a limit at some points of a frontier."""
+
+
 class FrontierCam(NamedTuple):
     """A cam of the frontier with its laws.
 
@@ -75,8 +80,16 @@ class FrontierCam(NamedTuple):
 class AxisMinimiser:
     """The programme that minimises one axis while others are held; built once for all held values."""
 
-    def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        axes: tuple[str, ...],
+        first: str,
+        held: tuple[str, ...],
+        margins: Sequence[float] = FRONTIER_MARGINS,
+    ) -> None:
         self.scene, self.axes, self.first = scene, axes, first
+        self.margin, self.wider_margins = margins[0], margins[1:]
         problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
         self.keys = {
             name: key
@@ -85,11 +98,15 @@ class AxisMinimiser:
         }
         self.problem = replace(problem, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter() for term in held if term in AXIS_TERMS}
-        self.known: list[Iterate] | None = None
 
     @cached_property
     def spline_model(self) -> ConvexModel:
-        return build_convex_model(tighten_limits(self.problem, LIMIT_MARGINS[0]), SplineMotion, self.held)
+        return build_convex_model(tighten_limits(self.problem, self.margin), SplineMotion, self.held)
+
+    @cached_property
+    def with_wider_margin(self) -> "AxisMinimiser":
+        """The same with the next margin, where a solver's error breaks limits."""
+        return AxisMinimiser(self.scene, self.axes, self.first, tuple(self.held | self.keys), self.wider_margins)
 
     @cached_property
     def relaxed_model(self) -> ConvexModel:
@@ -127,12 +144,14 @@ class AxisMinimiser:
             self._problem_with_held_limits(held_values),
             None,
         )
-        for laws in self._candidate_laws(problem, held_values, starts):
+        for laws, is_last_resort in self._candidate_laws(problem, held_values, starts):
             # apart from margins, the cam is no smaller than the size of the programme
-            if (
-                best
-                and self.first == "size"
-                and self._solved_prime_radius(laws) - self.problem.prime_less_cam_radius >= best.row["size"]
+            if best and (
+                is_last_resort
+                or (
+                    self.first == "size"
+                    and self._solved_prime_radius(laws) - self.problem.prime_less_cam_radius >= best.row["size"]
+                )
             ):
                 continue
             row = self._feasible_row(scene, problem, laws, held_values)
@@ -141,6 +160,8 @@ class AxisMinimiser:
             if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
                 break
         if best is None:
+            if self.wider_margins and self.optimum < inf:
+                return self.with_wider_margin.minimise_at(held_values, starts, with_bound)
             return None
         local = self.first not in AXIS_TERMS or not self._is_near_optimum(best.row[self.first])
         bound = self._lower_bound(held_values, best) if with_bound else None
@@ -177,34 +198,41 @@ class AxisMinimiser:
 
     def _candidate_laws(
         self, problem: SynthesisProblem, held_values: Mapping[str, float], starts: Sequence[Iterate]
-    ) -> Iterator[Iterate]:
-        """Candidate laws for held values: the convex optimum, then local optima under the nonconvex constraints."""
-        self.optimum = self._least_objective(self.spline_model, held_values, LIMIT_MARGINS[bool(self.keys)])
+    ) -> Iterator[tuple[Iterate, bool]]:
+        """Candidate laws for held values: the convex optimum, then local optima under the nonconvex constraints.
+
+        If the optimum exceeds a nonconvex constraint it comes last, and is a last resort.
+        """
+        self.optimum = self._least_objective(self.spline_model, held_values, self.margin)
         if self.optimum == inf:
             return
         optimum = iterate_of(self.spline_model)
         least_jerk = least_jerk_laws(self.spline_model, self.optimum) or optimum
         constraints = nonconvex_constraints_of(problem)
-        if not self.minimised_constraints:
-            yield least_jerk
-            if not constraints:  # otherwise the steps start from both
-                yield optimum
-        if constraints or self.minimised_constraints:
-            # known laws on their smallest cams do not depend on the held values
-            if self.known is None:
-                self.known = starting_laws(self.problem, least_jerk, objective_weights(self.scene.synthesis))
-            candidates = [least_jerk, *starts, *self.known]
-            if held_values:  # at the end of an axis every start is tried, as in ``synthesise``
-                candidates = self.convex_steps.rank_starts(
-                    [optimum, *candidates], constraints, self.minimised_constraints
-                )[:STEP_STARTS]
-            ends: list[FloatArray] = []
-            for start in candidates:
-                laws = self.convex_steps.find_local_optimum(start, constraints, self.minimised_constraints)
-                end = np.concatenate([laws[:2], *laws.coefficients])
-                if not any(np.allclose(end, other, rtol=0.0, atol=EQUAL_LAWS_CHANGE) for other in ends):
-                    yield laws
-                ends.append(end)
+        if not (constraints or self.minimised_constraints):
+            yield least_jerk, False
+            yield optimum, False
+            return
+        is_last_resort = (
+            not self.minimised_constraints
+            and self.convex_steps.largest_ratio_to_bound(least_jerk, constraints) > 1.0 + NONCONVEX_GAP
+        )
+        if not (is_last_resort or self.minimised_constraints):
+            yield least_jerk, False
+        candidates = [least_jerk, *starts, *known_starts(self.scene.to_toml(), self.axes)]
+        if held_values:  # at the end of an axis every start is tried, as in ``synthesise``
+            candidates = self.convex_steps.rank_starts(
+                [optimum, *candidates], constraints, self.minimised_constraints
+            )[:STEP_STARTS]
+        ends: list[FloatArray] = []
+        for start in candidates:
+            laws = self.convex_steps.find_local_optimum(start, constraints, self.minimised_constraints)
+            end = np.concatenate([laws[:2], *laws.coefficients])
+            if not any(np.allclose(end, other, rtol=0.0, atol=EQUAL_LAWS_CHANGE) for other in ends):
+                yield laws, False
+            ends.append(end)
+        if is_last_resort:
+            yield least_jerk, True
 
     def _is_near_optimum(self, objective: float) -> bool:
         """Whether a better cam is not worth a search."""
@@ -278,3 +306,11 @@ def _has_listed_sizes(scene: Scene) -> bool:
     """Whether the scene lists sizes, with no cam between them."""
     choices = (scene.search.base_radius, scene.search.mean_radius, scene.search.offset)
     return any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices)
+
+
+@lru_cache(maxsize=1)
+def known_starts(toml: str, axes: tuple[str, ...]) -> list[Iterate]:
+    """Known laws on their smallest cams, from which convex steps start; the same for all axes and held values."""
+    scene = Scene.from_dict(tomllib.loads(toml))
+    problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
+    return starting_laws(problem, None, objective_weights(scene.synthesis))

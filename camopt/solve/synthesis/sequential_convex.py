@@ -217,6 +217,10 @@ class SequentialConvex:
             for block in self.blocks
         ]
 
+    def largest_ratio_to_bound(self, iterate: Iterate, held_constraints: Sequence[Constraint]) -> float:
+        """Largest ratio of a held curve to its bound at a solution."""
+        return self._largest_ratios_to_bounds(iterate, held_constraints, ())[0]
+
     def rank_starts(
         self,
         starts: Sequence[Iterate],

@@ -157,7 +157,7 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
     steps = [] if is_convex or not constraints else _convex_step_cams(scene, model, problem, start, least, advance)
     candidates += [(stepped, laws) for stepped, laws in steps if stepped]
     if not candidates:  # steps may miss a limit by little, or a limit that they do not include
-        known_laws = list(_known_laws_as_splines(problem, start))
+        known_laws = list(_known_laws_as_splines(problem))
         candidates = [(cam, laws) for laws in known_laws if (cam := smallest_cam_for_laws(scene, problem, laws))]
     if not candidates:
         iterates = [start, *(iterate for _, iterate in steps)][:MISSES_SHOWN]
@@ -267,12 +267,12 @@ def _convex_step_cams(
     return ends
 
 
-def starting_laws(problem: SynthesisProblem, start: Iterate, objective: Collection[str]) -> list[Iterate]:
+def starting_laws(problem: SynthesisProblem, start: Iterate | None, objective: Collection[str]) -> list[Iterate]:
     """Laws from which convex steps start, each on its smallest cam.
 
-    They are the known laws within the limits, and the convex optimum. The optimum is left out if its size is
-    convex: apart from nonconvex limits, it lies on its smallest cam already. ``objective`` are the terms that the
-    scene minimises.
+    They are the known laws within the limits, and the convex optimum ``start``, if any. It is left out if its size
+    is convex: apart from nonconvex limits, it lies on its smallest cam already. ``objective`` are the terms that
+    the scene minimises.
     """
     if problem.residual_limit is not None:  # known laws exceed it; steps begin nearest to them
         problem = replace(
@@ -280,17 +280,21 @@ def starting_laws(problem: SynthesisProblem, start: Iterate, objective: Collecti
             residual_limit=None,
             scene_problem=problem.scene_problem.without_bound(f"limits.{residual.RESIDUAL_TERM}"),
         )
-    laws = [*([] if problem.has_convex_size else [start]), *_known_laws_as_splines(problem, start)]
+    first = [] if start is None or problem.has_convex_size else [start]
+    laws = [*first, *_known_laws_as_splines(problem)]
     return [_laws_on_smallest_cam(problem, iterate, objective) for iterate in laws]
 
 
-def _known_laws_as_splines(problem: SynthesisProblem, start: Iterate) -> Iterator[Iterate]:
-    """The scene's own motion and the known laws, each fitted by splines, if they meet the limits on the motion."""
+def _known_laws_as_splines(problem: SynthesisProblem) -> Iterator[Iterate]:
+    """The scene's own motion and the known laws, each fitted by splines, if they meet the limits on the motion.
+
+    They have no lead, and the height of the lift.
+    """
     own_laws = {id(stroke.law) for stroke in problem.free_strokes if not stroke.is_move}
     other_laws = [law for law in LAWS.values() if own_laws and own_laws != {id(law)}]
     for law in (None, *other_laws):
         fits = [_fit_spline(problem, stroke, law) for stroke in problem.free_strokes]
-        iterate = start._replace(coefficients=without_solver_error(problem, fits))
+        iterate = Iterate(0.0, 1.0, without_solver_error(problem, fits))
         if motion_holds_limits(problem, programme_with_laws(problem, iterate)):
             yield iterate
 
