@@ -30,7 +30,7 @@ class CurveExtreme(NamedTuple):
 
     value: float
     angle: float
-    """[rad], from 0 to 2π."""
+    """[rad], from the start of the range to its end."""
     room: float
     """The true extreme differs from ``value`` by at most this much."""
 
@@ -236,10 +236,15 @@ class TurnCurve:
         room = radius * np.abs(slope) + 0.5 * bend * radius * radius
         return Interval(np.maximum(value - room, least), np.minimum(value + room, most))
 
-    def largest(self) -> CurveExtreme:
-        """The largest value, and the first angle where it is reached to rounding."""
-        panels = self.series.shape[1]
-        parts = matrix_product(powers_to_bernstein_matrix(len(self.series) - 1), self.series)
+    def largest(self, start: float = 0.0, width: float = TURN) -> CurveExtreme:
+        """The largest value over a range of angles, and the first angle where it is reached to rounding.
+
+        The range begins at ``start`` and is ``width`` wide [rad], at most a turn.
+        """
+        curve = self.shifted(-start)
+        curve = curve.on_panels(np.union1d(curve.ends, min(width, TURN)))
+        panels = int(np.searchsorted(curve.ends, width))
+        parts = matrix_product(powers_to_bernstein_matrix(len(curve.series) - 1), curve.series[:, :panels])
         panel, low, high = np.arange(panels), np.full(panels, -1.0), np.ones(panels)
         room = EXTREME_ROOM * np.abs(parts).max()
         best, angle = -inf, 0.0
@@ -249,13 +254,13 @@ class TurnCurve:
             if most > best + (room if best > -inf else 0.0):
                 side, where = divmod(int(np.argmax(ends)), ends.shape[1])
                 at = panel[where]
-                best, angle = most, float(self.centre[at] + self.half_width[at] * (high if side else low)[where])
+                best, angle = most, float(curve.centre[at] + curve.half_width[at] * (high if side else low)[where])
             above = parts.max(axis=0) > best + room
             middle = 0.5 * (low[above] + high[above])
             panel, low = np.tile(panel[above], 2), np.concatenate([low[above], middle])
             high = np.concatenate([middle, high[above]])
             parts = np.concatenate(halve_bernstein(parts[:, above]), axis=1)
-        return CurveExtreme(best, angle, float(2.0 * room + self.error))
+        return CurveExtreme(best, start + angle, float(2.0 * room + curve.error))
 
     def spans_above(self, level: float) -> list[tuple[float, float]]:
         """The ranges of angles [rad] in which the curve is above a level, in the order of the turn.
@@ -276,9 +281,9 @@ class TurnCurve:
         later = (places[inward][None, :] - starts[:, None]) % TURN
         return [*zip(starts.tolist(), (starts + later.min(axis=1, initial=TURN)).tolist(), strict=True)]
 
-    def least(self) -> CurveExtreme:
-        """The least value, and the first angle where it is reached to rounding."""
-        found = (self * -1.0).largest()
+    def least(self, start: float = 0.0, width: float = TURN) -> CurveExtreme:
+        """The least value over a range of angles, as ``largest``."""
+        found = (self * -1.0).largest(start, width)
         return found._replace(value=-found.value)
 
 

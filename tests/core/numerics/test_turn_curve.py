@@ -68,3 +68,25 @@ def test_extreme_at_a_jump_is_found_from_either_side():
     found = step.shifted(0.3).largest()
     assert found.value == 1.0
     assert found.angle == pytest.approx(1.3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_extremes_over_a_range_agree_with_samples(seed):
+    rng = np.random.default_rng(seed)
+    curve, start, width = random_curve(rng), rng.uniform(-9.0, 9.0), rng.uniform(0.01, TURN)
+    values = curve.value(start + width * (np.arange(200_000) + 0.5) / 200_000)
+    most, least = curve.largest(start, width), curve.least(start, width)
+    assert -1e-11 <= most.value - values.max() < 1e-3
+    assert -1e-11 <= values.min() - least.value < 1e-3
+    for extreme in (most, least):
+        assert start <= extreme.angle <= start + width
+        assert np.abs(curve.value(extreme.angle + np.array([-1e-9, 1e-9])) - extreme.value).min() < 1e-6
+
+
+def test_the_extreme_of_a_part_is_at_its_end_however_near_an_end_of_a_panel():
+    """A line from 0 to 1 in half a turn, and back."""
+    saw = TurnCurve(np.array([0.0, np.pi, TURN]), np.array([[0.5, 0.5], [0.5, -0.5]]))
+    for before in (1e-3, 1e-8, 1e-13, 0.0, -1e-13, -1e-8):
+        most = saw.largest(1.0, np.pi - before - 1.0)
+        assert most.value == pytest.approx(1.0 - max(before, 0.0) / np.pi, abs=1e-15)
+        assert most.angle == pytest.approx(np.pi - max(before, 0.0), abs=1e-14)
