@@ -128,10 +128,10 @@ class TurnCurve:
     def shifted(self, angle: float) -> "TurnCurve":
         """The curve that starts at an angle [rad]: f(θ − angle)."""
         start = angle % TURN
-        if start == 0.0 or start == TURN:
-            return self
         at = TURN - start  # of this curve, at the angle 0 of the shifted one
-        whole = self.on_panels(np.union1d(self.ends, [at]))
+        if min(start, at) <= EQUAL_ENDS:
+            return self._with_angle_rounding(self, min(start, at))
+        whole = self.on_panels(np.union1d(self.ends[np.abs(self.ends - at) > EQUAL_ENDS], [at]))
         first = int(np.searchsorted(whole.ends, at))
         ends = np.concatenate([whole.ends[first:] - at, whole.ends[1 : first + 1] + start])
         ends[0], ends[-1] = 0.0, TURN
@@ -144,10 +144,10 @@ class TurnCurve:
         ends = np.concatenate([[0.0], *((self.ends[1:] + k * TURN) / turns for k in range(turns))])
         return self._with_angle_rounding(TurnCurve(ends, np.tile(self.series, turns), self.error))
 
-    def _with_angle_rounding(self, curve: "TurnCurve") -> "TurnCurve":
-        """A curve with room for the rounding of its angles."""
+    def _with_angle_rounding(self, curve: "TurnCurve", room: float = 4.0 * UNIT_ROUNDOFF * TURN) -> "TurnCurve":
+        """A curve with room for the rounding of its angles [rad]."""
         slope = np.abs(polynomial.polyder(curve.series)).sum(axis=0) / curve.half_width
-        return replace(curve, error=curve.error + float(4.0 * UNIT_ROUNDOFF * TURN * slope.max()))
+        return replace(curve, error=curve.error + float(room * slope.max()))
 
     def on_panels(self, ends: FloatArray) -> "TurnCurve":
         """The same curve on smaller panels, none of which crosses an end of a panel of this curve."""
@@ -242,7 +242,7 @@ class TurnCurve:
         The range begins at ``start`` and is ``width`` wide [rad], at most a turn.
         """
         curve = self.shifted(-start)
-        curve = curve.on_panels(np.union1d(curve.ends, min(width, TURN)))
+        curve = curve.on_panels(np.union1d(curve.ends[np.abs(curve.ends - width) > EQUAL_ENDS], [0.0, width]))
         panels = int(np.searchsorted(curve.ends, width))
         parts = matrix_product(powers_to_bernstein_matrix(len(curve.series) - 1), curve.series[:, :panels])
         panel, low, high = np.arange(panels), np.full(panels, -1.0), np.ones(panels)

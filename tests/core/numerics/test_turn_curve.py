@@ -90,3 +90,14 @@ def test_the_extreme_of_a_part_is_at_its_end_however_near_an_end_of_a_panel():
         most = saw.largest(1.0, np.pi - before - 1.0)
         assert most.value == pytest.approx(1.0 - max(before, 0.0) / np.pi, abs=1e-15)
         assert most.angle == pytest.approx(np.pi - max(before, 0.0), abs=1e-14)
+
+
+@pytest.mark.parametrize("room", [0.0, 1e-16, 1e-15, 1e-14, 1e-13])
+def test_a_curve_can_be_shifted_so_that_its_start_is_almost_an_end_of_a_panel(room):
+    curve = random_curve(np.random.default_rng(3))
+    angles = np.linspace(0.1, 6.0, 1000)
+    for shift in (room, -room, *(curve.ends + room), *(room - curve.ends)):
+        shifted = curve.shifted(shift)
+        assert (shifted.half_width > 0.0).all()
+        assert np.isfinite(shifted.error)
+        assert difference(shifted.value(angles), curve.value(angles - shift)) < 1e-11
