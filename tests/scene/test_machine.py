@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import camopt
 from camopt.scene.machine import MACHINE_TABLES, Machine, is_machine
-from tests.support.machines import KNIFE
+from support.machines import KNIFE
 
 STATION = {"name": "a", "scene": KNIFE}
 TURNING = {"name": "b", "scene": "oscillating-roller"}

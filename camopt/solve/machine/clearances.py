@@ -29,7 +29,7 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 TOUCHING = 1e-9
 """Outlines that are this near touch [mm]; they break every clearance."""
-LEAST_GAP = 0.5e-9  # mm and relative: gap at which the least clearance is enclosed closely enough
+LEAST_GAP = 0.9e-9  # mm and relative: gap at which the least clearance is enclosed closely enough
 SLACK_GAP = 1e-9  # relative gap at which a slack is enclosed closely enough
 BOX_WORK = 4  # work of the bounds over a box
 LEAST_WORK, SLACK_WORK = 1_000_000, 2_000_000  # of a least clearance, and of all slacks of a clearance
@@ -152,21 +152,9 @@ class ClearanceForm(ABC):
         lifts = self.lifts_over(angles, angles, shift_low, shift_high)
         return self.values_at_lifts(lifts.middle) + self.weights @ lifts.reach + self.rounding
 
+    @abstractmethod
     def least(self, start: float, width: float, budget: Budget) -> LeastValue:
         """The least clearance over a range of angles from ``start`` [rad], without shifts."""
-        boxes = first_boxes(1, start, width, 0.0)
-        best, angle, floor = inf, start, inf
-        while boxes.task.size and not budget.is_spent:
-            budget.spend(BOX_WORK * boxes.task.size)
-            found = enclose_boxes(self, np.zeros((1, len(self.curves))), boxes)
-            nearest = int(np.argmin(found.upper))
-            if found.upper[nearest] < best:
-                best, angle = float(found.upper[nearest]), float(boxes.middle[0, nearest])
-            is_open = found.lower < best - LEAST_GAP * max(abs(best), 1.0)
-            floor = min(floor, found.lower[~is_open].min(initial=inf))
-            below = found.lower[is_open].min(initial=inf)
-            boxes = halve_boxes(self, boxes.select(is_open), found.rooms[:, is_open])
-        return LeastValue(float(min(floor, below, best)), best, angle)
 
     @abstractmethod
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
@@ -254,10 +242,25 @@ class OutlineGap(ClearanceForm):
         return outline_distances(*self.outlines, *lifts)
 
     def least(self, start: float, width: float, budget: Budget) -> LeastValue:
-        """The least distance. Outlines that are apart at the start and never touch stay outside of each other."""
-        if self.values(np.array([start]), np.zeros((2, 1)))[0] == 0.0:
-            return LeastValue(0.0, 0.0, start)
-        return super().least(start, width, budget)
+        """The least distance, by branch and bound.
+
+        Outlines that are apart at the start and never touch stay outside of each other.
+        """
+        ends = np.array([start, start + width])
+        at_ends = self.values(ends, np.zeros((2, 2)))
+        best, angle = min(zip(at_ends.tolist(), ends.tolist(), strict=True))
+        boxes, floor, below = first_boxes(1, start, width, 0.0), best, 0.0
+        while boxes.task.size and best > 0.0 and not budget.is_spent:
+            budget.spend(BOX_WORK * boxes.task.size)
+            found = enclose_boxes(self, np.zeros((1, 2)), boxes)
+            nearest = int(np.argmin(found.upper))
+            if found.upper[nearest] < best:
+                best, angle = float(found.upper[nearest]), float(boxes.middle[0, nearest])
+            is_open = found.lower < best - LEAST_GAP * max(best, 1.0)
+            floor = min(floor, found.lower[~is_open].min(initial=inf))
+            below = found.lower[is_open].min(initial=inf)
+            boxes = halve_boxes(self, boxes.select(is_open), found.rooms[:, is_open])
+        return LeastValue(float(min(floor, below, best)), best, angle)
 
     def halves_of_chords(self, side: int, chords: IndexArray) -> IndexArray:
         return self.outlines[side].tree.children[chords]

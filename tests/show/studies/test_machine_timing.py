@@ -7,7 +7,7 @@ import camopt
 from camopt.core.numerics.turn_curve import TURN
 from camopt.scene.machine import Machine
 from camopt.solve.machine.stations import resolve_stations
-from tests.support.machines import KNIFE
+from support.machines import KNIFE
 
 
 @pytest.mark.parametrize("seed", range(5))
