@@ -74,14 +74,14 @@ def random_station(rng: np.random.Generator, name: str, centre: complex) -> dict
     }
 
 
-def random_machine(rng: np.random.Generator) -> Machine:
+def random_machine(rng: np.random.Generator, at_least: float = 1.0) -> Machine:
     """Two tools, or a tool and a fixed body, with one clearance between them over a part of the turn."""
-    apart = rng.uniform(15.0, 60.0) * np.exp(1j * rng.uniform(0.0, 6.28))
+    apart = rng.uniform(15.0, 45.0) * np.exp(1j * rng.uniform(0.0, 6.28))
     start = float(rng.integers(-180, 180))
     width = float(rng.choice([360.0, rng.uniform(20.0, 300.0)]))
     tables: dict[str, Any] = {
         "station": [random_station(rng, "a", 0.0)],
-        "clear": [{"between": ["a", "b"], "at_least": 1.0, "angles": [start, start + width]}],
+        "clear": [{"between": ["a", "b"], "at_least": at_least, "angles": [start, start + width]}],
     }
     if rng.integers(3):
         tables["station"].append(random_station(rng, "b", apart))
