@@ -74,14 +74,14 @@ def random_station(rng: np.random.Generator, name: str, centre: complex) -> dict
     }
 
 
-def random_machine(rng: np.random.Generator, at_least: float = 1.0) -> Machine:
+def random_machine(rng: np.random.Generator, widest: float = 360.0) -> Machine:
     """Two tools, or a tool and a fixed body, with one clearance between them over a part of the turn."""
     apart = rng.uniform(15.0, 45.0) * np.exp(1j * rng.uniform(0.0, 6.28))
     start = float(rng.integers(-180, 180))
-    width = float(rng.choice([360.0, rng.uniform(20.0, 300.0)]))
+    width = float(rng.choice([widest, rng.uniform(20.0, widest)]))
     tables: dict[str, Any] = {
         "station": [random_station(rng, "a", 0.0)],
-        "clear": [{"between": ["a", "b"], "at_least": at_least, "angles": [start, start + width]}],
+        "clear": [{"between": ["a", "b"], "at_least": 1.0, "angles": [start, start + width]}],
     }
     if rng.integers(3):
         tables["station"].append(random_station(rng, "b", apart))
@@ -109,3 +109,52 @@ def shapely_distances(first: Any, second: Any, lifts: np.ndarray, other_lifts: n
     """Distances of two outlines at lifts."""
     between = shapely.distance(shapes(first, lifts), shapes(second, other_lifts))
     return np.maximum(between - first.outline_radius - second.outline_radius, 0.0)
+
+
+def random_linear_machine(rng: np.random.Generator) -> Machine:
+    """Up to three stations, and a clearance that is a sum of their lifts over a part of the turn."""
+    names = "abc"[: int(rng.integers(1, 4))]
+    tables = {
+        "station": [
+            {
+                "name": name,
+                "scene": sliding_scene(random_moves(rng, float(rng.uniform(5.0, 20.0)), LAWS)),
+                "phase": float(rng.uniform(-180.0, 180.0)),
+            }
+            for name in names
+        ]
+    }
+    start, width = float(rng.integers(-180, 180)), float(rng.uniform(5.0, 90.0))
+    clearance = {
+        "between": [*names],
+        "along": [float(x) for x in rng.uniform(-2.0, 2.0, len(names))],
+        "at_least": -1e3,
+        "angles": [start, start + width],
+    }
+    return Machine.from_dict({**tables, "clear": [clearance]})
+
+
+def with_required(machine: Machine, at_least: float) -> Machine:
+    """The machine whose one clearance must be at least something else."""
+    tables = machine.to_dict()
+    return Machine.from_dict({**tables, "clear": [{**tables["clear"][0], "at_least": float(at_least)}]})
+
+
+def machine_with_circles_on_lines(
+    gap: float, first_radius: float, second_radius: float
+) -> tuple[Machine, float, float]:
+    """Two circles that slide on parallel lines and pass each other; the gap of the lines and the sum of radii."""
+    moves = [
+        {"segment": "rise", "angle": 90, "lift": 30, "law": "cycloidal"},
+        {"segment": "return", "angle": 90, "lift": 30, "law": "poly345"},
+        {"segment": "dwell", "angle": 180},
+    ]
+    station = {"scene": sliding_scene(moves), "direction": 90}
+    tables = {
+        "station": [
+            {**station, "name": "a", "outline": [[0, 0]], "outline_radius": first_radius},
+            {**station, "name": "b", "outline": [[gap, 0]], "outline_radius": second_radius, "phase": 50},
+        ],
+        "clear": [{"between": ["a", "b"], "at_least": 10.0}],
+    }
+    return Machine.from_dict(tables), gap, first_radius + second_radius

@@ -9,13 +9,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, radians
+from typing import NamedTuple
 
 import numpy as np
 import scipy
+from numpy.polynomial import polynomial
 
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.budget import Budget
-from camopt.core.numerics.turn_curve import TURN, TurnCurve, sum_curves
+from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve, sum_curves
 from camopt.scene.machine import Machine
 from camopt.solve.machine.clearances import ClearanceForm, clearance_form, required_clearance
 from camopt.solve.machine.outlines import TINY
@@ -24,13 +26,15 @@ from camopt.solve.smallest.nelder_mead import INFEASIBLE_COST, descend_simplex
 
 GRID = np.arange(360) * (TURN / 360)
 """Angles at which a torque is looked at for its peaks [rad]."""
-MOST_PEAKS = 8  # peaks of a torque at which a box is bounded
+MOST_PEAKS = 10  # angles at which the torque of a box is bounded
+LEAST_JUMP, BESIDE_JUMP = 1e-6, 1e-9  # a jump relative to the largest torque, and angles beside it [rad]
 CLEARANCE_ANGLES = 49  # angles at which a clearance is looked at
-STARTS, DESCENTS = 512, 4  # phases that are spread evenly, and the best of them, which are improved
-BATCH = 64  # boxes that are bounded at once
+STARTS, DESCENTS = 256, 2  # phases that are spread evenly, and the best of them, which are improved
+BATCH, TRIED = 64, 16  # boxes that are bounded at once, and those in which phases are tried
 LEAST_GAIN = 1e-9  # relative gain of the peak for which its exact value is computed
-PEAK_GAP = 1e-3  # relative gap at which the least peak is enclosed closely enough
-PHASE_WORK, CLEARANCE_WORK = 3_000_000, 100_000
+MEAN_ROUNDING = 1e-13  # rounding of a mean of torques, relative to the largest
+PEAK_GAP = 1e-4  # relative gap at which the least peak is enclosed closely enough
+PHASE_WORK, CLEARANCE_WORK = 10_000_000, 100_000
 DESCENT_END, DESCENT_MOVES = (1e-7, 1e-9), 60  # shares of the ranges and N·m; evaluations for each phase
 
 
@@ -56,6 +60,17 @@ class PhaseOptimum:
         return 1.0 - self.bound / self.peak if 0.0 < self.peak < inf else 0.0
 
 
+class PeakBounds(NamedTuple):
+    """Bounds of the peak torque over boxes of phases (N)."""
+
+    lower: FloatArray
+    """What the peak is nowhere below in the box (N,) [N·m]."""
+    rooms: FloatArray
+    """What each phase may add to the torque where it is largest for the middle of the box (N, phases) [N·m]."""
+    promising: FloatArray
+    """Phases in the box where the peak is about least (N, phases) [rad]."""
+
+
 @dataclass(frozen=True, eq=False)
 class TorqueSum:
     """The torque on the shaft as a function of its angle and of some phases [rad]."""
@@ -70,16 +85,21 @@ class TorqueSum:
         """The torque of the stations that stay, at the angles of the grid."""
         return self.still.value(GRID)
 
+    def values(self, angles: FloatArray, phases: FloatArray) -> FloatArray:
+        """Torques at angles (N, angles) for several phases (N, phases)."""
+        moving = zip(self.moving, phases.T, strict=True)
+        return self.still.value(angles) + sum(curve.value(angles - phase[:, None]) for curve, phase in moving)
+
     def on_grid(self, phases: FloatArray) -> FloatArray:
         """Torques at the angles of the grid for several phases (N, phases)."""
-        return self.still_on_grid + sum(
-            curve.value(GRID - phase[:, None]) for curve, phase in zip(self.moving, phases.T, strict=True)
-        )
+        moving = zip(self.moving, phases.T, strict=True)
+        return self.still_on_grid + sum(curve.value(GRID - phase[:, None]) for curve, phase in moving)
 
-    def peak_angles(self, phases: FloatArray) -> FloatArray:
-        """Angles near the largest magnitudes of the torque for several phases (N, peaks).
+    def peak_angles(self, phases: FloatArray, half: FloatArray) -> FloatArray:
+        """Angles near the largest magnitudes of the torque for several phases (N, peaks), the largest first.
 
-        Each is the top of a parabola through three angles of the grid.
+        Some are the tops of parabolas through three angles of the grid. The others are beside the jumps, so that no
+        phase of a box with the half widths ``half`` (N, phases) has a jump there.
         """
         size = np.abs(self.on_grid(phases))
         before, after = np.roll(size, 1, axis=1), np.roll(size, -1, axis=1)
@@ -87,15 +107,27 @@ class TorqueSum:
         places = np.argpartition(-tops, MOST_PEAKS, axis=1)[:, :MOST_PEAKS]
         here, left, right = (np.take_along_axis(each, places, axis=1) for each in (size, before, after))
         bend = np.maximum(2.0 * here - left - right, TINY)
-        return GRID[places] + np.clip(0.5 * (right - left) / bend, -0.5, 0.5) * (TURN / len(GRID))
+        angles = [GRID[places] + np.clip(0.5 * (right - left) / bend, -0.5, 0.5) * (TURN / len(GRID))]
+        starts, widths = (np.pad(each, ((0, 0), (1, 0))) for each in (phases, half + BESIDE_JUMP))
+        for jumps, start, width in zip(self.jump_angles, starts.T, widths.T, strict=True):
+            angles += [jumps + (start - width)[:, None], jumps + (start + width)[:, None]]
+        candidates = np.concatenate(angles, axis=1)
+        largest = np.argsort(-np.abs(self.values(candidates, phases)), axis=1)[:, :MOST_PEAKS]
+        return np.take_along_axis(candidates, largest, axis=1)
 
-    def peak_estimate(self, phases: FloatArray) -> float:
-        """The peak for some phases, within a small share below it."""
-        angles = self.peak_angles(phases[None, :])[0]
-        torque = self.still.value(angles)
-        for curve, phase in zip(self.moving, phases, strict=True):
-            torque = torque + curve.value(angles - phase)
-        return float(np.abs(torque).max())
+    @cached_property
+    def jump_angles(self) -> list[FloatArray]:
+        """Angles of the jumps of each curve, the still one first."""
+        found = []
+        for curve in (self.still, *self.moving):
+            sizes = jumps_at_ends(curve)
+            found.append(curve.ends[1:][sizes > LEAST_JUMP * np.abs(curve.series).max()])
+        return found
+
+    def peak_estimates(self, phases: FloatArray) -> FloatArray:
+        """The peaks for several phases (N, phases), each within a small share below the true one."""
+        angles = self.peak_angles(phases, np.zeros_like(phases))
+        return np.asarray(np.abs(self.values(angles, phases)).max(axis=1))
 
     def peak(self, phases: FloatArray) -> float:
         """An upper bound of the peak for some phases, exact to rounding."""
@@ -104,19 +136,74 @@ class TorqueSum:
         most, least = total.largest(), total.least()
         return max(most.value + most.room, least.room - least.value)
 
-    def bounds(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Lower bounds of the peak over boxes of phases (N, phases), and what each phase adds to their room."""
-        angles = self.peak_angles(0.5 * (low + high))
+    def bounds(self, low: FloatArray, high: FloatArray) -> PeakBounds:
+        """Bounds of the peak over boxes of phases (N, phases).
+
+        The torque of a station at an angle is linear in its phase but for a remainder, which the range of its slope
+        and its jumps bound. A mean of the torques at several angles, with weights of any sign, is nowhere above
+        the peak. The weights are those of the linear programme for the least peak in the box.
+        """
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        angles = self.peak_angles(middle, half)
         still = self.still.range_over(angles, angles)
-        least, most, widths = still.low, still.high, []
-        for curve, first, last in zip(self.moving, low.T, high.T, strict=True):
-            torques = curve.range_over(angles - last[:, None], angles - first[:, None])
-            least, most = least + torques.low, most + torques.high
-            widths.append(torques.high - torques.low)
-        magnitudes = np.maximum(np.maximum(least, -most), 0.0)
-        best = np.argmax(magnitudes, axis=1)[:, None]
-        rooms = [np.take_along_axis(width, best, axis=1)[:, 0] for width in widths]
-        return np.take_along_axis(magnitudes, best, axis=1)[:, 0], np.array(rooms).T
+        value, room = 0.5 * (still.low + still.high), 0.5 * (still.high - still.low)
+        slopes, reaches = [], []
+        for curve, phase, first, last, width in zip(self.moving, middle.T, low.T, high.T, half.T, strict=True):
+            begin, end = angles - last[:, None], angles - first[:, None]
+            torque, slope = curve.range_over(begin, end), curve.derivative.range_over(begin, end)
+            by_range = 0.5 * (torque.high - torque.low)
+            by_slope = (
+                0.5 * width[:, None] * (slope.high - slope.low) + sizes_of_jumps(curve, begin, end) + curve.error
+            )
+            is_linear = by_slope < by_range
+            value = value + np.where(
+                is_linear, curve.value(angles - phase[:, None]), 0.5 * (torque.low + torque.high)
+            )
+            slopes.append(np.where(is_linear, -0.5 * (slope.low + slope.high) * width[:, None], 0.0))
+            reaches.append(np.minimum(by_range, by_slope))
+        tilts, remainders = np.sign(value) * np.array(slopes), np.array(reaches)
+        least = np.abs(value) - room - remainders.sum(axis=0) - MEAN_ROUNDING * np.abs(value).max()
+        weights, steps = solve_minimax(least, tilts)
+        lower = (weights * least).sum(axis=1) - np.abs((weights * tilts).sum(axis=2)).sum(axis=0)
+        rooms = (np.abs(tilts) + remainders)[:, :, 0]
+        return PeakBounds(np.maximum(lower, 0.0), rooms.T, middle + half * steps)
+
+
+def jumps_at_ends(curve: TurnCurve) -> FloatArray:
+    """The size of a curve's jump at the end of each panel."""
+    first, last = (polynomial.polyval(end, curve.series) for end in (-1.0, 1.0))
+    return np.asarray(np.abs(np.roll(first, -1) - last))
+
+
+def sizes_of_jumps(curve: TurnCurve, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Sums of the sizes of a curve's jumps in ranges of angles [rad]."""
+    sums = np.append(0.0, np.cumsum(jumps_at_ends(curve)))
+    before, after = (
+        np.floor(angle / TURN) * sums[-1] + sums[np.searchsorted(curve.ends[1:], np.mod(angle, TURN), side)]
+        for angle, side in ((low - EQUAL_ENDS, "left"), (high + EQUAL_ENDS, "right"))
+    )
+    return np.asarray(after - before)
+
+
+def solve_minimax(least: FloatArray, tilts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The weights (N, values) and steps (N, phases) of N linear programmes that are solved as one.
+
+    Each minimises the largest of ``least`` plus ``tilts`` (phases, N, values) times steps from −1 to 1. The weights
+    are those of the dual, not below 0 and with the sum 1.
+    """
+    (phases, boxes, values), scale = tilts.shape, np.abs(least).max() + np.abs(tilts).max() + TINY
+    rows, first = np.arange(boxes * values), np.repeat(np.arange(boxes), values) * (phases + 1)
+    columns = first[:, None] + np.arange(phases + 1)
+    entries = np.concatenate([tilts.reshape(phases, -1).T / scale, np.full((len(rows), 1), -1.0)], axis=1)
+    matrix = scipy.sparse.csr_array((entries.ravel(), (np.repeat(rows, phases + 1), columns.ravel())))
+    cost = np.tile(np.append(np.zeros(phases), 1.0), boxes)
+    ranges = np.tile(np.append(np.tile([[-1.0, 1.0]], (phases, 1)), [[-inf, inf]], axis=0), (boxes, 1))
+    found = scipy.optimize.linprog(cost, matrix, -least.ravel() / scale, bounds=ranges, method="highs")
+    worst = np.eye(values)[np.argmax(least - np.abs(tilts).sum(axis=0), axis=1)]
+    if found.status != 0:
+        return worst, np.zeros((boxes, phases))
+    weights = np.maximum(-found.ineqlin.marginals.reshape(boxes, values), 0.0)
+    return weights / weights.sum(axis=1, keepdims=True), found.x.reshape(boxes, -1)[:, :phases]
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +258,7 @@ class PhaseBranchAndBound:
     def try_phases(self, phases: FloatArray) -> float:
         """The peak for some phases; they are kept if they are the best so far and hold all clearances."""
         self.budget.spend(len(GRID) * len(phases))
-        estimate = self.torque.peak_estimate(phases)
+        estimate = float(self.torque.peak_estimates(phases[None, :])[0])
         if estimate >= self.estimate * (1.0 - LEAST_GAIN):
             return estimate
         self.budget.spend(100 * CLEARANCE_ANGLES * len(self.clearances))
@@ -185,7 +272,7 @@ class PhaseBranchAndBound:
     def descend_from(self, phases: FloatArray) -> None:
         """Improve phases by the simplex method."""
         scale = self.high - self.low
-        start = (phases - self.low) / scale
+        start = (phases - self.low) / np.maximum(scale, TINY)
         descend_simplex(
             lambda shares: self.try_phases(self.low + np.clip(shares, 0.0, 1.0) * scale),
             start,
@@ -221,13 +308,13 @@ class PhaseBranchAndBound:
             now, later = order[:BATCH], order[BATCH:]
             box_low, box_high = low[now], high[now]
             self.budget.spend(len(now) * len(self.low) * (len(GRID) + 4 * MOST_PEAKS))
-            found, rooms = self.torque.bounds(box_low, box_high)
+            found, rooms, promising = self.torque.bounds(box_low, box_high)
             found = np.maximum(found, bounds[now])
-            middles = 0.5 * (box_low + box_high)
-            for place in np.argsort(found)[:1]:
-                before = self.peak
-                if self.try_phases(middles[place]) < before:
-                    self.descend_from(middles[place])
+            promising = promising[np.argsort(found)[:TRIED]]
+            self.budget.spend(promising.size * len(GRID))
+            nearest, before = promising[np.argmin(self.torque.peak_estimates(promising))], self.peak
+            if self.try_phases(nearest) < before * (1.0 - PEAK_GAP):
+                self.descend_from(nearest)
             is_open = found < self.peak * (1.0 - PEAK_GAP)
             floor = min(floor, found[~is_open].min(initial=inf))
             for clearance in self.clearances:
@@ -238,7 +325,7 @@ class PhaseBranchAndBound:
             shares = (box_high - box_low) / np.maximum(self.high - self.low, TINY) * self.is_in_clearances
             widest = np.argmax(rooms / np.maximum(rooms.max(axis=1, keepdims=True), TINY) + shares, axis=1)
             upper, lower = box_high.copy(), box_low.copy()
-            upper[rows, widest] = lower[rows, widest] = middles[is_open][rows, widest]
+            upper[rows, widest] = lower[rows, widest] = 0.5 * (box_low + box_high)[rows, widest]
             low = np.concatenate([low[later], box_low, lower])
             high = np.concatenate([high[later], upper, box_high])
             bounds = np.concatenate([bounds[later], np.tile(found[is_open], 2)])
@@ -274,6 +361,8 @@ def least_torque_phases(machine: Machine, stations: Sequence[ResolvedStation]) -
                 )
             )
     low, high = np.radians([machine.search.phase[name] for name in names]).T
+    if not still and not clearances and (high - low >= TURN - EQUAL_ENDS).all():
+        low[0] = high[0] = origins[names[0]]  # a shift of all phases changes nothing
     search = PhaseBranchAndBound(torque, clearances, low, high)
     before = np.array([origins[name] for name in names])
     if ((low <= before) & (before <= high)).all():
