@@ -7,10 +7,10 @@ import pytest
 import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.machines import KNIFE
 
 import camopt
 from camopt.scene.machine import MACHINE_TABLES, Machine, is_machine
-from support.machines import KNIFE
 
 STATION = {"name": "a", "scene": KNIFE}
 TURNING = {"name": "b", "scene": "oscillating-roller"}

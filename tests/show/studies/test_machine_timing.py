@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from support.machines import KNIFE
 
 import camopt
 from camopt.core.numerics.turn_curve import TURN
 from camopt.scene.machine import Machine
 from camopt.solve.machine.stations import resolve_stations
-from support.machines import KNIFE
 
 
 @pytest.mark.parametrize("seed", range(5))
