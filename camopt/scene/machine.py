@@ -15,6 +15,7 @@ import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
 from camopt.core.mistakes import BadInput, Mistake, printable, suggest_names
+from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.key import NO_UNIT, Key
 from camopt.core.storage.files import read_bytes
 from camopt.scene.csv_columns import MOST_SPANS
@@ -199,7 +200,7 @@ class PhaseSearch(SceneTable):
     )
 
 
-class Machine(SceneTable):
+class Machine(Drawable, SceneTable):
     """Several scenes that turn together, made from tables, from TOML (``from_toml``) or a mapping (``from_dict``).
 
     Parameters
@@ -235,6 +236,7 @@ class Machine(SceneTable):
     """
 
     model_config = ConfigDict(defer_build=False)
+    picture: ClassVar[str] = "machines.timing_sheet"
     elsewhere: ClassVar[Mapping[str, str]] = {
         "cam": "not a key of a machine: it belongs to the scene of a station",
         "motion": "not a key of a machine: it belongs to the scene of a station",

@@ -1,4 +1,4 @@
-"""``plot``: the picture of a scene, a design or a result."""
+"""``plot``: the picture of a scene, a design, a result or a machine."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -9,6 +9,7 @@ from typing import Any, cast
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities.display import Drawable
 from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.machine import find_machine, is_machine
 from camopt.scene.scene import Scene
 from camopt.show.drawing.construction.construct import construct
 from camopt.show.drawing.style import Figure, Target, picture_style
@@ -19,13 +20,16 @@ TABLE_PICTURE = "pictures.front"
 def plot(
     what: Drawable | SceneSource | Sequence[Drawable], path: Target = None, *, ax: Any = None, **options: Any
 ) -> "Figure":
-    """Draw a cam or a result; with a path, also save it as PNG, SVG or PDF.
+    """Draw a cam, a result or a machine; with a path, also save it as PNG, SVG or PDF.
 
     - A scene with all sizes, a design, or the result of ``evaluate``: the cam to scale at cam angle 0 (a groove is
       developed), and diagrams over one turn. These are displacement, velocity, acceleration, jerk, pressure angle,
       curvature, and the effects that the scene needs. The derivatives are by time if the scene has an rpm, else by
       cam angle. For a face square to the motion, the contact on the face replaces the pressure angle. Peaks have
       exact values; jumps are breaks, impulses are arrows. Lengths in mm, cam angles in deg.
+    - A machine: its timing diagram on one sheet, A3 or larger, or size B in inches. Each station has a row with the
+      segments and the lift of its tool over a turn of the shaft. Below are the ranges of the clearances, and the
+      torque of the shaft and of each station.
     - The result of ``construct``: the construction of the cam with ruler and compasses, on one A3 sheet. It has the
       displacement diagram by the construction of its law, the profile by kinematic inversion with numbered
       stations, the answers with their formulas, and the table by station.
@@ -48,7 +52,7 @@ def plot(
 
     Parameters
     ----------
-    what : Scene, str, os.PathLike, DataFrame, or a result with a picture
+    what : Scene, Machine, str, os.PathLike, DataFrame, or a result with a picture
         The subject of the picture; for spectra also a list.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write.
@@ -77,11 +81,12 @@ def plot(
     --------
     >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
     >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "construction.pdf", construction=6)
+    >>> figure = camopt.plot(camopt.find_machine("pick-and-place"), "timing.pdf")
     >>> spectra = [camopt.response_spectrum(law) for law in ("cycloidal", "poly345")]
     >>> figure = camopt.plot(spectra, "spectra.png")
     """
     if isinstance(what, (str, os.PathLike)):
-        what = scene_from(what)
+        what = find_machine(what) if is_machine(os.fsdecode(what)) else scene_from(what)
     if isinstance(what, Scene) and options.get("construction") is not None:
         what = construct(what, options.pop("construction"))
     pictures = import_module(f"camopt.show.{_picture_module(what)}")

@@ -1,0 +1,1 @@
+"""Pictures of machines: the timing diagram of all stations, and all cams turning together."""

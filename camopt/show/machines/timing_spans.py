@@ -1,0 +1,196 @@
+"""Contents of a timing diagram: spans of segments and clearances, and curves, by the angle of the shaft [deg]."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, sum_curves
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
+from camopt.model.motion.stroke import DWELL, Stroke
+from camopt.scene.machine import Clearance, Machine
+from camopt.show.drawing.picture import STROKE_NAMES, four_digits, value_with_unit
+from camopt.solve.machine.stations import ResolvedStation, resolve_stations
+
+CURVE_STEP = 0.5  # deg between points of a curve
+ANGLE_DIGITS = 9  # decimals of angles [deg]: rounding errors of sums of angles are smaller
+CLEARANCE = "clearance"
+MOVE = "move"
+
+
+class Span(NamedTuple):
+    """A range of the shaft's angle [deg], which may cross 360°."""
+
+    start: float
+    """From 0 to less than 360."""
+    end: float
+    name: str
+    """Rise, return, dwell, move or clearance."""
+    words: str = ""
+    """The law of a segment, or the condition of a clearance."""
+
+    @classmethod
+    def from_angles(cls, start: float, width: float, name: str, words: str = "") -> "Span":
+        """A span from any angle."""
+        first = round(float(start) % 360.0, ANGLE_DIGITS) % 360.0
+        return cls(first, round(first + float(width), ANGLE_DIGITS), name, words)
+
+    @property
+    def parts(self) -> list[tuple[float, float]]:
+        """The ranges from 0 to 360°: two if the span crosses 360°."""
+        if self.end - self.start >= 360.0:
+            return [(0.0, 360.0)]
+        if self.end <= 360.0:
+            return [(self.start, self.end)]
+        return [(self.start, 360.0), (0.0, self.end - 360.0)]
+
+    @property
+    def end_in_turn(self) -> float:
+        """The end, from more than 0 to 360."""
+        return self.end if self.end <= 360.0 else round(self.end - 360.0, ANGLE_DIGITS)
+
+
+def segment_spans(station: ResolvedStation) -> list[Span]:
+    """The segments of a station's tool over a turn of the shaft. Dwells that follow each other are one span."""
+    ratio, phase = station.station.ratio, station.station.phase
+    strokes = _joined_dwells(station.problem.programme.tool.strokes)
+    if len(strokes) == 1 and strokes[0][0].kind == DWELL:
+        return [Span.from_angles(phase, 360.0, STROKE_NAMES[DWELL])]
+    return sorted(
+        Span.from_angles(
+            phase + (np.degrees(stroke.start) + 360.0 * turn) / ratio,
+            np.degrees(angle) / ratio,
+            STROKE_NAMES.get(stroke.kind, MOVE),
+            stroke.law.NAME if stroke.law and stroke.law.NAME != MOVE else "",
+        )
+        for turn in range(ratio)
+        for stroke, angle in strokes
+    )
+
+
+def _joined_dwells(strokes: Iterable[Stroke]) -> list[tuple[Stroke, float]]:
+    """Strokes with their angles [rad]. Neighbouring dwells are joined, also across the end of the turn."""
+    joined: list[tuple[Stroke, float]] = []
+    for stroke in strokes:
+        if joined and stroke.kind == DWELL == joined[-1][0].kind:
+            joined[-1] = (joined[-1][0], joined[-1][1] + stroke.angle)
+        else:
+            joined.append((stroke, stroke.angle))
+    if len(joined) > 1 and joined[0][0].kind == DWELL == joined[-1][0].kind:
+        (_, more), *joined = joined
+        joined[-1] = (joined[-1][0], joined[-1][1] + more)
+    return joined
+
+
+def clearance_span(clearance: Clearance, unit: str) -> Span:
+    """The range of angles in which a clearance must hold."""
+    least = f"≥ {value_with_unit(clearance.at_least, unit)}"
+    if clearance.along is None:
+        words = f"distance {' – '.join(clearance.between)} {least}"
+    else:
+        words = f"{linear_form(clearance.along, clearance.between)} {least}"
+    start, end = clearance.angles
+    return Span.from_angles(start, end - start, CLEARANCE, words)
+
+
+def linear_form(coefficients: Iterable[float], names: Iterable[str]) -> str:
+    """A linear form in words, such as 2·a − b."""
+    terms = [
+        (factor < 0.0, name if abs(factor) == 1.0 else f"{four_digits(abs(factor))}·{name}")
+        for factor, name in zip(coefficients, names, strict=True)
+    ]
+    (minus, first), *others = terms
+    return ("−" if minus else "") + first + "".join(f" {'−' if less else '+'} {term}" for less, term in others)
+
+
+def curve_points(curve: TurnCurve) -> tuple[FloatArray, FloatArray]:
+    """Angles [deg] and values of a curve, on each panel from end to end, so that jumps stay sharp."""
+    half = np.degrees(curve.half_width)
+    counts = np.maximum(2, np.ceil(2.0 * half / CURVE_STEP).astype(int) + 1)
+    panel = np.repeat(np.arange(len(counts)), counts)
+    place = np.arange(len(panel)) - np.repeat(np.cumsum(counts) - counts, counts)
+    u = 2.0 * place / (counts[panel] - 1) - 1.0
+    values = np.zeros(len(u))
+    for row in curve.series[::-1]:
+        values = values * u + row[panel]
+    return np.degrees(curve.centre)[panel] + u * half[panel], values
+
+
+class Torque(NamedTuple):
+    """The torque of a station or of the whole shaft, in the shown unit."""
+
+    curve: TurnCurve
+    peak: CurveExtreme
+    unit: str
+
+    @classmethod
+    def from_curve(cls, curve: TurnCurve) -> "Torque":
+        """The torque, with its largest magnitude."""
+        shown = curve * float(to_shown_unit(1.0, "N·m"))
+        peak = max(shown.largest(), shown.least(), key=lambda extreme: abs(extreme.value))
+        return cls(shown, peak, unit_in_shown_system("N·m"))
+
+    @property
+    def peak_words(self) -> str:
+        """Value and angle of the peak."""
+        return f"{four_digits(self.peak.value)} {self.unit} at {angle_text(np.degrees(self.peak.angle))}°"
+
+
+@dataclass(frozen=True, eq=False)
+class TimingData:
+    """The contents of the timing diagram of a machine."""
+
+    machine: Machine
+    stations: tuple[ResolvedStation, ...]
+
+    @classmethod
+    def from_machine(cls, machine: Machine) -> "TimingData":
+        """The contents for a machine."""
+        return cls(machine, resolve_stations(machine))
+
+    @cached_property
+    def spans(self) -> list[list[Span]]:
+        """The segments of each station."""
+        return [segment_spans(station) for station in self.stations]
+
+    @cached_property
+    def clearances(self) -> list[tuple[str, Span]]:
+        """Title and range of each clearance."""
+        units = {station.name: station.unit for station in self.stations}
+        found = []
+        for clearance in self.machine.clear:
+            angular = clearance.along is not None and {units[name] for name in clearance.between} == {"deg"}
+            found.append((clearance.title, clearance_span(clearance, "deg" if angular else "mm")))
+        return found
+
+    @cached_property
+    def torques(self) -> list[Torque | None]:
+        """The torque of each station on the shaft; None for a station without forces."""
+        curves = [station.torque for station in self.stations]
+        return [None if curve is None else Torque.from_curve(curve) for curve in curves]
+
+    @cached_property
+    def total_torque(self) -> Torque | None:
+        """The torque of all stations; None without any."""
+        curves = [station.torque for station in self.stations if station.torque is not None]
+        return Torque.from_curve(sum_curves(curves)) if curves else None
+
+    @property
+    def seconds(self) -> float | None:
+        """Time of a turn of the shaft [s]; None without a speed."""
+        return None if self.machine.shaft_rpm is None else 60.0 / self.machine.shaft_rpm
+
+
+def angle_text(angle: float) -> str:
+    """An angle in deg with at most two decimals."""
+    return f"{angle:.2f}".rstrip("0").rstrip(".").replace("-", "−")
+
+
+def labelled_changes(spans: Iterable[Span]) -> list[float]:
+    """The angles at which segments change [deg], ascending, each once."""
+    angles = sorted({span.start for span in spans})
+    return [b for a, b in pairwise([-1.0, *angles]) if b - a > 10.0**-ANGLE_DIGITS]
