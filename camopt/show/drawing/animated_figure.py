@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import ComplexArray
+from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
 from camopt.show.drawing import diagrams
 from camopt.show.drawing.cam import (
@@ -26,7 +26,6 @@ from camopt.show.drawing.labels import place_labels
 from camopt.show.drawing.linkage import draw_fixed_parts, draw_member, sketch_extent_over_turn, train_sketch
 from camopt.show.drawing.moving_bodies import (
     FRAME_ANGLES,
-    NO_ROTATION,
     AnimatedFigure,
     MovingBody,
     Reading,
@@ -42,13 +41,13 @@ DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
 CAM_AREA, PANEL_AREAS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
 GROOVE_AREA, AREAS_BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
 """Boxes in shares of the figure: left, bottom, width, height."""
+Area = tuple[float, float, float, float]
+DRAWN_TURNS = (-np.pi, 3 * np.pi)  # rad: cam angles whose window is on the drawn surface of a cylinder
 LINE_LETTERS = 140  # letters that fit on a line below the title
 
 
 def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
     """Draw a design at cam angle 0 on an empty figure; return the figure with its moving parts."""
-    from matplotlib.transforms import Affine2D
-
     developed = picture.problem.setup.mechanism.body.developed
     name = picture.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE_SIZE, fontweight="bold")
@@ -57,20 +56,35 @@ def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
     middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
     lines = "\n".join(TEXT_SEPARATOR.join(line) for line in (parts[:middle], parts[middle:]) if line)
     figure.text(0.03, 0.935, lines, fontsize=SMALL_SIZE, color=MUTED, va="top")
-    bodies = (_draw_groove_bodies if developed else _draw_disc_bodies)(figure, picture)
-    for body in bodies:
-        for artist in body_artists(body):
-            artist.set_clip_on(False)
-            artist.set_transform(Affine2D() + body.axes.transData)  # else lines outside of the axes are dropped
+    bodies = draw_mechanism_bodies(figure, picture, GROOVE_AREA if developed else CAM_AREA)
     cursors, readings = _draw_diagram_cursors(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
-    for body in (*bodies, *cursors):
+    for body in cursors:
         body.axes.set_axis_off()
     return AnimatedFigure(figure, [*bodies, *cursors], readings)
 
 
-def _draw_disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
+def draw_mechanism_bodies(
+    figure: Any, picture: Picture, area: Area, angles: FloatArray = FRAME_ANGLES
+) -> list[MovingBody]:
+    """Draw a mechanism at cam angle 0 in an area of a figure; return its parts with their motion.
+
+    The motion is given at cam angles [rad]: the first is 0, and they go through a whole turn.
+    """
+    from matplotlib.transforms import Affine2D
+
+    developed = picture.problem.setup.mechanism.body.developed
+    bodies = (_draw_groove_bodies if developed else _draw_disc_bodies)(figure, picture, area, angles)
+    for body in bodies:
+        body.axes.set_axis_off()
+        for artist in body_artists(body):
+            artist.set_clip_on(False)
+            artist.set_transform(Affine2D() + body.axes.transData)  # else lines outside of the axes are dropped
+    return bodies
+
+
+def _draw_disc_bodies(figure: Any, picture: Picture, area: Area, angles: FloatArray) -> list[MovingBody]:
     problem, size = picture.problem, picture.largest_pitch_radius
-    ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
+    ground, cam, follower, contact = (figure.add_axes(area) for _ in range(4))
     draw_body(cam, picture)
     draw_second_disc_outline(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
@@ -78,27 +92,27 @@ def _draw_disc_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
     draw_stroke_starts(cam, picture)  # without its labels, which would turn upside down
     spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
     spans += draw_second_contact(follower, picture)
-    body = _follower_body(follower, picture)
-    links, reach = _draw_train_bodies(ground, picture, spans, size)
+    body = _follower_body(follower, picture, angles)
+    links, reach = _draw_train_bodies(ground, picture, spans, size, angles)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
     frame_with_scale_bar(ground, np.concatenate([max(size, largest_body_radius(picture)) * CROSS_POINTS, *moved]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
-    turning = MovingBody(cam, NO_ROTATION + 0j, problem.design.sense * FRAME_ANGLES)
-    travel = problem.setup.mechanism.trace_and_normal(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
+    turning = MovingBody(cam, 0j * angles, problem.design.sense * angles)
+    travel = problem.setup.mechanism.trace_and_normal(problem.design, problem.programme, angles % (2 * np.pi))
     touched = travel.trace - problem.design.roller_radius[0] * travel.normal
-    return [turning, body, MovingBody(contact, touched - touched[0]), *links]
+    return [turning, body, MovingBody(contact, touched - touched[0], 0.0 * angles), *links]
 
 
-def _draw_groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
+def _draw_groove_bodies(figure: Any, picture: Picture, area: Area, angles: FloatArray) -> list[MovingBody]:
     """The groove in a window of one turn, with the follower in its middle."""
     size, (low, high) = float(picture.problem.design.size[0]), drawn_cylinder_ends(picture)
     half, around = np.pi * size, 2 * np.pi * size
-    surface, ground, follower = (figure.add_axes(GROOVE_AREA) for _ in range(3))
+    surface, ground, follower = (figure.add_axes(area) for _ in range(3))
     spans = draw_groove_follower(FollowerAxes(follower, ground, ground), picture)
-    body = _follower_body(follower, picture)
+    body = _follower_body(follower, picture, angles)
     window = np.array([-half + 1j * low, half + 1j * high])
-    links, reach = _draw_train_bodies(ground, picture, spans, size)
+    links, reach = _draw_train_bodies(ground, picture, spans, size, angles)
     moved = [*(body.positions(span).ravel() for span in spans), *reach]
     corner, unit = frame_with_scale_bar(ground, np.concatenate([window, *moved]))
     for axes in (follower, *(link.axes for link in links)):
@@ -110,7 +124,7 @@ def _draw_groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
             (window.real, window.imag), (corner.real, corner.imag), figure.get_size_inches(), strict=True
         )
     )
-    surface.set_position((GROOVE_AREA[0] + left, GROOVE_AREA[1] + bottom, width, height))
+    surface.set_position((area[0] + left, area[1] + bottom, width, height))
     surface.set(xlim=(-half, half), ylim=(low, high))
     fill_area(
         surface,
@@ -124,16 +138,18 @@ def _draw_groove_bodies(figure: Any, picture: Picture) -> list[MovingBody]:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
             draw_line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
-    moving = MovingBody(surface, -size * FRAME_ANGLES + 0j, windowed=True)
-    return [moving, MovingBody(ground, NO_ROTATION + 0j), body, *links]
+    if angles.max() > DRAWN_TURNS[1] or angles.min() < DRAWN_TURNS[0]:
+        angles = (angles - DRAWN_TURNS[0]) % (2 * np.pi) + DRAWN_TURNS[0]
+    moving = MovingBody(surface, -size * angles + 0j, 0.0 * angles, windowed=True)
+    return [moving, MovingBody(ground, 0j * angles, 0.0 * angles), body, *links]
 
 
 def _draw_train_bodies(
-    ground: Any, picture: Picture, spans: list[ComplexArray], size: float
+    ground: Any, picture: Picture, spans: list[ComplexArray], size: float, angles: FloatArray
 ) -> tuple[list[MovingBody], list[ComplexArray]]:
     """The members of the train, each on its own axes above the fixed parts, and their extent."""
     links = list[MovingBody]()
-    if (train := train_sketch(picture, spans, size)) is None:
+    if (train := train_sketch(picture, spans, size, angles)) is None:
         return links, []
     draw_fixed_parts(ground, train, size)
     for member in train.members:
@@ -146,13 +162,13 @@ def _rectangle_corners(left: float, right: float, low: float, high: float) -> li
     return [complex(x, y) for x, y in ((left, low), (right, low), (right, high), (left, high), (left, low))]
 
 
-def _follower_body(axes: Any, picture: Picture) -> MovingBody:
+def _follower_body(axes: Any, picture: Picture, angles: FloatArray) -> MovingBody:
     """The follower as a body that moves along its guide or about its pivot."""
     problem = picture.problem
-    rise = problem.programme.motion_at(FRAME_ANGLES % (2 * np.pi))[0] - picture.start_displacement
+    rise = problem.programme.motion_at(angles % (2 * np.pi))[0] - picture.start_displacement
     if not problem.setup.angular:
-        return MovingBody(axes, 1j * rise)
-    return MovingBody(axes, NO_ROTATION + follower_pivot(problem), outward_turn_sense(problem) * rise)
+        return MovingBody(axes, 1j * rise, 0.0 * angles)
+    return MovingBody(axes, 0.0 * angles + follower_pivot(problem), outward_turn_sense(problem) * rise)
 
 
 def _draw_diagram_cursors(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:

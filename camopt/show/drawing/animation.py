@@ -1,12 +1,15 @@
-"""Animations: a cam turning under its follower, with diagrams whose cursors follow it.
+"""Animations: a cam, or the cams of a machine, turning under their followers; cursors of diagrams follow.
 
-The SVG file has no script: it is the drawing at cam angle 0 with SMIL elements that move it. Browsers play it;
+The SVG file has no script: it is the drawing at the first frame with SMIL elements that move it. Browsers play it;
 programs without SMIL show the first frame.
 """
 
+import os
 from base64 import b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from importlib import import_module
 from io import StringIO
 from typing import Any
 from xml.etree import ElementTree
@@ -16,7 +19,9 @@ import numpy as np
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.storage.files import checked_suffix, whole_file
 from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.machine import Machine, find_machine, is_machine
 from camopt.scene.problem.problem import resolve_design
+from camopt.scene.scene import Scene
 from camopt.show.drawing.animated_figure import DISC_SIZE, GROOVE_SIZE, draw_animated_figure
 from camopt.show.drawing.frames import find_ffmpeg, write_gif, write_mp4
 from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, Reading
@@ -28,12 +33,12 @@ ANIMATION_KINDS = (".svg", ".gif", ".mp4")
 
 @dataclass(frozen=True)
 class Animation:
-    """A cam turning under its follower; a notebook shows it.
+    """A cam, or the cams of a machine, turning; a notebook shows it.
 
     Attributes
     ----------
     name : str
-        The name of the scene.
+        The name of the scene or machine.
     svg : str
         An animated SVG file: without scripts, one turn in 4 s.
 
@@ -52,20 +57,21 @@ class Animation:
         return f'<img src="data:image/svg+xml;base64,{image}" alt="a cam turning under its follower">'
 
 
-def animate(scene: SceneSource, path: Target = None) -> Animation:
-    """Animate a cam turning under its follower; with a path, also save it as SVG, GIF or MP4.
+def animate(scene: SceneSource | Machine, path: Target = None) -> Animation:
+    """Animate a cam, or the cams of a machine, turning; with a path, also save it as SVG, GIF or MP4.
 
     The cam is to scale. Beside it are diagrams of displacement, acceleration and pressure angle, with cursors at
-    the cam angle. For a cylindrical cam, the developed groove moves past the follower. One turn takes 4 s and has
-    100 frames, each computed from the motion; an SVG is interpolated between them. The same scene gives the same
-    SVG or GIF. The file appears only when it is complete.
+    the cam angle. For a cylindrical cam, the developed groove moves past the follower. The cams of a machine turn
+    side by side at their phases and ratios, above its timing diagram. One turn takes 4 s and has 100 frames, each
+    computed from the motion; an SVG is interpolated between them. The same scene gives the same SVG or GIF. The
+    file appears only when it is complete.
 
     Parameters
     ----------
-    scene : Scene, str or os.PathLike
-        A scene with all sizes.
+    scene : Scene, Machine, str or os.PathLike
+        A scene with all sizes, or a machine of such scenes.
     path : str or os.PathLike, optional
-        A file to write. An SVG has no scripts; browsers animate it, and other programs show cam angle 0. MP4 needs
+        A file to write. An SVG has no scripts; browsers animate it, and other programs show the first frame. MP4 needs
         ffmpeg, on the machine or by ``pip install "camopt[video]"``.
 
     Returns
@@ -84,13 +90,16 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
     --------
     >>> animation = camopt.animate(camopt.find_scene("two-pauses"), "turning.svg")
     """
-    scene = scene_from(scene)
+    if isinstance(scene, (str, os.PathLike)):
+        scene = find_machine(scene) if is_machine(os.fsdecode(scene)) else scene_from(scene)
+    if isinstance(scene, Machine):
+        animated = import_module("camopt.show.machines.animated_machine").animated_machine(scene)
+    else:
+        animated = animated_scene(scene_from(scene))
     suffix = None if path is None else checked_suffix(path, "path", ANIMATION_KINDS)
     if suffix == ".mp4":
         find_ffmpeg()  # raises BadInput before the work if there is none
-    picture = Picture(scene, resolve_design(scene))
-    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
-        stage = draw_animated_figure(figure, picture)
+    with animated as stage:
         animation = Animation(scene.name, animated_svg(stage))
         if path is not None and suffix is not None:
             with whole_file(path) as partial:
@@ -99,6 +108,14 @@ def animate(scene: SceneSource, path: Target = None) -> Animation:
                 else:
                     (write_gif if suffix == ".gif" else write_mp4)(stage, partial)
     return animation
+
+
+@contextmanager
+def animated_scene(scene: Scene) -> Iterator[AnimatedFigure]:
+    """The figure of a cam under its follower, drawn at cam angle 0, with its moving parts."""
+    picture = Picture(scene, resolve_design(scene))
+    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
+        yield draw_animated_figure(figure, picture)
 
 
 NAMESPACE = "http://www.w3.org/2000/svg"
@@ -122,7 +139,10 @@ def animated_svg(stage: AnimatedFigure) -> str:
         group = groups[f"body-{place}"]
         for kind, values in body.svg_transforms(_function_to_points_in_file(body.axes, stage.figure)).items():
             if len(set(values)) > 1:
-                _animate_transform(_wrap_content_in_group(group), kind, values, "linear")
+                inner = _wrap_content_in_group(group)
+                if body.drawn_at is not None:
+                    inner.set("transform", f"{kind}({values[0]})")  # for programs without SMIL
+                _animate_transform(inner, kind, values, "linear")
         if body.windowed:
             _clip_group(group, _axes_box_in_file(body.axes, stage.figure))
     for place, reading in enumerate(stage.readings):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics import ComplexArray
+from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.link import AssemblyFault, formula_value_at_end
 from camopt.model.trains.sketch import LinkSketch, Member, Port, Support, bar_member
@@ -51,17 +51,20 @@ GUIDE_GAP, GUIDE_WIDTH, BAR_HALF = 0.037, 0.025, 0.022
 """Shares of the size of the cam."""
 
 
-def train_sketch(picture: Picture, spans: list[ComplexArray], size: float) -> LinkSketch | None:
-    """The train at the frames of a turn, on the pivot of the follower or the end of its stem; None without a train.
+def train_sketch(
+    picture: Picture, spans: list[ComplexArray], size: float, angles: FloatArray = FRAME_ANGLES
+) -> LinkSketch | None:
+    """The train at cam angles, on the pivot of the follower or the end of its stem; None without a train.
 
-    The end of the stem is the highest point of ``spans``, the extent of the drawing without the train.
+    The first angle is 0. The end of the stem is the highest point of ``spans``, the extent of the drawing without
+    the train.
     """
     problem = picture.problem
     if problem.setup.angular:
         at = follower_pivot(problem)
     else:
         at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in spans))
-    return linkage_sketch(problem, FRAME_ANGLES % (2 * np.pi), at, size)
+    return linkage_sketch(problem, angles % (2 * np.pi), at, size)
 
 
 def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: float) -> list[ComplexArray]:

@@ -1,7 +1,7 @@
 """Moving parts of an animation: bodies and cursors, drawn once and then moved, and changing texts.
 
-A body is drawn on its own axes at cam angle 0. Its motion is given at the frames of one turn; the last frame equals
-the first.
+A body is drawn on its own axes, that of a mechanism at cam angle 0. Its motion is given at the frames of one turn;
+the last frame equals the first.
 """
 
 from typing import Any, NamedTuple
@@ -27,14 +27,21 @@ class MovingBody(NamedTuple):
     """Angles of the body [rad], (frames,)."""
     windowed: bool = False
     """Whether the body is visible only within its axes."""
+    drawn_at: complex | None = None
+    """The position of the point as drawn, at angle 0; by default that of the first frame."""
+
+    @property
+    def origin(self) -> complex:
+        """The position of the point as drawn."""
+        return complex(self.path[0]) if self.drawn_at is None else self.drawn_at
 
     def positions(self, points: ComplexArray) -> ComplexArray:
         """Positions of points of the body, (points, frames)."""
-        return np.asarray(self.path + (points[:, None] - self.path[0]) * np.exp(1j * self.angles))
+        return np.asarray(self.path + (points[:, None] - self.origin) * np.exp(1j * self.angles))
 
     def set_transform_at_frame(self, affine: Any, frame: int) -> None:
         """Set an affine transform, in units of the axes, to the position at a frame."""
-        centre, shift = self.path[0], self.path[frame] - self.path[0]
+        centre, shift = self.origin, self.path[frame] - self.origin
         affine.clear().rotate_around(centre.real, centre.imag, self.angles[frame]).translate(shift.real, shift.imag)
 
     def svg_transforms(self, units: Any) -> dict[str, list[str]]:
@@ -42,9 +49,9 @@ class MovingBody(NamedTuple):
 
         Numbers have six digits: a thousandth of a point or of a degree.
         """
-        x, y = units(self.path[:1])[0]
+        x, y = units(np.array([self.origin]))[0]
         turns = [f"{-angle:.6g} {x:.6g} {y:.6g}" for angle in np.degrees(self.angles)]
-        (origin,), places = units(np.zeros(1, dtype=complex)), units(self.path - self.path[0])
+        (origin,), places = units(np.zeros(1, dtype=complex)), units(self.path - self.origin)
         return {"rotate": turns, "translate": [f"{x:.6g} {y:.6g}" for x, y in places - origin]}
 
 

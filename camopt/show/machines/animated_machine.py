@@ -1,0 +1,179 @@
+"""The figure of an animated machine: all cams turning side by side, and a cursor in the timing diagram.
+
+The outlines of tools move in a panel of their own.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import ceil, floor, log10
+from typing import Any
+
+import numpy as np
+
+from camopt.core.numerics import FloatArray
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
+from camopt.scene.machine import Machine
+from camopt.show.drawing.animated_figure import draw_mechanism_bodies
+from camopt.show.drawing.cam import frame_with_scale_bar
+from camopt.show.drawing.moving_bodies import FRAME_ANGLES, AnimatedFigure, MovingBody, Reading, body_artists
+from camopt.show.drawing.picture import Picture, draw_line, fill_area, four_digits
+from camopt.show.drawing.style import BODY, INK, MUTED, SMALL_SIZE, canvas
+from camopt.show.machines.timing_diagram import (
+    CLEARANCE_HEIGHT,
+    MOST_CLEARANCES,
+    TEXT,
+    TimingDiagram,
+    draw_words,
+)
+from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
+from camopt.show.machines.timing_spans import TimingData, angle_text
+from camopt.show.machines.tools import Tool, machine_tools
+from camopt.show.sheet.marks import MarkBox, fitted_words
+from camopt.solve.machine.stations import ResolvedStation
+
+WIDTH, EDGE = 304.8, 5.0  # mm: width of the figure, and its edge
+HEAD, CAPTION = 14.0, 9.0  # mm: heights of the title, and of the caption of a cam
+ROW, SCALES, TORQUE = 14.0, 20.0, 36.0  # mm: heights in the timing diagram
+PIXELS = 2.54  # mm: the height is a multiple, since videos have even numbers of pixels
+MOST_COLUMNS, LARGEST_CAM = 6, 90.0  # cams beside each other, and mm
+
+
+@contextmanager
+def animated_machine(machine: Machine) -> Iterator[AnimatedFigure]:
+    """The figure of a machine, drawn at angle 0 of its shaft, with its moving parts."""
+    data = TimingData.from_machine(machine)
+    tools = machine_tools(machine, data.stations)
+    count = len(data.stations) + bool(tools)
+    columns = ceil(count / ceil(count / MOST_COLUMNS))
+    side = (WIDTH - 2 * EDGE) / columns
+    cell = min(side, LARGEST_CAM) + CAPTION
+    below = timing_height(data)
+    height = ceil((HEAD + ceil(count / columns) * cell + below + EDGE) / PIXELS) * PIXELS
+    with canvas(None, (WIDTH / MM_PER_INCH, height / MM_PER_INCH)) as figure:
+        axes = add_paper_axes(figure, WIDTH, height)
+        draw_words(axes, EDGE, height - EDGE, machine.name, 3.5, va="top", fontweight="bold")
+        if machine.shaft_rpm is not None:
+            words = f"{four_digits(machine.shaft_rpm)} rev/min"
+            draw_words(axes, WIDTH - EDGE, height - EDGE, words, TEXT, va="top", ha="right", color=MUTED)
+        bodies = list[MovingBody]()
+        for place in range(count):
+            row, column = divmod(place, columns)
+            corner = complex(EDGE + column * side, height - HEAD - (row + 1) * cell)
+            box = MarkBox(corner, corner + complex(0.94 * side, cell - CAPTION))
+            if place < len(data.stations):
+                station = data.stations[place]
+                _draw_caption(axes, box, station.name, station_words(station))
+                bodies += _draw_station(figure, box, height, station)
+            else:
+                _draw_caption(axes, box, "Tools", "")
+                bodies += _draw_tools(figure, box, height, tools)
+        diagram = TimingDiagram(data, MarkBox(complex(EDGE, EDGE), complex(WIDTH - EDGE, EDGE + below)), True)
+        diagram.draw(axes)
+        cursors, readings = _draw_cursors(figure, axes, diagram)
+        yield AnimatedFigure(figure, [*bodies, *cursors], readings)
+
+
+def timing_height(data: TimingData) -> float:
+    """The height of the timing diagram below cams, or on a page [mm]."""
+    clearances = min(len(data.clearances), MOST_CLEARANCES) * CLEARANCE_HEIGHT
+    return ROW * len(data.stations) + SCALES + clearances + (TORQUE if data.total_torque else 0.0)
+
+
+def station_words(station: ResolvedStation) -> str:
+    """Phase and ratio of a station."""
+    turns = f", {station.station.ratio} turns" if station.station.ratio > 1 else ""
+    return f"phase {angle_text(station.station.phase)}°{turns}"
+
+
+def cam_angles(station: ResolvedStation, shaft_angles: FloatArray) -> FloatArray:
+    """The angles of a station's cam at angles of the shaft, which begin at 0 [rad]; the first is from −π to π."""
+    ratio = station.station.ratio
+    first = (np.pi - ratio * np.radians(station.station.phase)) % (2 * np.pi) - np.pi
+    return np.asarray(first + ratio * shaft_angles)
+
+
+def _draw_caption(axes: Any, box: MarkBox, name: str, words: str) -> None:
+    lines, size = fitted_words(name, 0.88 * box.size.real, 3, (2.4, 2.0, 1.7, 1.5))
+    level = box.high.imag + CAPTION - 2.0
+    for text in lines:
+        level -= 1.5 * size
+        draw_words(axes, box.low.real, level, text, size, fontweight="bold", va="baseline")
+    if len(lines) == 1:
+        draw_words(axes, box.low.real, level - 1.7 * TEXT, words, 1.7, color=MUTED, va="baseline")
+
+
+def _draw_station(figure: Any, box: MarkBox, height: float, station: ResolvedStation) -> list[MovingBody]:
+    """Draw the cam of a station at cam angle 0; return its parts with their motion by the angle of the shaft."""
+    angles = np.concatenate([[0.0], cam_angles(station, FRAME_ANGLES)])
+    bodies = draw_mechanism_bodies(figure, Picture(station.scene, station.problem), _area_of(box, height), angles)
+    for text in [text for body in bodies for text in body.axes.texts if text.get_rotation()]:
+        text.remove()  # upright words have no room
+    return [
+        body._replace(path=body.path[1:], angles=body.angles[1:], drawn_at=complex(body.path[0])) for body in bodies
+    ]
+
+
+def _area_of(box: MarkBox, height: float) -> tuple[float, float, float, float]:
+    """A box [mm] in shares of the figure."""
+    size = box.size
+    return box.low.real / WIDTH, box.low.imag / height, size.real / WIDTH, size.imag / height
+
+
+def _draw_tools(figure: Any, box: MarkBox, height: float, tools: list[Tool]) -> list[MovingBody]:
+    """Draw the outlines of tools and fixed bodies; return the tools with their motion."""
+    area = _area_of(box, height)
+    ground = figure.add_axes(area)
+    bodies, reach = [], list[Any]()
+    for tool in tools:
+        axes = figure.add_axes(area)
+        fill_area(axes, tool.outline, facecolor=BODY, edgecolor=tool.colour, lw=1.3, clip_on=False)
+        path, rotation = tool.path(FRAME_ANGLES), tool.rotation(FRAME_ANGLES)
+        bodies.append(MovingBody(axes, path, rotation, drawn_at=tool.origin))
+        reach.append(bodies[-1].positions(tool.outline).ravel())
+    frame_with_scale_bar(ground, np.concatenate(reach))
+    for number, (body, tool) in enumerate(zip(bodies, tools, strict=True)):
+        body.axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
+        body.axes.set_axis_off()
+        style = {"transform": ground.transAxes, "color": tool.colour, "fontsize": SMALL_SIZE, "ha": "right"}
+        ground.text(1.0, 1.0 - 0.07 * number, tool.name, va="top", **style)
+    return _with_free_transforms(bodies)
+
+
+def _with_free_transforms(bodies: list[MovingBody]) -> list[MovingBody]:
+    """Bodies whose lines are drawn also outside of their axes."""
+    from matplotlib.transforms import Affine2D
+
+    for body in bodies:
+        for artist in body_artists(body):
+            artist.set_transform(Affine2D() + body.axes.transData)
+    return bodies
+
+
+def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[MovingBody], list[Reading]]:
+    """The cursor of the timing diagram, a dot on each curve, and readings of angle and lifts."""
+    width, height = axes.get_xlim()[1], axes.get_ylim()[1]
+    along = diagram.x(np.degrees(FRAME_ANGLES))
+    line = add_paper_axes(figure, width, height)
+    draw_line(line, 1j * np.array([diagram.bottom, diagram.top]) + along[0], color=INK, lw=1.0)
+    bodies = [MovingBody(line, along + 0j)]
+    style = {"ha": "right", "fontweight": "bold"}
+    right = diagram.box.high.real
+    angles = [f"{angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
+    readings = [Reading(draw_words(axes, right, diagram.top + 2.9, angles[0], TEXT, **style), angles)]
+    for number, (station, row) in enumerate(zip(diagram.data.stations, diagram.station_rows, strict=True)):
+        lift = station.lift.value(FRAME_ANGLES)
+        places = along + 1j * diagram.lift_levels(number, lift)
+        dot = add_paper_axes(figure, width, height)
+        draw_line(dot, places[:1], marker="o", ms=4.5, color=INK, mec="white")
+        bodies.append(MovingBody(dot, places))
+        words = reading_words(to_shown_unit(lift, station.unit), unit_in_shown_system(station.unit))
+        level = (row.low + row.high - TEXT) / 2
+        readings.append(Reading(draw_words(axes, right, level, words[0], TEXT, va="baseline", **style), words))
+    return _with_free_transforms(bodies), readings
+
+
+def reading_words(values: FloatArray, unit: str) -> list[str]:
+    """Values with a unit, and as many decimals as give the largest four digits."""
+    largest = float(np.abs(values).max())
+    decimals = max(0, 3 - floor(log10(largest))) if largest else 0
+    return [f"{round(float(value), decimals) + 0.0:.{decimals}f} {unit}".replace("-", "−") for value in values]
