@@ -71,8 +71,8 @@ def animate(scene: SceneSource | Machine, path: Target = None) -> Animation:
     scene : Scene, Machine, str or os.PathLike
         A scene with all sizes, or a machine of such scenes.
     path : str or os.PathLike, optional
-        A file to write. An SVG has no scripts; browsers animate it, and other programs show the first frame. MP4 needs
-        ffmpeg, on the machine or by ``pip install "camopt[video]"``.
+        A file to write. An SVG has no scripts; browsers animate it, and other programs show the first frame. MP4
+        needs ffmpeg, on the machine or by ``pip install "camopt[video]"``.
 
     Returns
     -------

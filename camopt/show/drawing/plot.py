@@ -27,9 +27,9 @@ def plot(
       curvature, and the effects that the scene needs. The derivatives are by time if the scene has an rpm, else by
       cam angle. For a face square to the motion, the contact on the face replaces the pressure angle. Peaks have
       exact values; jumps are breaks, impulses are arrows. Lengths in mm, cam angles in deg.
-    - A machine: its timing diagram on one sheet, A3 or larger, or size B in inches. Each station has a row with the
-      segments and the lift of its tool over a turn of the shaft. Below are the ranges of the clearances, and the
-      torque of the shaft and of each station.
+    - A machine, or the result of ``evaluate_machine``: its timing diagram on one sheet, A3 or larger, or size B in
+      inches. Each station has a row with the segments and the lift of its tool over a turn of the shaft. Below are
+      the ranges of the clearances, and the torque of the shaft and of each station.
     - The result of ``construct``: the construction of the cam with ruler and compasses, on one A3 sheet. It has the
       displacement diagram by the construction of its law, the profile by kinematic inversion with numbered
       stations, the answers with their formulas, and the table by station.

@@ -29,6 +29,7 @@ from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
 from camopt.show.machines.timing_spans import TimingData, angle_text
 from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.sheet.marks import MarkBox, fitted_words
+from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation
 
 WIDTH, EDGE = 304.8, 5.0  # mm: width of the figure, and its edge
@@ -39,9 +40,10 @@ MOST_COLUMNS, LARGEST_CAM = 6, 90.0  # cams beside each other, and mm
 
 
 @contextmanager
-def animated_machine(machine: Machine) -> Iterator[AnimatedFigure]:
+def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigure]:
     """The figure of a machine, drawn at angle 0 of its shaft, with its moving parts."""
-    data = TimingData.from_machine(machine)
+    data = TimingData.from_machine(what)
+    machine = data.machine
     tools = machine_tools(machine, data.stations)
     count = len(data.stations) + bool(tools)
     columns = ceil(count / ceil(count / MOST_COLUMNS))

@@ -354,11 +354,9 @@ class TimingDiagram:
     def _draw_torques(self, axes: Any, row: Row, total: Torque) -> None:
         """Draw the torque of the shaft, its mean and peak, and the torque of each station."""
         curve, unit = total.curve, total.unit
-        torques = [torque.curve for torque in self.data.torques if torque is not None]
-        ends = [
-            f(each) for each in (*torques, curve) for f in (lambda c: c.least().value, lambda c: c.largest().value)
-        ]
-        least, most = min(0.0, *ends), max(0.0, *ends)
+        curves = [curve, *(torque.curve for torque in self.data.torques if torque is not None)]
+        least = min(0.0, *(each.least().value for each in curves))
+        most = max(0.0, *(each.largest().value for each in curves))
         if most == least:
             most = 1.0
         low, high = row.low + 2 * ROOM, row.high - 2 * ROOM
@@ -374,8 +372,8 @@ class TimingDiagram:
         for place in range(int(np.ceil(least / step - 1e-9)), int(most / step + 1e-9) + 1):
             at = level(place * step)
             axes.plot([self.left, self.right], [at, at], color=MUTED if place == 0 else FAINT, lw=0.5, zorder=0.6)
-            number = four_digits(place * step)
-            draw_words(axes, self.left - ROOM, at, number, TEXT, ha="right", va="center", color=MUTED)
+            text = four_digits(place * step)
+            draw_words(axes, self.left - ROOM, at, text, TEXT, ha="right", va="center", color=MUTED)
         for number, torque in enumerate(self.data.torques):
             if torque is not None:
                 angles, values = curve_points(torque.curve)
@@ -388,9 +386,8 @@ class TimingDiagram:
         peak = self.x(np.degrees(total.peak.angle)), level(total.peak.value)
         style = {"fontsize": TEXT / CAPITAL_HEIGHT * POINTS_PER_MM, "color": INK, "fontweight": "bold"}
         places = label_place_candidates((6.0, 10.0, 16.0), np.pi)
-        place_labels(
-            axes.figure, [Label(axes, total.peak_words, peak, places, {**style, **WHITE_BACKGROUND}, thinnest=0.55)]
-        )
+        label = Label(axes, total.peak_words, peak, places, {**style, **WHITE_BACKGROUND}, thinnest=0.55)
+        place_labels(axes.figure, [label])
 
     def _draw_peak(self, axes: Any, torque: Torque, level: Any, **style: Any) -> None:
         x = self.x(np.degrees(torque.peak.angle))

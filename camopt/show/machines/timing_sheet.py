@@ -26,6 +26,7 @@ from camopt.show.machines.timing_spans import CLEARANCE, TimingData
 from camopt.show.sheet.marks import MarkBox, draw_marks, shift_marks, text_width, wrap_text
 from camopt.show.sheet.paper import BLOCK_HEIGHT, BLOCK_ROW, BLOCK_WIDTH, Field, Paper, title_block
 from camopt.show.sheet.standards import sheet_standard
+from camopt.solve.machine.evaluation import MachineEvaluation
 
 LEAST_ROW, MARGIN, MM_PER_INCH = 11.0, 4.0, 25.4  # mm
 A1 = Paper("A1", 841.0, 594.0)
@@ -35,7 +36,7 @@ NOTE = (
 )
 
 
-def draw_timing_diagram(machine: Machine, path: Target = None) -> Figure:
+def draw_timing_diagram(machine: Machine | MachineEvaluation, path: Target = None) -> Figure:
     """Draw the timing diagram of a machine on a sheet; with a path, also save it as PNG, SVG or PDF.
 
     Each station has a row with its segments and its lift over a turn of the shaft. Below are the ranges of the
@@ -53,7 +54,7 @@ def draw_timing_diagram(machine: Machine, path: Target = None) -> Figure:
     with canvas(path, (paper.width / MM_PER_INCH, paper.height / MM_PER_INCH)) as figure:
         axes = add_paper_axes(figure, paper.width, paper.height)
         corner = complex(paper.frame.high.real - BLOCK_WIDTH, paper.frame.low.imag)
-        block = title_block(Part(), machine.name, "", paper.name, "1/1", _block_fields(data, paper))
+        block = title_block(Part(), data.machine.name, "", paper.name, "1/1", _block_fields(data, paper))
         draw_marks(axes, [*paper.marks(), *shift_marks(block, corner)])
         diagram.draw(axes)
         low = paper.frame.low + complex(MARGIN, MARGIN)

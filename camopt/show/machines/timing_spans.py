@@ -14,6 +14,7 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.scene.machine import Clearance, Machine
 from camopt.show.drawing.picture import STROKE_NAMES, four_digits, value_with_unit
+from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 
 CURVE_STEP = 0.5  # deg between points of a curve
@@ -148,9 +149,11 @@ class TimingData:
     stations: tuple[ResolvedStation, ...]
 
     @classmethod
-    def from_machine(cls, machine: Machine) -> "TimingData":
-        """The contents for a machine."""
-        return cls(machine, resolve_stations(machine))
+    def from_machine(cls, what: Machine | MachineEvaluation) -> "TimingData":
+        """The contents for a machine, or for the result of its evaluation."""
+        if isinstance(what, MachineEvaluation):
+            return cls(what.machine, what.resolved)
+        return cls(what, resolve_stations(what))
 
     @cached_property
     def spans(self) -> list[list[Span]]:

@@ -32,7 +32,7 @@ class Tool(NamedTuple):
         """Positions of the origin at angles of the shaft [rad]."""
         if self.station is None or self.station.tool_turns:
             return np.full(len(angles), self.origin)
-        direction = np.exp(1j * np.radians(self.station.station.direction))
+        direction = np.exp(1j * np.radians(self.station.station.direction or 0.0))
         return np.asarray(self.station.lift.value(angles) * direction)
 
     def rotation(self, angles: FloatArray) -> FloatArray:

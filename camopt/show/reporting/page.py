@@ -24,6 +24,7 @@ from camopt.solve.tables.result import Table
 CAM_SCRIPTS = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
 PAGE_SCRIPTS = {
     "cams": (*CAM_SCRIPTS, "cams_page", "start"),
+    "machine": (*CAM_SCRIPTS, "machine_page", "start"),
     "results": (*CAM_SCRIPTS, "rows", "scatter", "parallel", "tables", "grid", "results_page", "start"),
     "serve": (*CAM_SCRIPTS, "tables", "controls", "requests", "serve_page", "start"),
 }

@@ -1,4 +1,4 @@
-"""Reports: a scene, a result or a folder as one HTML page, either of cams or of tables of designs."""
+"""Reports: a scene, a result, a machine or a folder as one HTML page, of cams, tables of designs or a machine."""
 
 import json
 import os
@@ -22,11 +22,14 @@ from camopt.core.storage.files import (
 )
 from camopt.core.storage.manifest import Manifest, open_checked_result_file, read_manifest, result_paths
 from camopt.model.motion.stroke import RETURN, RISE
+from camopt.scene.machine import Machine, is_machine
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import RESULT_WORDS, Scene, scene_named
 from camopt.show.reporting.cams import ShownCam, cams_page
+from camopt.show.reporting.machine import machine_page
 from camopt.show.reporting.results import ResultRows, results_page, thinned_result_rows
 from camopt.solve.front.result import DESIGNS_TABLE, Sweep
+from camopt.solve.machine.evaluation import MachineEvaluation, evaluate_machine
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.synthesis.files import FRONTIER, KNOWN_FILE, SCENE_FILE, SENTENCE_KEYS, SUMMARY_FILE
 from camopt.solve.synthesis.known_law_cams import build_known_law_cams
@@ -41,6 +44,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MOST_PAGE_CAMS = 4  # side by side
+PageItem = ShownCam | ResultRows | MachineEvaluation
+"""What a page shows: cams, tables of designs, or one machine."""
 
 
 def report(
@@ -55,10 +60,11 @@ def report(
 
     Parameters
     ----------
-    what : Scene, Design, Result, str, os.PathLike or list
+    what : Scene, Machine, Design, Result, str, os.PathLike or list
         A scene, a design, any result of a scene, the folder or table (Parquet) that a command wrote, or a list of
         these: up to four cams side by side, or several tables of designs. For a result other than a sweep, an
-        optimum or a synthesis, the page shows the cam and adds a chapter with the result.
+        optimum or a synthesis, the page shows the cam and adds a chapter with the result. The page of a machine has
+        all its cams, its timing diagram with one cursor, the tables of its evaluation and a section per station.
     path : str or os.PathLike
         The file, which ends in .html.
     full : bool, optional
@@ -77,7 +83,7 @@ def report(
     Raises
     ------
     BadInput
-        If ``what`` is something else, if a scene lacks a size, or if cams and tables are mixed.
+        If ``what`` is something else, if a scene lacks a size, or if cams, tables and machines are mixed.
     OSError
         If a file cannot be read or written.
 
@@ -94,7 +100,13 @@ def report(
     return place
 
 
-def _page_html(items: list[ShownCam | ResultRows], *, full: bool, **options: Any) -> str:
+def _page_html(items: list[PageItem], *, full: bool, **options: Any) -> str:
+    if machines := [item for item in items if isinstance(item, MachineEvaluation)]:
+        if len(items) > 1 or any(options.values()):
+            raise BadInput(
+                [Mistake("camopt", "what", len(items), "one machine by itself, without align_noses or turn")]
+            )
+        return machine_page(machines[0])
     cams, results = [x for x in items if isinstance(x, ShownCam)], [x for x in items if isinstance(x, ResultRows)]
     if bool(cams) == bool(results):
         raise BadInput([Mistake("camopt", "what", None, "either cams or tables of designs, not both")])
@@ -135,8 +147,8 @@ def _scene_law_names(scene: Scene) -> str:
 
 
 @singledispatch
-def page_items(what: Any) -> Iterable[ShownCam | ResultRows]:
-    """The cams or tables of designs that a page shows for a scene, result or path."""
+def page_items(what: Any) -> Iterable[PageItem]:
+    """The cams, tables of designs or machine that a page shows for a scene, result or path."""
     scene = getattr(what, "scene", None)
     if isinstance(what, Result) and isinstance(scene, Scene):
         return [ShownCam(scene.name, scene, result=what)]
@@ -146,6 +158,16 @@ def page_items(what: Any) -> Iterable[ShownCam | ResultRows]:
     if getattr(what, "ndim", 2) == 1:  # a row of a table
         return _scene_items(scene_of(what))
     return [thinned_result_rows("table", what)]
+
+
+@page_items.register
+def _machine_items(what: Machine) -> Iterable[MachineEvaluation]:
+    return [evaluate_machine(what)]
+
+
+@page_items.register
+def _machine_evaluation_items(what: MachineEvaluation) -> Iterable[MachineEvaluation]:
+    return [what]
 
 
 @page_items.register
@@ -195,8 +217,10 @@ def _sweep_items(what: Sweep) -> Iterable[ShownCam | ResultRows]:
 
 @page_items.register(str)
 @page_items.register(os.PathLike)
-def _path_items(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
+def _path_items(what: str | os.PathLike[str]) -> Iterable[PageItem]:
     path = checked_path(what, "what")
+    if is_machine(str(path)):
+        return [evaluate_machine(str(path))]
     if path.is_dir():
         return _folder_items(path)
     if path.suffix == ".parquet":

@@ -42,7 +42,7 @@ class MachineEvaluation(Result, Drawable):
     ('held', ['lift', 'swing', 'grip', 'feed'])
     """
 
-    picture: ClassVar[str] = "drawing.timing_diagram"
+    picture: ClassVar[str] = "machines.timing_sheet"
     main_rows: ClassVar[str] = "stations"
     machine: Machine
     resolved: tuple[ResolvedStation, ...]

@@ -81,9 +81,8 @@ def test_cursor_dots_and_readings_follow_the_lifts():
         np.testing.assert_allclose(shown, lift, atol=6e-3)
 
 
-@pytest.mark.parametrize("count", [2, 12])
-def test_no_text_hides_another(count):
-    with animated_machine(random_machine(count, count)) as stage:
+def test_no_text_hides_another():
+    with animated_machine(random_machine(12, 12)) as stage:
         for body in stage.bodies:
             body.axes.set_visible(False)
         assert faults_of(stage.figure) == []

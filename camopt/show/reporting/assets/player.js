@@ -9,6 +9,7 @@ class Player {
     this.button = controls.querySelector("button.play");
     this.speed = controls.querySelector("select");
     this.output = controls.querySelector("output");
+    this.name = this.slider.getAttribute("aria-label");
     this.slider.addEventListener("input", () => { this.stop(); this.go(Number(this.slider.value)); });
     this.button.addEventListener("click", () => (this.playing ? this.stop() : this.play()));
     window.addEventListener("beforeprint", () => this.stop());
@@ -25,7 +26,7 @@ class Player {
     this.angle = degrees;
     this.slider.value = degrees;
     const text = `${degrees.toFixed(1)}°`;
-    this.slider.setAttribute("aria-valuetext", `cam angle ${text}`);
+    this.slider.setAttribute("aria-valuetext", `${this.name} ${text}`);
     this.output.textContent = text;
     for (const follower of this.followers) follower(degrees);
   }
@@ -55,6 +56,11 @@ class Player {
   }
 }
 
+/** The angle in deg of a cam that starts its turn at `shift` and turns `ratio` times in a turn of the player. */
+function camAngle({ shift = 0, ratio = 1 }, angle) {
+  return ((((angle - shift) * ratio) % 360) + 360) % 360;
+}
+
 /** Dragging a disc cam turns it; dragging a developed groove moves it along. */
 function dragToTurn(view, player) {
   let last;
@@ -71,12 +77,12 @@ function dragToTurn(view, player) {
     if (!event.buttons || last === undefined) return;
     const here = place(event), moved = ((here - last + 540) % 360) - 180;
     last = here;
-    player.go((player.angle + moved + 360) % 360);
+    player.go((player.angle + moved / (view.cam.ratio || 1) + 360) % 360);
   });
   view.svg.addEventListener("pointerup", () => (last = undefined));
 }
 
-/** Draw cams side by side at one scale, and their diagrams, which follow the player; return their common box. */
+/** Draw cams side by side, at one scale unless `room` is null, and their diagrams; all follow the player. Return the common box. */
 function showCams(player, stage, diagrams, cams, labels, words = [], room = []) {
   player.forget();
   stage.replaceChildren();
@@ -93,10 +99,10 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
     return view;
   }).filter(Boolean);
   if (!views.length) return null;
-  const box = commonBox([...views.map((view) => view.box), ...room]);
+  const box = commonBox([...views.map((view) => view.box), ...(room || [])]);
   for (const view of views) {
-    view.frame(box);
-    player.follow((angle) => view.turn((angle - (view.cam.shift || 0) + 720) % 360));
+    view.frame(room ? box : view.box);
+    player.follow((angle) => view.turn(camAngle(view.cam, angle)));
   }
   drawLegend(stage);
   if (!diagrams) return box;

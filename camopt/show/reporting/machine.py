@@ -1,0 +1,160 @@
+"""The page of a machine: turning cams, a timing diagram with one cursor, results, and a section per station."""
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
+from camopt.show.drawing.frames import frames
+from camopt.show.drawing.picture import Picture
+from camopt.show.drawing.style import DATE_METADATA, canvas
+from camopt.show.machines.animated_machine import EDGE, animated_machine, station_words, timing_height
+from camopt.show.machines.timing_diagram import TEXT, TimingDiagram
+from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
+from camopt.show.machines.timing_spans import TimingData
+from camopt.show.machines.tools import Tool, machine_tools
+from camopt.show.reporting.cam_data import cam_data, rounded_numbers_for_page
+from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters
+from camopt.show.reporting.page import data_url, render_page
+from camopt.show.reporting.sections import limits_table, quantities_table
+from camopt.show.sheet.marks import CAPITAL_HEIGHT, MarkBox
+from camopt.solve.machine.evaluation import MachineEvaluation, station_verdict
+from camopt.solve.machine.stations import ResolvedStation
+from camopt.solve.tables.result import Cell, Table
+from camopt.solve.verdicts.evaluation import Evaluation
+from camopt.solve.verdicts.verdict_words import worst_verdict
+
+WIDTH, STEPS = 290.0, 720  # mm: width of the timing diagram; samples of a turn
+SHAFT_ANGLES = np.linspace(0.0, 2 * np.pi, STEPS + 1)
+PANELS_WITHOUT_DATA: dict[str, Any] = {"panels": []}
+"""The page draws no diagrams of a single cam."""
+
+
+def machine_page(result: MachineEvaluation) -> str:
+    """The HTML page of a machine."""
+    data = TimingData.from_machine(result)
+    diagram = TimingDiagram(data, MarkBox(0j, complex(WIDTH, timing_height(data))), True)
+    (verdict, *sentences), tables = [each for each in result.sections() if isinstance(each, str)], result.tables()
+    stations = data.stations
+    height = diagram.box.high.imag
+    rooms = [diagram.curve_room(number) for number in range(len(stations))]
+    rows = [
+        {"name": each.name, "start": height - low, "middle": height - (row.low + row.high - TEXT) / 2}
+        for each, row, (low, _) in zip(stations, diagram.station_rows, rooms, strict=True)
+    ]
+    tools = machine_tools(data.machine, stations)
+    return render_page(
+        "machine",
+        data.machine.name,
+        {
+            "cams": [_cam_of_station(station) for station in stations],
+            "labels": [station.name for station in stations],
+            "words": [[station_words(station)] for station in stations],
+            "timing": {
+                "left": diagram.left,
+                "right": diagram.right,
+                "stations": [
+                    _lift_data(station) | {"low": height - low, "high": height - high}
+                    for station, (low, high) in zip(stations, rooms, strict=True)
+                ],
+            },
+            "tools": _tools_data(tools, stations) if tools else None,
+        },
+        lines=[
+            Cell(verdict, result.verdict),
+            *map(Cell, sentences),
+            *(Cell(f"{note}.") for note in result.notes),
+        ],
+        tables=tables,
+        sections=[_station_chapter(station, result.stations[station.name]) for station in stations],
+        rows=rows,
+        timing=timing_image(diagram),
+        still=still_image(result),
+        width=WIDTH,
+        height=height,
+        left=diagram.left,
+        top=height - diagram.top,
+        bottom=height - diagram.bottom,
+        end=WIDTH,
+        letters=TEXT / CAPITAL_HEIGHT,
+    )
+
+
+def _cam_of_station(station: ResolvedStation) -> dict[str, Any]:
+    """Data of the cam of a station, with its phase and ratio."""
+    turning = {"shift": station.station.phase, "ratio": station.station.ratio}
+    return cam_data(Picture(station.scene, station.problem)) | PANELS_WITHOUT_DATA | turning
+
+
+def _lift_data(station: ResolvedStation) -> dict[str, Any]:
+    """Lift of a station over a turn, its largest value and its unit."""
+    lift = to_shown_unit(station.lift.value(SHAFT_ANGLES), station.unit)
+    return {
+        "lift": rounded_numbers_for_page(lift),
+        "largest": float(to_shown_unit(station.lift.largest().value, station.unit)),
+        "unit": unit_in_shown_system(station.unit),
+    }
+
+
+def _tools_data(tools: list[Tool], stations: tuple[ResolvedStation, ...]) -> dict[str, Any]:
+    """Outlines of tools and bodies and their motion over a turn, and the box of all [mm]."""
+    records, reach = [], []
+    for tool in tools:
+        path, rotation = tool.path(SHAFT_ANGLES), tool.rotation(SHAFT_ANGLES)
+        moved = path + (tool.outline[:, None] - tool.origin) * np.exp(1j * rotation)
+        reach.append(moved.ravel())
+        middle = complex(np.mean([tool.outline.real.min(), tool.outline.real.max()]), tool.outline.imag.mean())
+        records.append(
+            {
+                "name": tool.name,
+                "outline": [rounded_numbers_for_page(part) for part in (tool.outline.real, tool.outline.imag)],
+                "middle": [middle.real, middle.imag],
+                "station": None if tool.station is None else stations.index(tool.station),
+                "x": rounded_numbers_for_page((path - tool.origin).real),
+                "y": rounded_numbers_for_page((path - tool.origin).imag),
+                "turned": rounded_numbers_for_page(np.degrees(rotation)) if np.any(rotation) else None,
+                "pivot": [tool.origin.real, tool.origin.imag],
+            }
+        )
+    points = np.concatenate(reach)
+    low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
+    edge = 0.04 * max((high - low).real, (high - low).imag, 1.0) * (1 + 1j)
+    low, high = low - edge, high + edge
+    return {"tools": records, "box": [low.real, low.imag, high.real, high.imag]}
+
+
+def _station_chapter(station: ResolvedStation, evaluation: Evaluation) -> Chapter:
+    """The section of a station: limits, quantities, inputs, effects and scene."""
+    problem, shown = station.problem, ShownCam(station.name, station.scene)
+    chapters = cam_chapters(shown, problem, pictures=False)
+    tables: list[Table] = [
+        limits_table(evaluation, problem),
+        quantities_table([evaluation], [problem], ["value"]),
+        *(table for chapter in chapters for table in chapter.tables),
+    ]
+    title = f"{station.name} — {station.scene.name}: {worst_verdict([station_verdict(evaluation)])}"
+    return Chapter(title, tables, text=station.scene.to_toml())
+
+
+def timing_image(diagram: TimingDiagram) -> str:
+    """The timing diagram as the data URL of an SVG, whose letters are drawn as lines."""
+    import matplotlib as mpl
+
+    file, size = BytesIO(), diagram.box.size
+    with canvas(None, (size.real / MM_PER_INCH, size.imag / MM_PER_INCH)) as figure:
+        diagram.draw(add_paper_axes(figure, size.real, size.imag))
+        with mpl.rc_context({"svg.fonttype": "path"}):
+            figure.savefig(file, format="svg", metadata=DATE_METADATA[".svg"])
+    return data_url(file.getvalue(), "image/svg+xml")
+
+
+def still_image(result: MachineEvaluation) -> str:
+    """The cams and tools at angle 0 of the shaft, as the data URL of a PNG."""
+    file = BytesIO()
+    with animated_machine(result) as stage:
+        pixels, height = next(frames(stage)), stage.figure.get_size_inches()[1] * MM_PER_INCH
+    below = (timing_height(TimingData.from_machine(result)) + EDGE) / height
+    Image.fromarray(pixels[: int(len(pixels) * (1.0 - below))]).save(file, format="PNG", optimize=True)
+    return data_url(file.getvalue(), "image/png")
