@@ -3,7 +3,7 @@
 A disc cam turns in its sense of rotation. For a cylindrical cam, the developed surface moves past the follower.
 """
 
-from math import ceil, floor, log10
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ from camopt.show.drawing.moving_bodies import (
     AnimatedFigure,
     MovingBody,
     Reading,
-    body_artists,
+    draw_beyond_axes,
+    reading_texts,
 )
 from camopt.show.drawing.panels import Panel, motion_panels
 from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fill_area
@@ -70,16 +71,11 @@ def draw_mechanism_bodies(
 
     The motion is given at cam angles [rad]: the first is 0, and they go through a whole turn.
     """
-    from matplotlib.transforms import Affine2D
-
     developed = picture.problem.setup.mechanism.body.developed
     bodies = (_draw_groove_bodies if developed else _draw_disc_bodies)(figure, picture, area, angles)
     for body in bodies:
         body.axes.set_axis_off()
-        for artist in body_artists(body):
-            artist.set_clip_on(False)
-            artist.set_transform(Affine2D() + body.axes.transData)  # else lines outside of the axes are dropped
-    return bodies
+    return draw_beyond_axes(bodies)
 
 
 def _draw_disc_bodies(figure: Any, picture: Picture, area: Area, angles: FloatArray) -> list[MovingBody]:
@@ -200,9 +196,7 @@ def _draw_diagram_cursor(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[Mo
         each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
     draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
-    degrees, largest = np.degrees(FRAME_ANGLES), float(np.abs(values).max())
-    decimals = max(0, 3 - floor(log10(largest))) if largest else 0  # so that the largest value has four digits
-    words = [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
+    degrees, words = np.degrees(FRAME_ANGLES), reading_texts(values)
     style = {"ha": "right", "va": "bottom", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
     text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
     cursors = MovingBody(line_axes, degrees + 0j), MovingBody(dot_axes, degrees + 1j * (values - values[0]))

@@ -4,6 +4,7 @@ A body is drawn on its own axes, that of a mechanism at cam angle 0. Its motion 
 the last frame equals the first.
 """
 
+from math import floor, log10
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,6 +59,24 @@ class MovingBody(NamedTuple):
 def body_artists(body: MovingBody) -> list[Any]:
     """The matplotlib artists of a body."""
     return [*body.axes.lines, *body.axes.patches, *body.axes.collections]
+
+
+def draw_beyond_axes(bodies: list[MovingBody]) -> list[MovingBody]:
+    """The bodies, whose lines are then drawn outside of their axes too."""
+    from matplotlib.transforms import Affine2D
+
+    for body in bodies:
+        for artist in body_artists(body):
+            artist.set_clip_on(False)
+            artist.set_transform(Affine2D() + body.axes.transData)
+    return bodies
+
+
+def reading_texts(values: FloatArray) -> list[str]:
+    """Numbers with as many decimals as give the largest four digits, and a real minus sign."""
+    largest = float(np.abs(values).max())
+    decimals = max(0, 3 - floor(log10(largest))) if largest else 0
+    return [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
 
 
 class Reading(NamedTuple):

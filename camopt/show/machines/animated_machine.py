@@ -5,7 +5,7 @@ The outlines of tools move in a panel of their own.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import ceil, floor, log10
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -15,18 +15,25 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.scene.machine import Machine
 from camopt.show.drawing.animated_figure import draw_mechanism_bodies
 from camopt.show.drawing.cam import frame_with_scale_bar
-from camopt.show.drawing.moving_bodies import FRAME_ANGLES, AnimatedFigure, MovingBody, Reading, body_artists
+from camopt.show.drawing.moving_bodies import (
+    FRAME_ANGLES,
+    AnimatedFigure,
+    MovingBody,
+    Reading,
+    draw_beyond_axes,
+    reading_texts,
+)
 from camopt.show.drawing.picture import Picture, draw_line, fill_area, four_digits
 from camopt.show.drawing.style import BODY, INK, MUTED, SMALL_SIZE, canvas
 from camopt.show.machines.timing_diagram import (
     CLEARANCE_HEIGHT,
-    MOST_CLEARANCES,
+    READING_WIDTH,
     TEXT,
     TimingDiagram,
     draw_words,
 )
 from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
-from camopt.show.machines.timing_spans import TimingData, angle_text
+from camopt.show.machines.timing_spans import TimingData, station_words
 from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.sheet.marks import MarkBox, fitted_words
 from camopt.solve.machine.evaluation import MachineEvaluation
@@ -69,7 +76,8 @@ def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigu
             else:
                 _draw_caption(axes, box, "Tools", "")
                 bodies += _draw_tools(figure, box, height, tools)
-        diagram = TimingDiagram(data, MarkBox(complex(EDGE, EDGE), complex(WIDTH - EDGE, EDGE + below)), True)
+        box = MarkBox(complex(EDGE, EDGE), complex(WIDTH - EDGE, EDGE + below))
+        diagram = TimingDiagram(data, box, READING_WIDTH)
         diagram.draw(axes)
         cursors, readings = _draw_cursors(figure, axes, diagram)
         yield AnimatedFigure(figure, [*bodies, *cursors], readings)
@@ -77,14 +85,8 @@ def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigu
 
 def timing_height(data: TimingData) -> float:
     """The height of the timing diagram below cams, or on a page [mm]."""
-    clearances = min(len(data.clearances), MOST_CLEARANCES) * CLEARANCE_HEIGHT
+    clearances = len(data.clearances) * CLEARANCE_HEIGHT
     return ROW * len(data.stations) + SCALES + clearances + (TORQUE if data.total_torque else 0.0)
-
-
-def station_words(station: ResolvedStation) -> str:
-    """Phase and ratio of a station."""
-    turns = f", {station.station.ratio} turns" if station.station.ratio > 1 else ""
-    return f"phase {angle_text(station.station.phase)}°{turns}"
 
 
 def cam_angles(station: ResolvedStation, shaft_angles: FloatArray) -> FloatArray:
@@ -99,9 +101,9 @@ def _draw_caption(axes: Any, box: MarkBox, name: str, words: str) -> None:
     level = box.high.imag + CAPTION - 2.0
     for text in lines:
         level -= 1.5 * size
-        draw_words(axes, box.low.real, level, text, size, fontweight="bold", va="baseline")
+        draw_words(axes, box.low.real, level, text, size, fontweight="bold")
     if len(lines) == 1:
-        draw_words(axes, box.low.real, level - 1.7 * TEXT, words, 1.7, color=MUTED, va="baseline")
+        draw_words(axes, box.low.real, level - 1.7 * TEXT, words, 1.7, color=MUTED)
 
 
 def _draw_station(figure: Any, box: MarkBox, height: float, station: ResolvedStation) -> list[MovingBody]:
@@ -128,7 +130,7 @@ def _draw_tools(figure: Any, box: MarkBox, height: float, tools: list[Tool]) -> 
     bodies, reach = [], list[Any]()
     for tool in tools:
         axes = figure.add_axes(area)
-        fill_area(axes, tool.outline, facecolor=BODY, edgecolor=tool.colour, lw=1.3, clip_on=False)
+        fill_area(axes, tool.outline, facecolor=BODY, edgecolor=tool.colour, lw=1.3)
         path, rotation = tool.path(FRAME_ANGLES), tool.rotation(FRAME_ANGLES)
         bodies.append(MovingBody(axes, path, rotation, drawn_at=tool.origin))
         reach.append(bodies[-1].positions(tool.outline).ravel())
@@ -138,17 +140,7 @@ def _draw_tools(figure: Any, box: MarkBox, height: float, tools: list[Tool]) -> 
         body.axes.set_axis_off()
         style = {"transform": ground.transAxes, "color": tool.colour, "fontsize": SMALL_SIZE, "ha": "right"}
         ground.text(1.0, 1.0 - 0.07 * number, tool.name, va="top", **style)
-    return _with_free_transforms(bodies)
-
-
-def _with_free_transforms(bodies: list[MovingBody]) -> list[MovingBody]:
-    """Bodies whose lines are drawn also outside of their axes."""
-    from matplotlib.transforms import Affine2D
-
-    for body in bodies:
-        for artist in body_artists(body):
-            artist.set_transform(Affine2D() + body.axes.transData)
-    return bodies
+    return draw_beyond_axes(bodies)
 
 
 def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[MovingBody], list[Reading]]:
@@ -158,24 +150,17 @@ def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[
     line = add_paper_axes(figure, width, height)
     draw_line(line, 1j * np.array([diagram.bottom, diagram.top]) + along[0], color=INK, lw=1.0)
     bodies = [MovingBody(line, along + 0j)]
-    style = {"ha": "right", "fontweight": "bold"}
-    right = diagram.box.high.real
+    right, style = diagram.box.high.real, {"ha": "right", "fontweight": "bold"}
     angles = [f"{angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
     readings = [Reading(draw_words(axes, right, diagram.top + 2.9, angles[0], TEXT, **style), angles)]
-    for number, (station, row) in enumerate(zip(diagram.data.stations, diagram.station_rows, strict=True)):
+    for number, (station, row) in enumerate(zip(diagram.data.stations, diagram.rows[0], strict=True)):
         lift = station.lift.value(FRAME_ANGLES)
         places = along + 1j * diagram.lift_levels(number, lift)
         dot = add_paper_axes(figure, width, height)
         draw_line(dot, places[:1], marker="o", ms=4.5, color=INK, mec="white")
         bodies.append(MovingBody(dot, places))
-        words = reading_words(to_shown_unit(lift, station.unit), unit_in_shown_system(station.unit))
+        unit = unit_in_shown_system(station.unit)
+        words = [f"{text} {unit}" for text in reading_texts(to_shown_unit(lift, station.unit))]
         level = (row.low + row.high - TEXT) / 2
-        readings.append(Reading(draw_words(axes, right, level, words[0], TEXT, va="baseline", **style), words))
-    return _with_free_transforms(bodies), readings
-
-
-def reading_words(values: FloatArray, unit: str) -> list[str]:
-    """Values with a unit, and as many decimals as give the largest four digits."""
-    largest = float(np.abs(values).max())
-    decimals = max(0, 3 - floor(log10(largest))) if largest else 0
-    return [f"{round(float(value), decimals) + 0.0:.{decimals}f} {unit}".replace("-", "−") for value in values]
+        readings.append(Reading(draw_words(axes, right, level, words[0], **style), words))
+    return draw_beyond_axes(bodies), readings

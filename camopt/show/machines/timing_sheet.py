@@ -15,14 +15,13 @@ from camopt.show.machines.timing_diagram import (
     BAR_HEIGHT,
     BAR_STYLES,
     LINE_STEP,
-    MOST_CLEARANCES,
     SMALL_TEXT,
     TEXT,
     TimingDiagram,
     draw_words,
     fill_bar,
 )
-from camopt.show.machines.timing_spans import CLEARANCE, TimingData
+from camopt.show.machines.timing_spans import CLEARANCE, MOST_CLEARANCES, TimingData
 from camopt.show.sheet.marks import MarkBox, draw_marks, shift_marks, text_width, wrap_text
 from camopt.show.sheet.paper import BLOCK_HEIGHT, BLOCK_ROW, BLOCK_WIDTH, Field, Paper, title_block
 from camopt.show.sheet.standards import sheet_standard
@@ -80,7 +79,8 @@ def _fitting_paper(data: TimingData) -> tuple[Paper, TimingDiagram]:
         low, high = paper.frame
         box = MarkBox(low + complex(MARGIN, BLOCK_HEIGHT + MARGIN), high - complex(MARGIN, MARGIN))
         diagram = TimingDiagram(data, box)
-        if diagram.station_rows[0].height >= LEAST_ROW:
+        low, high = diagram.rows[0][0]
+        if high - low >= LEAST_ROW:
             break
     return paper, diagram
 
@@ -121,9 +121,9 @@ def _draw_legend(axes: Any, box: MarkBox, diagram: TimingDiagram) -> None:
         draw_words(axes, x + 9.5, low + (BAR_HEIGHT - TEXT) / 2, text, TEXT, va="baseline")
         x += 14.0 + text_width(text, TEXT)
     note = f"{NOTE} Dots: largest torques." if data.total_torque else NOTE
-    left_out = sum(len(changes) for changes in diagram.changes) - sum(map(len, diagram.change_labels))
+    left_out = sum(map(len, data.spans)) - sum(map(len, diagram.change_labels))
     note += f" {left_out} numbers have no room." if left_out else ""
-    more = len(data.clearances) - MOST_CLEARANCES
+    more = len(data.machine.clear) - MOST_CLEARANCES
     notes = [note, *([f"{more} more clearances are not drawn."] if more > 0 else [])]
     if Path(data.machine.file).suffix == ".toml":
         notes.append(f"File: {Path(data.machine.file).name}")

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 
 CURVE_STEP = 0.5  # deg between points of a curve
 ANGLE_DIGITS = 9  # decimals of angles [deg]: rounding errors of sums of angles are smaller
+MOST_CLEARANCES = 12  # drawn; a note counts the others
 CLEARANCE = "clearance"
 MOVE = "move"
 
@@ -48,11 +48,6 @@ class Span(NamedTuple):
         if self.end <= 360.0:
             return [(self.start, self.end)]
         return [(self.start, 360.0), (0.0, self.end - 360.0)]
-
-    @property
-    def end_in_turn(self) -> float:
-        """The end, from more than 0 to 360."""
-        return self.end if self.end <= 360.0 else round(self.end - 360.0, ANGLE_DIGITS)
 
 
 def segment_spans(station: ResolvedStation) -> list[Span]:
@@ -162,10 +157,10 @@ class TimingData:
 
     @cached_property
     def clearances(self) -> list[tuple[str, Span]]:
-        """Title and range of each clearance."""
+        """Title and range of the first ``MOST_CLEARANCES`` clearances."""
         units = {station.name: station.unit for station in self.stations}
         found = []
-        for clearance in self.machine.clear:
+        for clearance in self.machine.clear[:MOST_CLEARANCES]:
             angular = clearance.along is not None and {units[name] for name in clearance.between} == {"deg"}
             found.append((clearance.title, clearance_span(clearance, "deg" if angular else "mm")))
         return found
@@ -193,7 +188,7 @@ def angle_text(angle: float) -> str:
     return f"{angle:.2f}".rstrip("0").rstrip(".").replace("-", "−")
 
 
-def labelled_changes(spans: Iterable[Span]) -> list[float]:
-    """The angles at which segments change [deg], ascending, each once."""
-    angles = sorted({span.start for span in spans})
-    return [b for a, b in pairwise([-1.0, *angles]) if b - a > 10.0**-ANGLE_DIGITS]
+def station_words(station: ResolvedStation) -> str:
+    """Phase and ratio of a station."""
+    turns = f", {station.station.ratio} turns" if station.station.ratio > 1 else ""
+    return f"phase {angle_text(station.station.phase)}°{turns}"

@@ -10,10 +10,10 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.show.drawing.frames import frames
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import DATE_METADATA, canvas
-from camopt.show.machines.animated_machine import EDGE, animated_machine, station_words, timing_height
-from camopt.show.machines.timing_diagram import TEXT, TimingDiagram
+from camopt.show.machines.animated_machine import EDGE, animated_machine, timing_height
+from camopt.show.machines.timing_diagram import READING_WIDTH, TEXT, TimingDiagram
 from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
-from camopt.show.machines.timing_spans import TimingData
+from camopt.show.machines.timing_spans import TimingData, station_words
 from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.reporting.cam_data import cam_data, rounded_numbers_for_page
 from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters
@@ -28,21 +28,19 @@ from camopt.solve.verdicts.verdict_words import worst_verdict
 
 WIDTH, STEPS = 290.0, 720  # mm: width of the timing diagram; samples of a turn
 SHAFT_ANGLES = np.linspace(0.0, 2 * np.pi, STEPS + 1)
-PANELS_WITHOUT_DATA: dict[str, Any] = {"panels": []}
-"""The page draws no diagrams of a single cam."""
 
 
 def machine_page(result: MachineEvaluation) -> str:
     """The HTML page of a machine."""
     data = TimingData.from_machine(result)
-    diagram = TimingDiagram(data, MarkBox(0j, complex(WIDTH, timing_height(data))), True)
+    diagram = TimingDiagram(data, MarkBox(0j, complex(WIDTH, timing_height(data))), READING_WIDTH)
     (verdict, *sentences), tables = [each for each in result.sections() if isinstance(each, str)], result.tables()
     stations = data.stations
     height = diagram.box.high.imag
     rooms = [diagram.curve_room(number) for number in range(len(stations))]
     rows = [
         {"name": each.name, "start": height - low, "middle": height - (row.low + row.high - TEXT) / 2}
-        for each, row, (low, _) in zip(stations, diagram.station_rows, rooms, strict=True)
+        for each, row, (low, _) in zip(stations, diagram.rows[0], rooms, strict=True)
     ]
     tools = machine_tools(data.machine, stations)
     return render_page(
@@ -83,9 +81,9 @@ def machine_page(result: MachineEvaluation) -> str:
 
 
 def _cam_of_station(station: ResolvedStation) -> dict[str, Any]:
-    """Data of the cam of a station, with its phase and ratio."""
+    """Data of the cam of a station without diagrams of its own, with its phase and ratio."""
     turning = {"shift": station.station.phase, "ratio": station.station.ratio}
-    return cam_data(Picture(station.scene, station.problem)) | PANELS_WITHOUT_DATA | turning
+    return cam_data(Picture(station.scene, station.problem)) | {"panels": []} | turning
 
 
 def _lift_data(station: ResolvedStation) -> dict[str, Any]:

@@ -160,14 +160,10 @@ def page_items(what: Any) -> Iterable[PageItem]:
     return [thinned_result_rows("table", what)]
 
 
-@page_items.register
-def _machine_items(what: Machine) -> Iterable[MachineEvaluation]:
-    return [evaluate_machine(what)]
-
-
-@page_items.register
-def _machine_evaluation_items(what: MachineEvaluation) -> Iterable[MachineEvaluation]:
-    return [what]
+@page_items.register(Machine)
+@page_items.register(MachineEvaluation)
+def _machine_items(what: Machine | MachineEvaluation) -> Iterable[MachineEvaluation]:
+    return [evaluate_machine(what) if isinstance(what, Machine) else what]
 
 
 @page_items.register

@@ -11,8 +11,8 @@ from support.pictures import faults_of
 import camopt
 from camopt.scene.machine import Machine
 from camopt.scene.problem.problem import resolve_design
-from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES
-from camopt.show.machines.animated_machine import animated_machine, cam_angles, reading_words
+from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES, reading_texts
+from camopt.show.machines.animated_machine import animated_machine, cam_angles
 from camopt.show.machines.timing_spans import TimingData
 from camopt.show.machines.tools import machine_tools, rounded_outline
 from camopt.solve.machine.stations import resolve_stations
@@ -126,5 +126,5 @@ def test_outlines_are_rounded():
 
 
 def test_readings_have_a_real_minus_and_four_digits():
-    assert reading_words(np.array([-0.5, 12.345]), "mm")[0] == "−0.50 mm"
-    assert reading_words(np.zeros(2), "mm") == ["0 mm", "0 mm"]
+    assert reading_texts(np.array([-0.5, 12.345])) == ["−0.50", "12.35"]
+    assert reading_texts(np.zeros(2)) == ["0", "0"]
