@@ -54,6 +54,8 @@ from .solve.machine.evaluation import MachineEvaluation as MachineEvaluation
 from .solve.machine.evaluation import evaluate_machine as evaluate_machine
 from .solve.machine.fastest import MachineFastest as MachineFastest
 from .solve.machine.fastest import fastest_machine as fastest_machine
+from .solve.machine.phases import PhaseOptimum as PhaseOptimum
+from .solve.machine.phases import optimise_phases as optimise_phases
 from .solve.machine.shaft import MotorUse as MotorUse
 from .solve.machine.shaft import Shaft as Shaft
 from .solve.measured.fit import fit as fit

@@ -16,6 +16,7 @@ from .show.exporting.cam_points import write_points as write_points
 from .show.reporting.listings import list_keys as list_keys
 from .show.reporting.listings import list_laws as list_laws
 from .show.reporting.listings import list_scenes as list_scenes
+from .show.reporting.machine_folder import write_machine_folder as write_machine_folder
 from .show.studies.accuracy import ACCURACY as ACCURACY
 from .show.studies.accuracy import measure as measure
 from .show.studies.accuracy import write_accuracy as write_accuracy

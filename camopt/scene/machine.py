@@ -369,6 +369,14 @@ class Machine(Drawable, SceneTable):
         """Nested plain mappings without default values."""
         return {"name": self.name, **self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)}
 
+    def with_phases(self, phases: Mapping[str, float]) -> "Machine":
+        """The machine with other phases of some stations, by name [deg]."""
+        stations = [
+            station.model_copy(update={"phase": phases.get(station.name, station.phase)})
+            for station in self.station
+        ]
+        return self.model_copy(update={"station": tuple(stations)})
+
     def to_toml(self) -> str:
         """The machine as TOML text."""
         return tomli_w.dumps(self.to_dict())

@@ -1,7 +1,7 @@
-"""What a machine does: the verdict of each station, the torque of the shaft, the flywheel and the motors."""
+"""What a machine does: the verdicts on stations and clearances, the torque of the shaft, flywheel and motors."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import Any, ClassVar
 
@@ -10,6 +10,7 @@ import numpy as np
 from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.core.quantities.display import Drawable
 from camopt.scene.machine import Machine, MachineSource, machine_from
+from camopt.solve.machine.clearances import ClearanceResult, clearances_of_machine
 from camopt.solve.machine.shaft import MotorUse, Shaft, motor_uses, shaft_of_machine, smallest_motor
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 from camopt.solve.tables.cells import number_text, with_unit
@@ -30,6 +31,8 @@ class MachineEvaluation(Result, Drawable):
         The stations with their curves over a turn of the shaft.
     stations : dict of Evaluation
         The quantities of each station by name, at the speed of its cam.
+    clearances : tuple of ClearanceResult
+        The least of each clearance, with the slacks of its phases.
     shaft : Shaft or None
         The torque of the shaft; None if no station has a torque.
     motors : tuple of MotorUse
@@ -47,6 +50,7 @@ class MachineEvaluation(Result, Drawable):
     machine: Machine
     resolved: tuple[ResolvedStation, ...]
     stations: dict[str, Evaluation]
+    clearances: tuple[ClearanceResult, ...]
     shaft: Shaft | None
     motors: tuple[MotorUse, ...] = ()
 
@@ -56,7 +60,8 @@ class MachineEvaluation(Result, Drawable):
     @property
     def verdict(self) -> str:
         """Whether all limits of all stations and all clearances are "held", "broken" or "undecided"."""
-        return worst_verdict(station_verdict(each) for each in self.stations.values())
+        stations = map(station_verdict, self.stations.values())
+        return worst_verdict([*stations, *(clearance.verdict for clearance in self.clearances)])
 
     @property
     def exit_code(self) -> int:
@@ -76,7 +81,9 @@ class MachineEvaluation(Result, Drawable):
         """The verdict, and tables of the stations, the shaft and the motors."""
         yield self.verdict_sentence
         yield self.table()
-        yield from filter(None, (self.shaft_table(), self.motor_table()))
+        yield from filter(
+            None, (self.clearance_table(), self.slack_table(), self.shaft_table(), self.motor_table())
+        )
 
     @property
     def verdict_sentence(self) -> str:
@@ -86,11 +93,16 @@ class MachineEvaluation(Result, Drawable):
             for name, each in self.stations.items()
             if each["violated"]
         ]
+        broken += [
+            f"the clearance {each.title} is {with_unit(each.upper, self._unit(each))} at {number_text(each.angle)}°"
+            for each in self.clearances
+            if each.verdict == BROKEN
+        ]
         if broken:
             return f"Not feasible: {'; '.join(broken)}."
         return {
-            HELD: "Feasible: every limit of every station is met.",
-            UNDECIDED: "Undecided: whether a limit is met is not proved.",
+            HELD: f"Feasible: every limit of every station{' and every clearance' * bool(self.clearances)} is met.",
+            UNDECIDED: "Undecided: whether every limit and clearance is met is not proved.",
         }[self.verdict]
 
     def document(self) -> dict[str, Any]:
@@ -99,6 +111,8 @@ class MachineEvaluation(Result, Drawable):
         return {
             **about,
             "stations": self.records(),
+            "clearances": [vars(each) for each in self.clearances],
+            "slacks": self.slack_records(),
             "shaft": self.shaft_record(),
             "motors": [
                 {"smallest": use == smallest_motor(self.machine, self.motors), **use._asdict()}
@@ -141,8 +155,68 @@ class MachineEvaluation(Result, Drawable):
         units = {"phase_deg": "deg", "cam_rpm": "rev/min"}
         units |= {name: "N·m" for name in names if name.endswith("_N_m")}
         note = "The torques are those on the machine's shaft." if "torque_peak_N_m" in names else ""
-        table = table_of(f"{self.machine.name}: stations", rows, names, units=units)
-        return Table(table.title, table.heads, table.rows, note)
+        return replace(table_of(f"{self.machine.name}: stations", rows, names, units=units), note=note)
+
+    def _unit(self, clearance: ClearanceResult) -> str:
+        """Unit of a clearance: that of the lifts in it, or mm between outlines; empty if lifts differ in unit."""
+        (given,) = (
+            each for each, found in zip(self.machine.clear, self.clearances, strict=True) if found is clearance
+        )
+        units = {each.unit for each in self.resolved if each.name in clearance.between}
+        return "mm" if given.along is None else units.pop() if len(units) == 1 else ""
+
+    def clearance_table(self) -> Table | None:
+        """A table of the clearances with their verdicts; None without any."""
+        rows = [
+            {
+                "clearance": each.title,
+                "least": with_unit(each.upper, self._unit(each)),
+                "proved": with_unit(each.lower, self._unit(each)),
+                "at_deg": each.angle,
+                "required": with_unit(each.at_least, self._unit(each)),
+                "verdict": each.verdict,
+            }
+            for each in self.clearances
+        ]
+        return (
+            table_of(f"{self.machine.name}: clearances", rows, rows[0], units={"at_deg": "deg"}) if rows else None
+        )
+
+    def slack_records(self) -> list[dict[str, Any]]:
+        """By how much each phase may move earlier and later with all clearances held, and what ends it."""
+        records = []
+        for station in self.machine.station:
+            slacks = [
+                (slack, each.title)
+                for each in self.clearances
+                for slack in each.slacks
+                if slack.station == station.name
+            ]
+            if slacks:
+                earlier, before = min((slack.earlier[0], title) for slack, title in slacks)
+                later, after = min((slack.later[0], title) for slack, title in slacks)
+                ends = {"earlier_by_deg": earlier, "before_it": before, "later_by_deg": later, "after_it": after}
+                records.append({"station": station.name, **ends})
+        return records
+
+    def slack_table(self) -> Table | None:
+        """A table of the slack of each phase, with the clearances that end it; None without clearances."""
+        rows = [
+            {
+                "station": record["station"],
+                "earlier by": number_text(record["earlier_by_deg"]) + "°",
+                "until": record["before_it"],
+                "later by": number_text(record["later_by_deg"]) + "°",
+                "until ": record["after_it"],
+            }
+            if min(record["earlier_by_deg"], record["later_by_deg"]) < HALF_TURN_DEG
+            else {"station": record["station"], "earlier by": "any", "until": "", "later by": "any", "until ": ""}
+            for record in self.slack_records()
+        ]
+        note = "Each phase may move so far while the others stay, and every clearance is held; this is proved."
+        return (
+            replace(table_of(f"{self.machine.name}: slack of phases", rows, rows[0]), note=note) if rows else None
+        )
 
     def shaft_record(self) -> dict[str, Any]:
         """The numbers of the shaft by name; empty without a torque."""
@@ -204,10 +278,11 @@ class MachineEvaluation(Result, Drawable):
         chosen = (
             "no motor of the catalogue fits" if smallest is None else f"the smallest that fits is {smallest.name}"
         )
-        table = table_of(f"{self.machine.name}: motors; {chosen}", rows, rows[0])
-        return Table(
-            table.title, table.heads, table.rows, "Shares are of what the motor allows; above 1 is too much."
-        )
+        note = "Shares are of what the motor allows; above 1 is too much."
+        return replace(table_of(f"{self.machine.name}: motors; {chosen}", rows, rows[0]), note=note)
+
+
+HALF_TURN_DEG = 180.0
 
 
 def station_verdict(evaluation: Evaluation) -> str:
@@ -218,7 +293,10 @@ def station_verdict(evaluation: Evaluation) -> str:
 
 
 def evaluate_machine(machine: MachineSource) -> MachineEvaluation:
-    """Evaluate a machine: the limits of its stations, the torque of its shaft, the flywheel and the motors.
+    """Evaluate a machine: limits, clearances, and the torque of its shaft with flywheel and motors.
+
+    Clearances are enclosed by branch and bound over the shaft's angle. The slack of a phase is the range in which
+    it may move, while the others stay, with the clearance held at every phase of the range.
 
     Parameters
     ----------
@@ -228,7 +306,7 @@ def evaluate_machine(machine: MachineSource) -> MachineEvaluation:
     Returns
     -------
     MachineEvaluation
-        Its ``verdict`` is about all limits of all stations.
+        Its ``verdict`` is about all limits of all stations and all clearances.
 
     Raises
     ------
@@ -248,6 +326,6 @@ def evaluate_machine(machine: MachineSource) -> MachineEvaluation:
     stations = resolve_stations(machine)
     shaft = shaft_of_machine(machine, stations)
     evaluations = {each.name: evaluate_design(each.scene, each.problem) for each in stations}
-    return MachineEvaluation(
-        machine, stations, evaluations, shaft, () if shaft is None else motor_uses(machine, shaft)
-    )
+    clearances = clearances_of_machine(machine, stations)
+    motors = () if shaft is None else motor_uses(machine, shaft)
+    return MachineEvaluation(machine, stations, evaluations, clearances, shaft, motors)

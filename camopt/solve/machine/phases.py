@@ -5,24 +5,27 @@ box. So the sum has one, and the peak is nowhere in the box below its least magn
 some angles is that of the box. A box in which a clearance is broken at some angle, whatever the phases, is dropped.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, radians
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 from numpy.polynomial import polynomial
 
+from camopt.core.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve, sum_curves
-from camopt.scene.machine import Machine
+from camopt.scene.machine import Machine, MachineSource, machine_from
 from camopt.solve.machine.clearances import ClearanceForm, clearance_form, required_clearance
 from camopt.solve.machine.outlines import TINY
-from camopt.solve.machine.stations import ResolvedStation
+from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 from camopt.solve.smallest.nelder_mead import INFEASIBLE_COST, descend_simplex
+from camopt.solve.tables.cells import with_unit
+from camopt.solve.tables.result import Result, Table, table_of
 
 GRID = np.arange(360) * (TURN / 360)
 """Angles at which a torque is looked at for its peaks [rad]."""
@@ -39,20 +42,73 @@ DESCENT_END, DESCENT_MOVES = (1e-7, 1e-9), 60  # shares of the ranges and N·m; 
 
 
 @dataclass(frozen=True)
-class PhaseOptimum:
-    """Phases with the least peak torque that was found, and what it cannot be below."""
+class PhaseOptimum(Result):
+    """Phases with the least peak torque that was found, and what it cannot be below.
 
-    phases: Mapping[str, float] | None
-    """Phases of the stations of the search [deg]; None if no phases that hold the clearances were found."""
-    peak_before: float
-    """Largest magnitude of the torque with the phases of the machine [N·m]."""
-    peak: float
-    """Largest magnitude of the torque with the found phases [N·m]; infinite without any."""
-    bound: float
-    """A proved lower bound of the peak for all phases in their ranges that hold the clearances [N·m].
+    Attributes
+    ----------
+    machine : Machine
+        The machine of the search.
+    phases : Mapping or None
+        Phases of the stations of the search by name [deg]; None if no phases that hold the clearances were found.
+    peak_before : float
+        Largest magnitude of the torque with the phases of the machine [N·m].
+    peak : float
+        Largest magnitude of the torque with the found phases [N·m]; infinite without any.
+    bound : float
+        A proved lower bound of the peak for all phases in their ranges that hold the clearances [N·m]. It is
+        infinite if no such phases exist.
 
-    It is infinite if no such phases exist.
+    Examples
+    --------
+    >>> found = camopt.optimise_phases("packer")
+    >>> round(found.peak_before, 2), round(found.peak, 2), found.relative_gap < 1e-4
+    (11.76, 9.67, True)
     """
+
+    machine: Machine
+    phases: Mapping[str, float] | None
+    peak_before: float
+    peak: float
+    bound: float
+
+    @property
+    def best(self) -> Machine | None:
+        """The machine with the found phases; None without any."""
+        return None if self.phases is None else self.machine.with_phases(self.phases)
+
+    @property
+    def exit_code(self) -> int:
+        """0, or 1 if no phases hold the clearances."""
+        return NOTHING_FEASIBLE if self.phases is None else 0
+
+    def sections(self) -> Iterator[Table | str]:
+        """The answer in a sentence, and a table of the phases."""
+        if self.phases is None:
+            end = "." if self.bound == inf else ", as far as the search went."
+            yield f"No phases in their ranges hold every clearance{end}"
+            return
+        before, after, bound = (with_unit(x, "N·m") for x in (self.peak_before, self.peak, self.bound))
+        yield (
+            f"The peak torque falls from {before} to {after}. No phases in their ranges that hold the clearances "
+            f"have less than {bound}."
+        )
+        yield self.table()
+
+    def table(self) -> Table:
+        """A row for each phase of the search: before and after."""
+        given = {station.name: station.phase for station in self.machine.station}
+        rows = [
+            {"station": name, "before_deg": given[name], "after_deg": after}
+            for name, after in (self.phases or {}).items()
+        ]
+        names = ("station", "before_deg", "after_deg")
+        return table_of(f"{self.machine.name}: phases", rows, names, units=dict.fromkeys(names[1:], "deg"))
+
+    def document(self) -> dict[str, Any]:
+        """The phases, the peaks and the bound."""
+        values = {name: value for name, value in vars(self).items() if name != "machine"}
+        return {"machine": self.machine.name, **values, "relative_gap": self.relative_gap}
 
     @property
     def relative_gap(self) -> float:
@@ -333,7 +389,7 @@ class PhaseBranchAndBound:
 
 
 def least_torque_phases(machine: Machine, stations: Sequence[ResolvedStation]) -> PhaseOptimum | None:
-    """The phases of ``search.phase`` with the least peak torque on the shaft.
+    """The phases of ``search.phase`` with the least peak torque of the shaft.
 
     They hold every clearance that depends on them. None if the machine has no such search, or no torque.
     """
@@ -370,4 +426,36 @@ def least_torque_phases(machine: Machine, stations: Sequence[ResolvedStation]) -
     search.descend_from_spread_phases()
     bound = search.search()
     phases = None if search.best is None else dict(zip(names, np.degrees(search.best).tolist(), strict=True))
-    return PhaseOptimum(phases, torque.peak(before), search.peak, bound)
+    return PhaseOptimum(machine, phases, torque.peak(before), search.peak, bound)
+
+
+def optimise_phases(machine: MachineSource) -> PhaseOptimum:
+    """Find the phases within ``search.phase`` with the least peak torque of the shaft, with all clearances held.
+
+    Parameters
+    ----------
+    machine : Machine, str or os.PathLike
+        A machine with a speed, at least one station with a torque, and ``search.phase``.
+
+    Returns
+    -------
+    PhaseOptimum
+        The phases, the peaks before and after, and a proved lower bound of the least peak.
+
+    Raises
+    ------
+    BadInput
+        If the machine has no ``search.phase``, no speed or no torque.
+
+    Examples
+    --------
+    >>> found = camopt.optimise_phases("packer")
+    >>> camopt.evaluate_machine(found.best).verdict
+    'held'
+    """
+    machine = machine_from(machine)
+    found = least_torque_phases(machine, resolve_stations(machine))
+    if found is None:
+        why = "ranges of phases by station, with a torque: a speed, and masses or springs in the scenes"
+        raise BadInput([Mistake(machine.file, "search.phase", None, f"missing; needs {why}", bare=True)])
+    return found

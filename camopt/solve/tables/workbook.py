@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from typing import Any
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
@@ -16,6 +17,19 @@ NUMBERS_SHOWN = {"mm": "0.0000", "in": "0.00000", "deg": "0.0000"}
 """Number formats by unit; the numbers keep all their digits."""
 FIXED_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
 """Time of creation in every workbook, so that the same cam gives the same file."""
+
+
+def write_rows(path: str | os.PathLike[str], name: str, rows: Sequence[Sequence[Any]]) -> None:
+    """Write rows of texts and numbers, the first of them headings, to a workbook with one sheet."""
+    from xlsxwriter import Workbook
+
+    with whole_file(path) as partial, Workbook(partial) as book:
+        book.set_properties({"created": FIXED_TIME})
+        sheet = book.add_worksheet(name)
+        for number, row in enumerate(rows):
+            sheet.write_row(number, 0, row, None if number else book.add_format({"bold": True}))
+        sheet.freeze_panes(1, 1)
+        sheet.autofit()
 
 
 def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColumns], scene: Scene) -> None:

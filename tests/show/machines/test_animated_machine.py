@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image
-from support.machines import random_machine
+from support.drawn_machines import random_machine
 from support.pictures import faults_of
 
 import camopt

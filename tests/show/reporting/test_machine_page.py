@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from support.browser import box_of, drag, open_page, running_browser, watched_page
-from support.machines import random_machine
+from support.drawn_machines import random_machine
 
 import camopt
 from camopt.scene.problem.problem import resolve_design
