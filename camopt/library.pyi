@@ -3,9 +3,11 @@
 from .core.storage.files import checked_path as checked_path
 from .core.storage.files import write_text as write_text
 from .core.storage.publishing import publication as publication
+from .scene.machine import is_machine as is_machine
 from .scene.problem.scene_notes import notes_on_scene as notes_on_scene
 from .scene.scene import SCENE_WORDS as SCENE_WORDS
 from .scene.scene_file import write_scene as write_scene
+from .scene.scene_templates import starting_machine as starting_machine
 from .scene.scene_templates import starting_scene as starting_scene
 from .scene.schema import scene_schema as scene_schema
 from .scene.search import nest_dotted_keys as nest_dotted_keys

@@ -320,6 +320,21 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(with_engine)
 
 
+def scene_or_machine_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """As ``scene_options``, for a command that also takes a machine, as it is."""
+    with_scene = scene_options(command)
+
+    @wraps(with_scene)
+    def with_scene_or_machine(scene: str, row: int | None, **options: Any) -> Any:
+        if not library.is_machine(scene):
+            return with_scene(scene=scene, row=row, **options)
+        given = [(option, value) for option, value in pop_overrides_as_changes(options).values()]
+        refuse_with("a machine", {"row": row, **dict(given)})
+        return command(scene=camopt.find_machine(scene), **options)
+
+    return with_scene_or_machine
+
+
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add --row and the options that override the scene; the command gets the changed scene.
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from camopt.cli.options import Changes, changed_values_by_key, name_options_in_mistakes, scene_with_changes
 from camopt.core.mistakes import BadInput, Mistake
+from camopt.scene.machine import is_machine
 from camopt.scene.scene import RESULT_WORDS, scene_named
 from camopt.solve.tables.designs import scene_of
 
@@ -38,15 +39,16 @@ def read_scene(
 
 
 def read_scene_or_result_path(target: str, row: int | None, changes: Changes) -> Any:
-    """The content of a page: a scene with changes, or the path of a folder or table."""
+    """The content of a page: a scene with changes, or the path of a folder, table or machine."""
     if row is not None and Path(target).is_dir():
         why = f"needs a table; {target} is a folder: name a table in it"
         raise BadInput([Mistake("camopt", "--row", row, why, bare=True)])
     if row is None and Path(target).exists() and Path(target).suffix not in ("", ".toml", ".parquet"):
         return target  # its reader names the allowed suffixes
-    if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
+    machine = row is None and is_machine(target)
+    if row is not None or not (machine or Path(target).is_dir() or target.endswith(".parquet")):
         return read_scene(target, row, changes, "what", RESULT_WORDS)
     for option, value in changes.values():
-        why = f"needs a scene; {target} is a result, which cannot be changed"
+        why = f"needs a scene; {target} is a {'machine' if machine else 'result'}, which cannot be changed here"
         raise BadInput([Mistake("camopt", option, value, why, bare=True)])
     return target

@@ -14,6 +14,7 @@ from camopt.model.mechanisms import MECHANISMS, Mechanism
 from camopt.model.mechanisms.elements import FLAT, Tip
 from camopt.model.motion import LAWS
 from camopt.scene.checks import GUIDE_KEYS
+from camopt.scene.machine import MACHINE_TABLES
 from camopt.scene.scene import SCENE_TABLES, Scene, find_scene
 from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.table_places import TABLE_LISTS, is_key_of_angular_motion, key_record, table_heading
@@ -127,6 +128,54 @@ def starting_scene(name: str | None = None, form: str | None = None, follower: s
     scene = find_scene(shipped := PURPOSES.get(name, name))
     about = [line for line in shipped_toml(shipped).splitlines() if line.startswith("# ")]
     return _template_text(scene, scene.to_dict(), about)
+
+
+def starting_machine() -> str:
+    """The text of a machine to start from: three shipped scenes, a clearance, and further tables switched off."""
+    lines = [HELP_LINES[0], "# camopt keys machine lists all keys; camopt machine FILE --plot timing.svg draws it."]
+    for place, own, more in STARTING_MACHINE:
+        heading = table_heading(place)
+        lines += ["", f"{'' if own else '#'}{heading}"] if place else [""]
+        for key in MACHINE_TABLES[place].model_fields:
+            if key in own or key in more:
+                code = f"{'' if key in own else '#'}{key} = {_inline_toml_value((own | more)[key])}"
+                record = key_record(MACHINE_TABLES[place], key)
+                unit = "" if record.unit in ("", NO_UNIT) else f"{record.unit}: "
+                lines.append(f"{code:<34}  # {unit}{record.sentence}")
+    return "\n".join(_drop_repeated_comments(lines)) + "\n"
+
+
+SQUARE = [[-10, 0], [10, 0], [10, 20], [-10, 20]]
+STARTING_MACHINE: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+    ("", {"name": "My machine", "rpm": 60}, {}),
+    (
+        "station",
+        {"name": "pusher", "scene": "pusher-by-lever"},
+        {"phase": 0, "outline": SQUARE, "direction": 90},
+    ),
+    ("station", {"name": "clamp", "scene": "clamp-by-wedge", "phase": 340}, {"ratio": 1}),
+    (
+        "station",
+        {"name": "swing", "scene": "oscillating-roller", "phase": 200},
+        {"outline": SQUARE, "pivot": [0, -80]},
+    ),
+    (
+        "clear",
+        {
+            "name": "clamp is closed while the pusher is out",
+            "between": ["clamp"],
+            "along": [1],
+            "at_least": 4,
+            "angles": [97, 153],
+        },
+        {},
+    ),
+    ("body", {}, {"name": "rail", "outline": [[60, 0], [60, 40]], "outline_radius": 5}),
+    ("flywheel", {}, {"fluctuation": 0.02}),
+    ("motor", {}, {"catalogue": "motors.csv", "gear": 10, "inertia_ratio": 5}),
+    ("search", {}, {"phase": {"clamp": [320, 360]}}),
+)
+"""Tables of a machine to start from: their place, their keys, and keys that are switched off."""
 
 
 def _mechanism_and_tip(form: str | None, follower: str | None) -> tuple[Mechanism, Tip]:

@@ -1,5 +1,6 @@
 """Scenes to start from: they run, with what they have switched off too, and say what the code says."""
 
+import shutil
 import tomllib
 from pathlib import Path
 
@@ -7,8 +8,9 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
+from camopt.scene.machine import MACHINES
 from camopt.scene.scene import SCENE_TABLES
-from camopt.scene.scene_templates import PAIRINGS, PURPOSES, starting_scene
+from camopt.scene.scene_templates import PAIRINGS, PURPOSES, starting_machine, starting_scene
 from camopt.scene.table_places import key_record
 
 NAMES = [*PURPOSES, *camopt.shipped_scenes()]
@@ -87,3 +89,16 @@ def test_a_shipped_scene_that_is_printed_has_nothing_of_this_machine_either(caps
 def test_what_there_is_not_is_told(asked, why):
     with pytest.raises(camopt.BadInput, match=why):
         starting_scene(*asked)
+
+
+def test_a_machine_to_start_from_runs_with_all_switched_on(tmp_path):
+    plain, whole = tmp_path / "plain.toml", tmp_path / "whole.toml"
+    text = starting_machine()
+    plain.write_text(text, encoding="utf-8")
+    whole.write_text(enable_all_lines(text.splitlines()), encoding="utf-8")
+    shutil.copy(MACHINES / "pick-and-place" / "motors.csv", tmp_path)
+    assert camopt.evaluate_machine(plain).verdict == "held"
+    found = camopt.evaluate_machine(whole)
+    assert found.verdict == "held"
+    assert any(use.fits for use in found.motors)
+    assert camopt.optimise_phases(whole).peak < found.shaft.peak

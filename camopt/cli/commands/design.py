@@ -23,6 +23,7 @@ from camopt.cli.options import (
     refuse_without,
     row_option,
     scene_options,
+    scene_or_machine_options,
 )
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.show.exporting.file_types import FILE_TYPES
@@ -92,7 +93,7 @@ def evaluate(
 @click.argument(
     "picture", metavar="FILE", type=OutputPath(*dict.fromkeys((*PICTURE_SUFFIXES, *ANIMATION_SUFFIXES)))
 )
-@scene_options
+@scene_or_machine_options
 @output_options
 @click.option(
     "--construction",
@@ -106,7 +107,7 @@ def evaluate(
     "--steps", is_flag=True, help="With --construction: give each step its own page (PDF) or frame (GIF)."
 )
 def plot(scene: Any, picture: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
-    """Draw the cam with its diagrams.
+    """Draw the cam with its diagrams, or the timing diagram of a machine.
 
     FILE is a PNG, SVG or PDF. A GIF or MP4 shows the cam turning. --construction draws the construction of the cam
     with ruler and compasses, as lectures teach it. If a linkage cannot be assembled, FILE shows it as far as it

@@ -30,6 +30,7 @@ from camopt.core.mistakes import BadInput, Mistake, suggest_names
     show_default=True,
     help="With --exercise: number of the problem; another number gives another problem.",
 )
+@click.option("--machine", is_flag=True, help="Write a machine of several cams to start from.")
 @output_options
 def new(
     name: str | None,
@@ -38,6 +39,7 @@ def new(
     follower: str | None,
     exercise: str | None,
     seed: int,
+    machine: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -51,12 +53,21 @@ def new(
     its solution.
     """
     if exercise:
-        refuse_with("--exercise", {"form": form, "follower": follower})
+        refuse_with("--exercise", {"form": form, "follower": follower, "machine": machine or None})
+    if machine:
+        refuse_with("--machine", {"form": form, "follower": follower})
     if name and name.endswith(".toml") and file is None:
         file, name = library.checked_path(name, "FILE"), None
-    if exercise and name:
-        raise BadInput([Mistake("camopt", "NAME", name, "cannot be used with --exercise", bare=True)])
-    text = library.exercise_toml(exercise, seed) if exercise else library.starting_scene(name, form, follower)
+    if (exercise or machine) and name:
+        option = "--exercise" if exercise else "--machine"
+        raise BadInput([Mistake("camopt", "NAME", name, f"cannot be used with {option}", bare=True)])
+    text = (
+        library.exercise_toml(exercise, seed)
+        if exercise
+        else library.starting_machine()
+        if machine
+        else library.starting_scene(name, form, follower)
+    )
     if file and file.exists():
         raise BadInput([Mistake("camopt", "FILE", str(file), "a new file: this one exists")])
     if file:

@@ -112,7 +112,11 @@ class ResolvedStation:
             self.problem.programme,
             force_weights_and_constant(self.problem.setup.dynamics, 1.0),
         )
-        series = torque_polynomials_by_panel(programme, (0.0, 0.0, mass, 0.0, 1.0))[:, 0]
+        inertial, loads = (
+            torque_polynomials_by_panel(programme, factors)[:, 0]
+            for factors in ((0.0, 0.0, mass, 0.0, 1.0), (0.0,) * 5)
+        )
+        series = inertial - loads
         half = TurnCurve(panel_ends(programme.table.half_width), 2e-3 * self.station.ratio**2 * series)
         own = half.integral_from_start()
         own = own.plus_number(-own.least().value)

@@ -47,3 +47,17 @@ def test_lift_of_a_station_is_that_of_its_tool(name):
     own = programme.motion_at(np.mod(ratio * (angles - np.radians(phase)), TURN), 0)[0] / programme.unit
     assert np.abs(station.lift.value(angles) - own).max() < 1e-9
     assert station.unit == ("deg" if scene.tool_turns else "mm")
+
+
+@pytest.mark.parametrize("name", ["clamp-by-wedge", "pusher-by-lever", "press-feed-by-pair", "three-arc-valve"])
+def test_the_inertia_of_the_masses_is_what_the_speed_adds_to_the_torque(name):
+    """T(2ω) − T(ω) = 3·ω²·(dI/dθ)/2 for scenes without damping."""
+    ratio, scene = 2, camopt.find_scene(name)
+    rows = [{"name": "a", "scene": name, "ratio": ratio, "phase": 33.0}]
+    slow, fast = (resolve_stations(Machine(rpm=rpm, station=rows))[0] for rpm in (60.0, 120.0))
+    assert not scene.follower.dynamics.damping
+    angles = np.random.default_rng(1).uniform(0.0, TURN, 500)
+    change = fast.torque.value(angles) - slow.torque.value(angles)
+    expected = 3.0 * TURN**2 * slow.inertia.derivative.value(angles) / 2.0
+    assert np.abs(change - expected).max() <= 1e-8 * np.abs(change).max()
+    assert abs(slow.inertia.least().value) <= 1e-12 * slow.inertia.largest().value
