@@ -24,28 +24,22 @@ class ChordTree(NamedTuple):
 
     start: ComplexArray
     end: ComplexArray
-    cover: FloatArray
-    """Largest distance from the chord to a point of the outline that the chord covers [mm]; 0 for an edge."""
-    speed: FloatArray
-    """Largest way of a point that the chord covers, for a lift of one unit [mm]."""
-    children: IndexArray
-    """The two chords of the halves (chords, 2); those of an edge are the edge itself."""
+    cover: (
+        FloatArray  # largest distance from the chord to a point of the outline that it covers [mm]; 0 for an edge
+    )
+    speed: FloatArray  # largest way of a point that the chord covers, for a lift of one unit [mm]
+    children: IndexArray  # the two chords of the halves (chords, 2); those of an edge are the edge itself
 
 
 @dataclass(frozen=True, eq=False)
 class MovingOutline:
     """The outline of a tool that slides or turns, or of a body that stays."""
 
-    points: ComplexArray
-    """Points of the outline at the lift 0 [mm]."""
-    radius: float
-    """Radius that rounds the outline [mm]."""
-    direction: complex = 0.0
-    """Way of a sliding tool for a lift of 1 mm."""
-    pivot: complex = 0.0
-    """Point about which a turning tool turns [mm]."""
-    turn: float = 0.0
-    """Angle by which a turning tool turns counterclockwise for a lift of 1 deg [rad]; 0 if it does not turn."""
+    points: ComplexArray  # points of the outline at the lift 0 [mm]
+    radius: float  # radius that rounds the outline [mm]
+    direction: complex = 0.0  # way of a sliding tool for a lift of 1 mm
+    pivot: complex = 0.0  # point about which a turning tool turns [mm]
+    turn: float = 0.0  # angle by which a turning tool turns counterclockwise for a lift of 1 deg [rad]
 
     @classmethod
     def from_table(cls, table: Station | Body) -> Self:
@@ -120,15 +114,10 @@ def offsets_between_segments(a: ComplexArray, b: ComplexArray, c: ComplexArray, 
         -offsets_from_segments(d, a, b),
     ):
         offset = np.where(np.abs(other) < np.abs(offset), other, offset)
-    first, second = b - a, d - c
-    crosses = _side(first, c - a) * _side(first, d - a) < 0.0
-    crosses &= _side(second, a - c) * _side(second, b - c) < 0.0
+    first, second = (b - a).conj(), (d - c).conj()
+    crosses = (first * (c - a)).imag * (first * (d - a)).imag < 0.0
+    crosses &= (second * (a - c)).imag * (second * (b - c)).imag < 0.0
     return np.where(crosses, 0.0, offset)
-
-
-def _side(line: ComplexArray, point: ComplexArray) -> FloatArray:
-    """Which side of a line through 0 a point is on: above 0 to its left."""
-    return np.asarray((line.conj() * point).imag)
 
 
 def outline_distances(

@@ -13,32 +13,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.polynomial import polynomial
 
 from camopt.core.mistakes import NOTHING_FEASIBLE, BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve, sum_curves
 from camopt.scene.machine import Machine, MachineSource, machine_from
-from camopt.solve.machine.clearances import ClearanceForm, clearance_form, required_clearance
+from camopt.solve.machine.clearances import ClearanceForm, clearance_form, jumps_at_ends
 from camopt.solve.machine.outlines import TINY
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
-from camopt.solve.smallest.nelder_mead import INFEASIBLE_COST, descend_simplex
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
-GRID = np.arange(360) * (TURN / 360)
+GRID: FloatArray = np.arange(360.0) * (TURN / 360.0)
 """Angles at which a torque is looked at for its peaks [rad]."""
 MOST_PEAKS = 10  # angles at which the torque of a box is bounded
 LEAST_JUMP, BESIDE_JUMP = 1e-6, 1e-9  # a jump relative to the largest torque, and angles beside it [rad]
 CLEARANCE_ANGLES = 49  # angles at which a clearance is looked at
-STARTS, DESCENTS = 256, 2  # phases that are spread evenly, and the best of them, which are improved
+STEPS = 25  # steps from phases that are better than all before
 BATCH, TRIED = 64, 16  # boxes that are bounded at once, and those in which phases are tried
-LEAST_GAIN = 1e-9  # relative gain of the peak for which its exact value is computed
+LEAST_GAIN = 1e-5  # relative gain of the peak for which its exact value is computed
 MEAN_ROUNDING = 1e-13  # rounding of a mean of torques, relative to the largest
 PEAK_GAP = 1e-4  # relative gap at which the least peak is enclosed closely enough
-PHASE_WORK, CLEARANCE_WORK = 10_000_000, 100_000
-DESCENT_END, DESCENT_MOVES = (1e-7, 1e-9), 60  # shares of the ranges and N·m; evaluations for each phase
+PHASE_WORK, BOX_WORK, EXACT_WORK = 3_000_000, 150, 4_000  # of a search, of a phase of a box, of an exact peak
+CLEARANCE_WORK = 100_000  # of a least clearance for some phases
 
 
 @dataclass(frozen=True)
@@ -117,73 +115,52 @@ class PhaseOptimum(Result):
 
 
 class PeakBounds(NamedTuple):
-    """Bounds of the peak torque over boxes of phases (N)."""
+    """Bounds of the peak torque over boxes of phases."""
 
-    lower: FloatArray
-    """What the peak is nowhere below in the box (N,) [N·m]."""
-    rooms: FloatArray
-    """What each phase may add to the torque where it is largest for the middle of the box (N, phases) [N·m]."""
-    promising: FloatArray
-    """Phases in the box where the peak is about least (N, phases) [rad]."""
+    lower: FloatArray  # what the peak is nowhere below in the box (N,) [N·m]
+    rooms: FloatArray  # what each phase may change where the torque is largest in the middle (N, phases) [N·m]
+    promising: FloatArray  # phases in the box where the peak is about least (N, phases) [rad]
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueSum:
     """The torque on the shaft as a function of its angle and of some phases [rad]."""
 
-    still: TurnCurve
-    """The sum for the stations whose phases stay."""
-    moving: tuple[TurnCurve, ...]
-    """The torques of the others at the phase 0."""
-
-    @cached_property
-    def still_on_grid(self) -> FloatArray:
-        """The torque of the stations that stay, at the angles of the grid."""
-        return self.still.value(GRID)
+    still: TurnCurve  # the sum for the stations whose phases stay
+    moving: tuple[TurnCurve, ...]  # the torques of the others at the phase 0
 
     def values(self, angles: FloatArray, phases: FloatArray) -> FloatArray:
         """Torques at angles (N, angles) for several phases (N, phases)."""
         moving = zip(self.moving, phases.T, strict=True)
         return self.still.value(angles) + sum(curve.value(angles - phase[:, None]) for curve, phase in moving)
 
-    def on_grid(self, phases: FloatArray) -> FloatArray:
-        """Torques at the angles of the grid for several phases (N, phases)."""
-        moving = zip(self.moving, phases.T, strict=True)
-        return self.still_on_grid + sum(curve.value(GRID - phase[:, None]) for curve, phase in moving)
+    def peaks(self, phases: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Angles near the largest magnitudes of the torque for phases (N, phases), and these, the largest first.
 
-    def peak_angles(self, phases: FloatArray, half: FloatArray) -> FloatArray:
-        """Angles near the largest magnitudes of the torque for several phases (N, peaks), the largest first.
-
-        Some are the tops of parabolas through three angles of the grid. The others are beside the jumps, so that no
-        phase of a box with the half widths ``half`` (N, phases) has a jump there.
+        Some angles are the tops of parabolas through three angles of the grid. The others are beside the jumps, so
+        that no phase of a box with the half widths ``half`` has a jump there.
         """
-        size = np.abs(self.on_grid(phases))
+        size = np.abs(self.values(GRID[None, :], phases))
         before, after = np.roll(size, 1, axis=1), np.roll(size, -1, axis=1)
         tops = np.where((size >= before) & (size >= after), size, -1.0)
         places = np.argpartition(-tops, MOST_PEAKS, axis=1)[:, :MOST_PEAKS]
         here, left, right = (np.take_along_axis(each, places, axis=1) for each in (size, before, after))
         bend = np.maximum(2.0 * here - left - right, TINY)
-        angles = [GRID[places] + np.clip(0.5 * (right - left) / bend, -0.5, 0.5) * (TURN / len(GRID))]
+        angles = [GRID[places] + np.clip(0.5 * (right - left) / bend, -0.5, 0.5) * GRID[1]]
         starts, widths = (np.pad(each, ((0, 0), (1, 0))) for each in (phases, half + BESIDE_JUMP))
         for jumps, start, width in zip(self.jump_angles, starts.T, widths.T, strict=True):
             angles += [jumps + (start - width)[:, None], jumps + (start + width)[:, None]]
         candidates = np.concatenate(angles, axis=1)
-        largest = np.argsort(-np.abs(self.values(candidates, phases)), axis=1)[:, :MOST_PEAKS]
-        return np.take_along_axis(candidates, largest, axis=1)
+        sizes = np.abs(self.values(candidates, phases))
+        largest = np.argsort(-sizes, axis=1)[:, :MOST_PEAKS]
+        return np.take_along_axis(candidates, largest, axis=1), np.take_along_axis(sizes, largest, axis=1)
 
     @cached_property
     def jump_angles(self) -> list[FloatArray]:
         """Angles of the jumps of each curve, the still one first."""
-        found = []
-        for curve in (self.still, *self.moving):
-            sizes = jumps_at_ends(curve)
-            found.append(curve.ends[1:][sizes > LEAST_JUMP * np.abs(curve.series).max()])
-        return found
-
-    def peak_estimates(self, phases: FloatArray) -> FloatArray:
-        """The peaks for several phases (N, phases), each within a small share below the true one."""
-        angles = self.peak_angles(phases, np.zeros_like(phases))
-        return np.asarray(np.abs(self.values(angles, phases)).max(axis=1))
+        curves = (self.still, *self.moving)
+        least = [LEAST_JUMP * np.abs(curve.series).max() for curve in curves]
+        return [curve.ends[1:][jumps_at_ends(curve) > size] for curve, size in zip(curves, least, strict=True)]
 
     def peak(self, phases: FloatArray) -> float:
         """An upper bound of the peak for some phases, exact to rounding."""
@@ -200,44 +177,35 @@ class TorqueSum:
         the peak. The weights are those of the linear programme for the least peak in the box.
         """
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        angles = self.peak_angles(middle, half)
+        angles, _ = self.peaks(middle, half)
         still = self.still.range_over(angles, angles)
         value, room = 0.5 * (still.low + still.high), 0.5 * (still.high - still.low)
         slopes, reaches = [], []
         for curve, phase, first, last, width in zip(self.moving, middle.T, low.T, high.T, half.T, strict=True):
             begin, end = angles - last[:, None], angles - first[:, None]
             torque, slope = curve.range_over(begin, end), curve.derivative.range_over(begin, end)
-            by_range = 0.5 * (torque.high - torque.low)
-            by_slope = (
-                0.5 * width[:, None] * (slope.high - slope.low) + sizes_of_jumps(curve, begin, end) + curve.error
-            )
+            by_range, centre = 0.5 * (torque.high - torque.low), 0.5 * (torque.low + torque.high)
+            by_slope = 0.5 * (slope.high - slope.low) * width[:, None] + curve.error
+            by_slope += sizes_of_jumps(curve, begin, end)
             is_linear = by_slope < by_range
-            value = value + np.where(
-                is_linear, curve.value(angles - phase[:, None]), 0.5 * (torque.low + torque.high)
-            )
+            value = value + np.where(is_linear, curve.value(angles - phase[:, None]), centre)
             slopes.append(np.where(is_linear, -0.5 * (slope.low + slope.high) * width[:, None], 0.0))
             reaches.append(np.minimum(by_range, by_slope))
         tilts, remainders = np.sign(value) * np.array(slopes), np.array(reaches)
-        least = np.abs(value) - room - remainders.sum(axis=0) - MEAN_ROUNDING * np.abs(value).max()
+        rounding = MEAN_ROUNDING * (np.abs(value).max() + np.abs(tilts).max())
+        least = np.abs(value) - room - remainders.sum(axis=0) - rounding
         weights, steps = solve_minimax(least, tilts)
         lower = (weights * least).sum(axis=1) - np.abs((weights * tilts).sum(axis=2)).sum(axis=0)
-        rooms = (np.abs(tilts) + remainders)[:, :, 0]
-        return PeakBounds(np.maximum(lower, 0.0), rooms.T, middle + half * steps)
-
-
-def jumps_at_ends(curve: TurnCurve) -> FloatArray:
-    """The size of a curve's jump at the end of each panel."""
-    first, last = (polynomial.polyval(end, curve.series) for end in (-1.0, 1.0))
-    return np.asarray(np.abs(np.roll(first, -1) - last))
+        rooms = (np.abs(tilts) + remainders)[:, :, 0].T
+        return PeakBounds(np.maximum(lower, 0.0), rooms, middle + half * steps)
 
 
 def sizes_of_jumps(curve: TurnCurve, low: FloatArray, high: FloatArray) -> FloatArray:
     """Sums of the sizes of a curve's jumps in ranges of angles [rad]."""
-    sums = np.append(0.0, np.cumsum(jumps_at_ends(curve)))
-    before, after = (
-        np.floor(angle / TURN) * sums[-1] + sums[np.searchsorted(curve.ends[1:], np.mod(angle, TURN), side)]
-        for angle, side in ((low - EQUAL_ENDS, "left"), (high + EQUAL_ENDS, "right"))
-    )
+    sums, ends = np.append(0.0, np.cumsum(jumps_at_ends(curve))), curve.ends[1:]
+    low, high = low - EQUAL_ENDS, high + EQUAL_ENDS
+    before = np.floor(low / TURN) * sums[-1] + sums[np.searchsorted(ends, np.mod(low, TURN), side="left")]
+    after = np.floor(high / TURN) * sums[-1] + sums[np.searchsorted(ends, np.mod(high, TURN), side="right")]
     return np.asarray(after - before)
 
 
@@ -255,9 +223,9 @@ def solve_minimax(least: FloatArray, tilts: FloatArray) -> tuple[FloatArray, Flo
     cost = np.tile(np.append(np.zeros(phases), 1.0), boxes)
     ranges = np.tile(np.append(np.tile([[-1.0, 1.0]], (phases, 1)), [[-inf, inf]], axis=0), (boxes, 1))
     found = scipy.optimize.linprog(cost, matrix, -least.ravel() / scale, bounds=ranges, method="highs")
-    worst = np.eye(values)[np.argmax(least - np.abs(tilts).sum(axis=0), axis=1)]
-    if found.status != 0:
-        return worst, np.zeros((boxes, phases))
+    if found.status != 0:  # the best weights of one angle
+        single = np.argmax(least - np.abs(tilts).sum(axis=0), axis=1)
+        return np.eye(values)[single], np.zeros((boxes, phases))
     weights = np.maximum(-found.ineqlin.marginals.reshape(boxes, values), 0.0)
     return weights / weights.sum(axis=1, keepdims=True), found.x.reshape(boxes, -1)[:, :phases]
 
@@ -267,18 +235,12 @@ class PhaseClearance:
     """A clearance as a function of the phases of a search."""
 
     form: ClearanceForm
-    required: float
-    start: float
-    width: float
-    variables: IntArray
-    """The phase of the search that each part of the clearance has; −1 for a part that stays."""
-    origins: FloatArray
-    """The phase of each part in the machine [rad]."""
+    variables: IntArray  # the phase of the search that each part of the clearance has; −1 for a part that stays
+    origins: FloatArray  # the phase of each part in the machine [rad]
 
     def shifts(self, phases: FloatArray) -> FloatArray:
         """Shifts of the parts (parts, N) for several phases (N, phases)."""
-        moving = self.variables >= 0
-        return np.where(moving, phases[:, self.variables] - self.origins, 0.0).T
+        return np.where(self.variables >= 0, phases[:, self.variables] - self.origins, 0.0).T
 
     def is_held(self, phases: FloatArray) -> bool:
         """Whether the clearance is proved to be held for some phases."""
@@ -286,15 +248,14 @@ class PhaseClearance:
             return False
         shifts = self.shifts(phases[None, :])[:, 0].tolist()
         curves = tuple(curve.shifted(shift) for curve, shift in zip(self.form.curves, shifts, strict=True))
-        least = replace(self.form, curves=curves).least(self.start, self.width, Budget(CLEARANCE_WORK))
-        return least.lower >= self.required
+        return replace(self.form, curves=curves).least(Budget(CLEARANCE_WORK)).lower >= self.form.required
 
     def may_be_held(self, low: FloatArray, high: FloatArray) -> BoolArray:
         """Whether some phases of each box (N, phases) may hold the clearance; if not, none does."""
-        angles = self.start + self.width * np.linspace(0.0, 1.0, CLEARANCE_ANGLES)
+        angles = self.form.start + self.form.width * np.linspace(0.0, 1.0, CLEARANCE_ANGLES)
         shifts = [np.repeat(self.shifts(each), len(angles), axis=1) for each in (low, high)]
         highest = self.form.highest(np.tile(angles, len(low)), *shifts)
-        return np.asarray((highest.reshape(-1, CLEARANCE_ANGLES) >= self.required).all(axis=1))
+        return np.asarray((highest.reshape(-1, CLEARANCE_ANGLES) >= self.form.required).all(axis=1))
 
 
 @dataclass(eq=False)
@@ -306,71 +267,50 @@ class PhaseBranchAndBound:
     low: FloatArray
     high: FloatArray
     budget: Budget = field(default_factory=lambda: Budget(PHASE_WORK))
-    best: FloatArray | None = None
+    best: FloatArray = field(default_factory=lambda: np.zeros(0))
     peak: float = inf
-    estimate: float = inf
-    """The estimate of the best peak."""
 
     def try_phases(self, phases: FloatArray) -> float:
         """The peak for some phases; they are kept if they are the best so far and hold all clearances."""
         self.budget.spend(len(GRID) * len(phases))
-        estimate = float(self.torque.peak_estimates(phases[None, :])[0])
-        if estimate >= self.estimate * (1.0 - LEAST_GAIN):
+        estimate = float(self.torque.peaks(phases[None, :], np.zeros((1, len(phases))))[1][0, 0])
+        if estimate >= self.peak * (1.0 - LEAST_GAIN):
             return estimate
-        self.budget.spend(100 * CLEARANCE_ANGLES * len(self.clearances))
+        self.budget.spend(EXACT_WORK * (1 + len(self.clearances)))
         if not all(clearance.is_held(phases) for clearance in self.clearances):
-            return INFEASIBLE_COST
+            return inf
         peak = self.torque.peak(phases)
         if peak < self.peak:
-            self.best, self.peak, self.estimate = phases, peak, estimate
+            self.best, self.peak = phases, peak
         return peak
 
-    def descend_from(self, phases: FloatArray) -> None:
-        """Improve phases by the simplex method."""
-        scale = self.high - self.low
-        start = (phases - self.low) / np.maximum(scale, TINY)
-        descend_simplex(
-            lambda shares: self.try_phases(self.low + np.clip(shares, 0.0, 1.0) * scale),
-            start,
-            np.where(start > 0.5, -0.1, 0.1),
-            DESCENT_END,
-            DESCENT_MOVES,
-            self.budget.share(8),
-            (0.0, 1.0),
-        )
-
-    @cached_property
-    def is_in_clearances(self) -> BoolArray:
-        """Whether each phase is in some clearance."""
-        return np.array([any(row in each.variables for each in self.clearances) for row in range(len(self.low))])
-
-    def descend_from_spread_phases(self) -> None:
-        """Improve the best of many phases that are spread evenly."""
-        shares = scipy.stats.qmc.Halton(len(self.low), scramble=False).random(STARTS)
-        phases = self.low + shares * (self.high - self.low)
-        for clearance in self.clearances:
-            self.budget.spend(len(phases) * CLEARANCE_ANGLES)
-            phases = phases[clearance.may_be_held(phases, phases)]
-        self.budget.spend(phases.size * len(GRID))
-        peaks = np.abs(self.torque.on_grid(phases)).max(axis=1)
-        for start in phases[np.argsort(peaks)[:DESCENTS]]:
-            self.descend_from(start)
+    def improve(self, phases: FloatArray) -> None:
+        """Try phases, and from them the steps of linear programmes in boxes that shrink without success."""
+        before, half = self.peak, 0.1 * (self.high - self.low)
+        if not self.try_phases(phases) < before * (1.0 - PEAK_GAP):
+            return
+        for _ in range(STEPS):
+            self.budget.spend(BOX_WORK * len(phases))
+            box = (np.clip(self.best + way * half, self.low, self.high)[None, :] for way in (-1.0, 1.0))
+            before = self.peak
+            self.try_phases(self.torque.bounds(*box).promising[0])
+            half = half if self.peak < before else 0.5 * half
 
     def search(self) -> float:
         """Improve the best phases; return a proved lower bound of the least peak."""
         low, high, bounds, floor = self.low[None, :], self.high[None, :], np.zeros(1), inf
+        in_clearances = {row for clearance in self.clearances for row in clearance.variables.tolist()}
+        is_in_clearances = np.array([row in in_clearances for row in range(len(self.low))])
         while bounds.size and not self.budget.is_spent:
             order = np.argsort(bounds, kind="stable")
             now, later = order[:BATCH], order[BATCH:]
             box_low, box_high = low[now], high[now]
-            self.budget.spend(len(now) * len(self.low) * (len(GRID) + 4 * MOST_PEAKS))
+            self.budget.spend(BOX_WORK * box_low.size)
             found, rooms, promising = self.torque.bounds(box_low, box_high)
             found = np.maximum(found, bounds[now])
-            promising = promising[np.argsort(found)[:TRIED]]
-            self.budget.spend(promising.size * len(GRID))
-            nearest, before = promising[np.argmin(self.torque.peak_estimates(promising))], self.peak
-            if self.try_phases(nearest) < before * (1.0 - PEAK_GAP):
-                self.descend_from(nearest)
+            nearest = np.argsort(found)[:TRIED]
+            trials = np.concatenate([promising[nearest], 0.5 * (box_low + box_high)[nearest]])
+            self.improve(trials[np.argmin(self.torque.peaks(trials, 0.0 * trials)[1][:, 0])])
             is_open = found < self.peak * (1.0 - PEAK_GAP)
             floor = min(floor, found[~is_open].min(initial=inf))
             for clearance in self.clearances:
@@ -378,7 +318,7 @@ class PhaseBranchAndBound:
                 is_open[is_open] = clearance.may_be_held(box_low[is_open], box_high[is_open])
             box_low, box_high, rooms = box_low[is_open], box_high[is_open], rooms[is_open]
             rows = np.arange(len(box_low))
-            shares = (box_high - box_low) / np.maximum(self.high - self.low, TINY) * self.is_in_clearances
+            shares = (box_high - box_low) / np.maximum(self.high - self.low, TINY) * is_in_clearances
             widest = np.argmax(rooms / np.maximum(rooms.max(axis=1, keepdims=True), TINY) + shares, axis=1)
             upper, lower = box_high.copy(), box_low.copy()
             upper[rows, widest] = lower[rows, widest] = 0.5 * (box_low + box_high)[rows, widest]
@@ -405,28 +345,17 @@ def least_torque_phases(machine: Machine, stations: Sequence[ResolvedStation]) -
     for clearance in machine.clear:
         if any(name in names for name in clearance.between):
             variables = np.array([names.index(name) if name in names else -1 for name in clearance.between])
-            start, width = radians(clearance.angles[0]), radians(clearance.angles[1] - clearance.angles[0])
-            clearances.append(
-                PhaseClearance(
-                    clearance_form(machine, stations, clearance),
-                    required_clearance(clearance),
-                    start,
-                    width,
-                    variables,
-                    np.array([origins.get(name, 0.0) for name in clearance.between]),
-                )
-            )
+            phases = np.array([origins.get(name, 0.0) for name in clearance.between])
+            clearances.append(PhaseClearance(clearance_form(machine, stations, clearance), variables, phases))
     low, high = np.radians([machine.search.phase[name] for name in names]).T
     if not still and not clearances and (high - low >= TURN - EQUAL_ENDS).all():
         low[0] = high[0] = origins[names[0]]  # a shift of all phases changes nothing
     search = PhaseBranchAndBound(torque, clearances, low, high)
     before = np.array([origins[name] for name in names])
-    if ((low <= before) & (before <= high)).all():
-        search.try_phases(before)
-    search.descend_from_spread_phases()
+    search.improve(np.clip(before, low, high))
     bound = search.search()
-    phases = None if search.best is None else dict(zip(names, np.degrees(search.best).tolist(), strict=True))
-    return PhaseOptimum(machine, phases, torque.peak(before), search.peak, bound)
+    best = dict(zip(names, np.degrees(search.best).tolist(), strict=True)) if search.peak < inf else None
+    return PhaseOptimum(machine, best, torque.peak(before), search.peak, bound)
 
 
 def optimise_phases(machine: MachineSource) -> PhaseOptimum:

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from support.machines import random_moves
+from support.machines import LAWS, random_moves
 
+from camopt.core.numerics.turn_curve import sum_curves
 from camopt.scene.machine import Machine
 from camopt.solve.machine.clearances import clearances_of_machine
 from camopt.solve.machine.phases import least_torque_phases
@@ -26,11 +27,15 @@ def loaded_scene(moves):
     }
 
 
-def three_stations(seed, ranges, clear=()):
-    """A machine with three cams of which two phases are free."""
+def three_stations(seed, ranges, clear=(), laws=LAWS[:4]):
+    """A machine with three cams, of which some phases are free."""
     rng = np.random.default_rng(seed)
     stations = [
-        {"name": name, "scene": loaded_scene(random_moves(rng, float(rng.uniform(5.0, 15.0)))), "phase": phase}
+        {
+            "name": name,
+            "scene": loaded_scene(random_moves(rng, float(rng.uniform(5.0, 15.0)), laws)),
+            "phase": phase,
+        }
         for name, phase in (("a", 0.0), ("b", 20.0), ("c", 60.0))
     ]
     tables = {"rpm": 120.0, "station": stations, "search": {"phase": ranges}, "clear": [*clear]}
@@ -57,6 +62,21 @@ def test_least_peak_of_three_stations_is_that_of_a_dense_scan(seed):
     before = sum(each.torque.value(ANGLES) for each in stations)
     assert np.abs(before).max() == pytest.approx(found.peak_before, rel=1e-3)
     assert found.peak < found.peak_before
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_bounds_hold_where_torques_jump(seed):
+    """Laws of constant acceleration; the peaks at scanned phases, and at phases near the best, are exact."""
+    laws = ("constant-acceleration", "harmonic", "modified-trapezoid")
+    machine = three_stations(seed, {"b": [0, 360], "c": [0, 360]}, laws=laws)
+    stations, rng = resolve_stations(machine), np.random.default_rng(seed)
+    found = least_torque_phases(machine, stations)
+    best = np.array([found.phases["b"], found.phases["c"]])
+    for phases in (*rng.uniform(0.0, 360.0, (100, 2)), *best + rng.normal(size=(50, 2)) * 0.3, best):
+        shifted = [each.torque_at_phase(p) for each, p in zip(stations, [0.0, *phases], strict=True)]
+        total = sum_curves(shifted)
+        assert found.bound <= max(total.largest().value, -total.least().value) + 1e-12
+    assert found.relative_gap <= 1e-4
 
 
 def test_found_phases_hold_the_clearances_and_no_scanned_ones_are_better():
