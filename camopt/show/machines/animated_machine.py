@@ -40,7 +40,7 @@ from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation
 
 WIDTH, EDGE = 304.8, 5.0  # mm: width of the figure, and its edge
-HEAD, CAPTION = 14.0, 9.0  # mm: heights of the title, and of the caption of a cam
+HEAD, CAPTION = 14.0, 12.0  # mm: heights of the title, and of the caption of a cam
 ROW, SCALES, TORQUE = 14.0, 20.0, 36.0  # mm: heights in the timing diagram
 PIXELS = 2.54  # mm: the height is a multiple, since videos have even numbers of pixels
 MOST_COLUMNS, LARGEST_CAM = 6, 90.0  # cams beside each other, and mm
@@ -97,12 +97,12 @@ def cam_angles(station: ResolvedStation, shaft_angles: FloatArray) -> FloatArray
 
 
 def _draw_caption(axes: Any, box: MarkBox, name: str, words: str) -> None:
-    lines, size = fitted_words(name, 0.88 * box.size.real, 3, (2.4, 2.0, 1.7, 1.5))
-    level = box.high.imag + CAPTION - 2.0
+    lines, size = fitted_words(name, 0.88 * box.size.real, 3, (2.2, 1.9, 1.6))
+    level = box.high.imag + CAPTION - 1.0
     for text in lines:
-        level -= 1.5 * size
+        level -= 1.4 * size
         draw_words(axes, box.low.real, level, text, size, fontweight="bold")
-    if len(lines) == 1:
+    if len(lines) < 3:
         draw_words(axes, box.low.real, level - 1.7 * TEXT, words, 1.7, color=MUTED)
 
 
@@ -150,7 +150,7 @@ def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[
     line = add_paper_axes(figure, width, height)
     draw_line(line, 1j * np.array([diagram.bottom, diagram.top]) + along[0], color=INK, lw=1.0)
     bodies = [MovingBody(line, along + 0j)]
-    right, style = diagram.box.high.real, {"ha": "right", "fontweight": "bold"}
+    right, style = diagram.box.high.real, dict[str, Any](ha="right", fontweight="bold")
     angles = [f"{angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
     readings = [Reading(draw_words(axes, right, diagram.top + 2.9, angles[0], TEXT, **style), angles)]
     for number, (station, row) in enumerate(zip(diagram.data.stations, diagram.rows[0], strict=True)):

@@ -43,7 +43,7 @@ NAMES_WIDTH, AXIS_WIDTH, ROOM = 58.0, 15.0, 1.5  # mm: column of names, of numbe
 END_WIDTH, READING_WIDTH = 4.0, 22.0  # mm right of the curves, without and with a cursor's reading
 SCALE_HEIGHT, TIME_HEIGHT = 6.0, 6.0  # mm of a scale of angles, and of times
 BAR_HEIGHT, CLEARANCE_HEIGHT, GAP = 4.0, 5.6, 2.0  # mm
-TOP_ROOM, LEAST_CURVE = 1.6, 2.0  # mm: above a curve, and its least height beside numbers on several levels
+TOP_ROOM, LEAST_CURVE = 1.6, 1.6  # mm: above a curve, and its least height beside numbers on several levels
 LEAST_TORQUE, MOST_TORQUE, TORQUE_ROWS = 26.0, 80.0, 2.4  # mm, and height over that of a station
 TEXT, SMALL_TEXT, NAME_TEXTS = 1.9, 1.7, (2.6, 2.3, 2.0, 1.7, 1.5)  # mm: heights of capitals
 SWATCH, BOLD_WIDTH = 5.0, 1.14  # mm; width of bold letters over that of others
@@ -196,7 +196,7 @@ class TimingDiagram:
         """Scales of angles above and below, lines between them, and the scale of times."""
         angles, ticks = np.arange(0, 361, DEGREES_PER_LINE), np.arange(0, 361, DEGREES_PER_TICK)
         axes.vlines(self.x(angles), self.bottom, self.top, color=FAINT, lw=0.5, zorder=0.5)
-        name, style = self.box.low.real + ROOM, {"ha": "center"}
+        name, style = self.box.low.real + ROOM, dict[str, Any](ha="center")
         for level, away, va in ((self.top, 1.0, "bottom"), (self.bottom, -1.0, "top")):
             axes.vlines(self.x(ticks), level, level + away, color=MUTED, lw=0.4)
             axes.vlines(self.x(angles), level, level + 1.8 * away, color=MUTED, lw=0.6)

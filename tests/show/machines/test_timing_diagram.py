@@ -87,6 +87,7 @@ def test_no_text_hides_another_and_all_are_printed(count, system):
     words = " ".join(texts)
     assert [station.name for station in machine.station if station.name not in words] == []
     assert [f"{angle}°" for angle in range(0, 361, 30) if texts.count(f"{angle}°") < 2] == []
+    assert "have no room" not in words
     assert {clearance.title for clearance in machine.clear if clearance.title not in words} == set()
     width, height = figure.get_size_inches() * 25.4
     paper = {"mm": (420.0, 297.0), "inch": (431.8, 279.4)}[system]
