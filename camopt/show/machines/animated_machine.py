@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
+from camopt.core.quantities.unit_systems import INCH_MM, to_shown_unit, unit_in_shown_system
 from camopt.scene.machine import Machine
 from camopt.show.drawing.animated_figure import draw_mechanism_bodies
 from camopt.show.drawing.cam import frame_with_scale_bar
@@ -32,7 +32,7 @@ from camopt.show.machines.timing_diagram import (
     TimingDiagram,
     draw_words,
 )
-from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
+from camopt.show.machines.timing_sheet import add_paper_axes
 from camopt.show.machines.timing_spans import TimingData, station_words
 from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.sheet.marks import MarkBox, fitted_words
@@ -58,7 +58,7 @@ def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigu
     cell = min(side, LARGEST_CAM) + CAPTION
     below = timing_height(data)
     height = ceil((HEAD + ceil(count / columns) * cell + below + EDGE) / PIXELS) * PIXELS
-    with canvas(None, (WIDTH / MM_PER_INCH, height / MM_PER_INCH)) as figure:
+    with canvas(None, (WIDTH / INCH_MM, height / INCH_MM)) as figure:
         axes = add_paper_axes(figure, WIDTH, height)
         draw_words(axes, EDGE, height - EDGE, machine.name, 3.5, va="top", fontweight="bold")
         if machine.shaft_rpm is not None:

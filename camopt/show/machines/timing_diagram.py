@@ -311,7 +311,9 @@ class TimingDiagram:
                 axes.plot(*peak, marker="o", mec="white", mew=0.5, **{**style, "zorder": 5})
         axes.plot([self.left, self.right], [level(curve.mean)] * 2, zorder=2.5, **MEAN_STYLE)
         style = {"fontsize": TEXT / CAPITAL_HEIGHT * POINTS_PER_MM, "color": INK, "fontweight": "bold"}
-        places = label_place_candidates((6.0, 10.0, 16.0), np.pi)
+        inward = 1.0 if total.peak.angle < np.pi else -1.0
+        places = label_place_candidates((6.0, 10.0, 16.0), 0.0 if inward > 0.0 else np.pi)
+        places = [place for place in places if place[0] * inward > -1e-6]
         label = Label(axes, total.peak_words, peak, places, {**style, **WHITE_BACKGROUND}, thinnest=0.55)
         place_labels(axes.figure, [label])
 

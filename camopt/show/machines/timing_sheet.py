@@ -6,6 +6,7 @@ Sheets for many stations are larger.
 from pathlib import Path
 from typing import Any
 
+from camopt.core.quantities.unit_systems import INCH_MM
 from camopt.core.storage.version import VERSION
 from camopt.scene.machine import Machine
 from camopt.scene.part import Part
@@ -23,12 +24,16 @@ from camopt.show.machines.timing_diagram import (
 )
 from camopt.show.machines.timing_spans import CLEARANCE, MOST_CLEARANCES, TimingData
 from camopt.show.sheet.marks import MarkBox, draw_marks, shift_marks, text_width, wrap_text
-from camopt.show.sheet.paper import BLOCK_HEIGHT, BLOCK_ROW, BLOCK_WIDTH, Field, Paper, title_block
+from camopt.show.sheet.paper import BLOCK_HEIGHT, BLOCK_ROW, BLOCK_WIDTH, AnsiPaper, Field, Paper, title_block
 from camopt.show.sheet.standards import sheet_standard
 from camopt.solve.machine.evaluation import MachineEvaluation
 
-LEAST_ROW, MARGIN, MM_PER_INCH = 11.0, 4.0, 25.4  # mm
-A1 = Paper("A1", 841.0, 594.0)
+LEAST_ROW, MARGIN = 11.0, 4.0  # mm
+LARGER_PAPERS = {
+    "A2": (Paper("A1", 841.0, 594.0), Paper("A0", 1189.0, 841.0)),
+    "D": (AnsiPaper("E", 44.0 * INCH_MM, 34.0 * INCH_MM, (INCH_MM, INCH_MM, 0.5 * INCH_MM), (8, 8)),),
+}
+"""Papers for many stations, by the largest paper of a standard for cams."""
 NOTE = (
     "Bars: segments of each tool; numbers: angles of the shaft at which they change. Curves: lift of each tool "
     "above its lowest position, each to its own scale."
@@ -50,7 +55,7 @@ def draw_timing_diagram(machine: Machine | MachineEvaluation, path: Target = Non
     """
     data = TimingData.from_machine(machine)
     paper, diagram = _fitting_paper(data)
-    with canvas(path, (paper.width / MM_PER_INCH, paper.height / MM_PER_INCH)) as figure:
+    with canvas(path, (paper.width / INCH_MM, paper.height / INCH_MM)) as figure:
         axes = add_paper_axes(figure, paper.width, paper.height)
         corner = complex(paper.frame.high.real - BLOCK_WIDTH, paper.frame.low.imag)
         block = title_block(Part(), data.machine.name, "", paper.name, "1/1", _block_fields(data, paper))
@@ -75,7 +80,7 @@ def add_paper_axes(figure: Any, width: float, height: float) -> Any:
 def _fitting_paper(data: TimingData) -> tuple[Paper, TimingDiagram]:
     """The first paper whose rows are high enough for their texts, or the largest."""
     _, *papers = sheet_standard().papers
-    for paper in (*papers, *([] if papers[-1].name == "D" else [A1])):
+    for paper in (*papers, *LARGER_PAPERS[papers[-1].name]):
         low, high = paper.frame
         box = MarkBox(low + complex(MARGIN, BLOCK_HEIGHT + MARGIN), high - complex(MARGIN, MARGIN))
         diagram = TimingDiagram(data, box)
@@ -127,6 +132,6 @@ def _draw_legend(axes: Any, box: MarkBox, diagram: TimingDiagram) -> None:
     notes = [note, *([f"{more} more clearances are not drawn."] if more > 0 else [])]
     if Path(data.machine.file).suffix == ".toml":
         notes.append(f"File: {Path(data.machine.file).name}")
-    for text in (line for note in notes for line in wrap_text(note, box.size.real, SMALL_TEXT)):
+    for text in (line for note in notes for line in wrap_text(note, box.size.real - MARGIN, SMALL_TEXT)):
         low -= LINE_STEP * SMALL_TEXT + 0.4
         draw_words(axes, box.low.real, low, text, SMALL_TEXT, va="baseline")

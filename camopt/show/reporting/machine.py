@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
+from camopt.core.quantities.unit_systems import INCH_MM, to_shown_unit, unit_in_shown_system
 from camopt.show.drawing.frames import frames
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import DATE_METADATA, canvas
 from camopt.show.machines.animated_machine import EDGE, animated_machine, timing_height
 from camopt.show.machines.timing_diagram import READING_WIDTH, TEXT, TimingDiagram
-from camopt.show.machines.timing_sheet import MM_PER_INCH, add_paper_axes
+from camopt.show.machines.timing_sheet import add_paper_axes
 from camopt.show.machines.timing_spans import TimingData, station_words
 from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.reporting.cam_data import cam_data, rounded_numbers_for_page
@@ -30,8 +30,8 @@ WIDTH, STEPS = 290.0, 720  # mm: width of the timing diagram; samples of a turn
 SHAFT_ANGLES = np.linspace(0.0, 2 * np.pi, STEPS + 1)
 
 
-def machine_page(result: MachineEvaluation) -> str:
-    """The HTML page of a machine."""
+def machine_page(result: MachineEvaluation, *, full: bool = False) -> str:
+    """The HTML page of a machine. A ``full`` page prints the scenes of its stations too."""
     data = TimingData.from_machine(result)
     diagram = TimingDiagram(data, MarkBox(0j, complex(WIDTH, timing_height(data))), READING_WIDTH)
     (verdict, *sentences), tables = [each for each in result.sections() if isinstance(each, str)], result.tables()
@@ -67,6 +67,7 @@ def machine_page(result: MachineEvaluation) -> str:
         ],
         tables=tables,
         sections=[_station_chapter(station, result.stations[station.name]) for station in stations],
+        full=full,
         rows=rows,
         timing=timing_image(diagram),
         still=still_image(result),
@@ -141,7 +142,7 @@ def timing_image(diagram: TimingDiagram) -> str:
     import matplotlib as mpl
 
     file, size = BytesIO(), diagram.box.size
-    with canvas(None, (size.real / MM_PER_INCH, size.imag / MM_PER_INCH)) as figure:
+    with canvas(None, (size.real / INCH_MM, size.imag / INCH_MM)) as figure:
         diagram.draw(add_paper_axes(figure, size.real, size.imag))
         with mpl.rc_context({"svg.fonttype": "path"}):
             figure.savefig(file, format="svg", metadata=DATE_METADATA[".svg"])
@@ -152,7 +153,7 @@ def still_image(result: MachineEvaluation) -> str:
     """The cams and tools at angle 0 of the shaft, as the data URL of a PNG."""
     file = BytesIO()
     with animated_machine(result) as stage:
-        pixels, height = next(frames(stage)), stage.figure.get_size_inches()[1] * MM_PER_INCH
+        pixels, height = next(frames(stage)), stage.figure.get_size_inches()[1] * INCH_MM
     below = (timing_height(TimingData.from_machine(result)) + EDGE) / height
     Image.fromarray(pixels[: int(len(pixels) * (1.0 - below))]).save(file, format="PNG", optimize=True)
     return data_url(file.getvalue(), "image/png")

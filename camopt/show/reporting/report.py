@@ -106,7 +106,7 @@ def _page_html(items: list[PageItem], *, full: bool, **options: Any) -> str:
             raise BadInput(
                 [Mistake("camopt", "what", len(items), "one machine by itself, without align_noses or turn")]
             )
-        return machine_page(machines[0])
+        return machine_page(machines[0], full=full)
     cams, results = [x for x in items if isinstance(x, ShownCam)], [x for x in items if isinstance(x, ResultRows)]
     if bool(cams) == bool(results):
         raise BadInput([Mistake("camopt", "what", None, "either cams or tables of designs, not both")])

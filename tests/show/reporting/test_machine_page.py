@@ -57,7 +57,9 @@ def test_data_are_the_lifts_and_the_motion_of_the_tools(unit):
     assert [(cam["shift"], cam["ratio"]) for cam in data["cams"]] == [(0, 1), (90, 1), (35, 1), (150, 1)]
 
 
-def test_inches(unit):
+def test_inches(unit, monkeypatch):
+    for picture in ("still_image", "timing_image"):
+        monkeypatch.setattr(f"camopt.show.reporting.machine.{picture}", lambda _: "")
     with camopt.shown_in("inch"):
         (result,) = page_items("pick-and-place")
         data = data_of(machine_page(result))
