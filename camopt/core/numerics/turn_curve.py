@@ -22,6 +22,7 @@ from camopt.core.numerics.stable_functions import matrix_product
 TURN = 2.0 * pi
 EQUAL_ENDS = 1e-14 * TURN  # rad: ends of panels that are closer are one end, since sums of angles are rounded
 EQUAL_ROOTS = 1e-12  # rad: closer roots are one root, at the end of a panel
+EQUAL_SHARE = 1e-9  # extremes of opposite sign that differ by less, relatively, are equal
 EXTREME_ROOM = 2.0**-46  # of the largest magnitude: more than the rounding of a halving, so that halving ends
 
 
@@ -285,6 +286,11 @@ class TurnCurve:
         """The least value over a range of angles, as ``largest``."""
         found = (self * -1.0).largest(start, width)
         return found._replace(value=-found.value)
+
+
+def larger_magnitude(largest: CurveExtreme, least: CurveExtreme) -> CurveExtreme:
+    """The extreme of larger magnitude; the largest value if both are equal to rounding."""
+    return least if -least.value > largest.value + EQUAL_SHARE * abs(largest.value) else largest
 
 
 def compose_with_line(series: FloatArray, middle: FloatArray, scale: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, sum_curves
+from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, larger_magnitude, sum_curves
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.scene.machine import Clearance, Machine
@@ -127,7 +127,7 @@ class Torque(NamedTuple):
     def from_curve(cls, curve: TurnCurve) -> "Torque":
         """The torque, with its largest magnitude."""
         shown = curve * float(to_shown_unit(1.0, "N·m"))
-        peak = max(shown.largest(), shown.least(), key=lambda extreme: abs(extreme.value))
+        peak = larger_magnitude(shown.largest(), shown.least())
         return cls(shown, peak, unit_in_shown_system("N·m"))
 
     @property

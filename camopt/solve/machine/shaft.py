@@ -13,7 +13,7 @@ from functools import cached_property
 from math import pi
 from typing import NamedTuple
 
-from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, sum_curves
+from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, larger_magnitude, sum_curves
 from camopt.scene.machine import Machine
 from camopt.scene.motors import MotorData
 from camopt.solve.machine.stations import ResolvedStation
@@ -67,7 +67,7 @@ class Shaft:
     @property
     def peak_angle(self) -> float:
         """The angle of the largest magnitude [rad]."""
-        return (self.largest if self.largest.value >= -self.least.value else self.least).angle
+        return larger_magnitude(self.largest, self.least).angle
 
     @property
     def mean(self) -> float:

@@ -54,7 +54,9 @@ def test_data_are_the_lifts_and_the_motion_of_the_tools(unit):
     np.testing.assert_allclose(lift["y"], data["timing"]["stations"][0]["lift"], atol=1e-6)
     np.testing.assert_allclose(feed["x"], data["timing"]["stations"][3]["lift"], atol=1e-6)
     assert {*stop["x"], *stop["y"]} == {0.0}
-    assert [(cam["shift"], cam["ratio"]) for cam in data["cams"]] == [(0, 1), (90, 1), (35, 1), (150, 1)]
+    assert [(cam["shift"], cam["ratio"]) for cam in data["cams"]] == [
+        (each.phase, each.ratio) for each in machine.station
+    ]
 
 
 def test_inches(unit, monkeypatch):
