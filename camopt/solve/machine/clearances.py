@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from math import degrees, inf, pi
+from math import degrees, inf, pi, radians
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 TOUCHING = 1e-9
 """Outlines that are this near touch [mm]; they break every clearance."""
-LEAST_GAP = 0.9e-9  # mm and relative: gap at which the least clearance is enclosed closely enough
+CLEARANCE_GAP = 0.9e-9  # mm and relative: gap at which the least clearance is enclosed closely enough
 SLACK_GAP = 1e-9  # relative gap at which a slack is enclosed closely enough
 BOX_WORK = 4  # work of the bounds over a box
 LEAST_WORK, SLACK_WORK = 1_000_000, 2_000_000  # of a least clearance, and of all slacks of a clearance
@@ -129,7 +129,7 @@ class ClearanceForm(ABC):
         """Clearances at lifts (parts, N)."""
 
     @abstractmethod
-    def least(self, budget: Budget) -> LeastValue:
+    def least_value(self, budget: Budget) -> LeastValue:
         """The least clearance over the range of angles, without shifts."""
 
     @abstractmethod
@@ -171,7 +171,7 @@ class ClearanceForm(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class LinearForm(ClearanceForm):
+class LinearClearance(ClearanceForm):
     """The sum of coefficients times lifts."""
 
     coefficients: FloatArray
@@ -179,7 +179,7 @@ class LinearForm(ClearanceForm):
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
         return np.asarray(self.coefficients @ lifts)
 
-    def least(self, budget: Budget) -> LeastValue:
+    def least_value(self, budget: Budget) -> LeastValue:
         """The least clearance, exact from the sum of the curves."""
         curves = [curve * weight for curve, weight in zip(self.curves, self.coefficients.tolist(), strict=True)]
         found = sum_curves(curves).least(self.start, self.width)
@@ -199,7 +199,7 @@ class LinearForm(ClearanceForm):
 
 
 @dataclass(frozen=True, eq=False)
-class OutlineGap(ClearanceForm):
+class OutlineClearance(ClearanceForm):
     """The distance of two outlines.
 
     Bounds over boxes are those of a pair of chords, which must not be one inside of the other.
@@ -210,7 +210,7 @@ class OutlineGap(ClearanceForm):
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
         return outline_distances(*self.outlines, lifts[0], lifts[1])
 
-    def least(self, budget: Budget) -> LeastValue:
+    def least_value(self, budget: Budget) -> LeastValue:
         """The least distance, by branch and bound.
 
         Outlines that are apart at the start and never touch stay outside of each other.
@@ -225,7 +225,7 @@ class OutlineGap(ClearanceForm):
             if found.upper[nearest] < best:
                 best = float(found.upper[nearest])
                 angle = 0.5 * float(boxes.low[0, nearest] + boxes.high[0, nearest])
-            is_open = found.lower < best - LEAST_GAP * max(best, 1.0)
+            is_open = found.lower < best - CLEARANCE_GAP * max(best, 1.0)
             floor = min(floor, found.lower[~is_open].min(initial=inf))
             below = found.lower[is_open].min(initial=inf)
             boxes = halve_boxes(self, boxes, found.rooms, is_open)
@@ -337,15 +337,15 @@ def first_violations(form: ClearanceForm, directions: FloatArray, budget: Budget
 
 def clearance_form(machine: Machine, stations: Sequence[ResolvedStation], clearance: Clearance) -> ClearanceForm:
     """A clearance of a machine as a function of the angle and of the shifts of phases."""
-    start, end = np.radians(clearance.angles).tolist()
+    start, width = radians(clearance.angles[0] % 360.0), radians(clearance.angles[1] - clearance.angles[0])
     lifts = {station.name: station.lift for station in stations}
     curves = tuple(lifts.get(name, TurnCurve.constant(0.0)) for name in clearance.between)
     strokes = np.array([float(np.abs(curve.series).sum(axis=0).max()) for curve in curves])
-    common = (start, end - start, curves)
+    common = (start, width, curves)
     if clearance.along is not None:
         weights, whole = np.abs(clearance.along), np.zeros((1, 2), dtype=np.intp)
         size, along = float(weights @ strokes), np.array(clearance.along)
-        return LinearForm(clearance.at_least, *common, weights, size, (whole, whole), along)
+        return LinearClearance(clearance.at_least, *common, weights, size, (whole, whole), along)
     tables: dict[str, Station | Body] = {each.name: each for each in machine.station}
     tables |= {each.name: each for each in machine.body}
     one, two = (MovingOutline.from_table(tables[name]) for name in clearance.between)
@@ -353,7 +353,7 @@ def clearance_form(machine: Machine, stations: Sequence[ResolvedStation], cleara
     sizes = (np.abs(each.points).max() + abs(each.pivot) + each.radius for each in (one, two))
     size = float(weights @ strokes + sum(sizes))
     children = one.tree.children, two.tree.children
-    return OutlineGap(max(clearance.at_least, TOUCHING), *common, weights, size, children, (one, two))
+    return OutlineClearance(max(clearance.at_least, TOUCHING), *common, weights, size, children, (one, two))
 
 
 def clearances_of_machine(machine: Machine, stations: Sequence[ResolvedStation]) -> tuple[ClearanceResult, ...]:
@@ -365,7 +365,7 @@ def clearances_of_machine(machine: Machine, stations: Sequence[ResolvedStation])
 
 
 def _clearance_result(clearance: Clearance, form: ClearanceForm, moving: Collection[str]) -> ClearanceResult:
-    least = form.least(Budget(LEAST_WORK))
+    least = form.least_value(Budget(LEAST_WORK))
     verdict = HELD if least.lower >= form.required else BROKEN if least.upper < form.required else UNDECIDED
     rows = [row for row, name in enumerate(clearance.between) if name in moving]
     ends = np.tile([0.0, 0.0 if verdict == BROKEN else inf], (2 * len(rows), 1))

@@ -12,9 +12,10 @@ from support.machines import (
     with_required,
 )
 
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import sum_curves
 from camopt.scene.machine import Machine
-from camopt.solve.machine.clearances import clearances_of_machine
+from camopt.solve.machine.clearances import clearance_form, clearances_of_machine, first_violations
 from camopt.solve.machine.stations import resolve_stations
 
 TIES = np.array([1.0 - 1e-9, 1.0 + 1e-9])
@@ -214,3 +215,36 @@ def test_outlines_that_overlap_touch_or_hold_each_other_are_broken():
         assert (found.lower, found.verdict) == (0.0, "broken")
         assert found.upper < 1e-9
         assert found.slacks[0].earlier == found.slacks[0].later == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("work", [1, 300, 3000])
+def test_searches_that_end_early_are_honest(work):
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        machine = with_required(random_machine(rng, widest=100.0), 1e-3)
+        (whole,) = clearances(machine)
+        machine = with_required(machine, max(0.95 * whole.lower, 1e-3))
+        stations, (whole,) = resolve_stations(machine), clearances(machine)
+        form = clearance_form(machine, stations, machine.clear[0])
+        least = form.least_value(Budget(work))
+        assert least.lower <= whole.upper
+        assert least.upper >= whole.lower
+        if whole.verdict == "held":
+            (early, late) = np.degrees(first_violations(form, np.array([[-1.0, 0.0], [1.0, 0.0]]), Budget(work)))
+            for (proved, broken), pair in ((early, whole.slacks[0].earlier), (late, whole.slacks[0].later)):
+                assert proved <= pair[1]
+                assert broken >= pair[0]
+
+
+def test_fixed_bodies_and_angles_many_turns_away():
+    """The distance of two fixed bodies; the angles of a clearance count modulo a turn."""
+    station = {"name": "a", "scene": sliding_scene(MOVES), "direction": 0, "outline": [[0, 0]], "phase": -3600.0}
+    bodies = [{"name": name, "outline": [[x, 0]], "outline_radius": 2.0} for name, x in (("b", 40), ("c", 90))]
+    near, far = ({"between": ["a", "b"], "angles": [50 + turn, 90 + turn]} for turn in (0, 360 * 5000))
+    tables = {"station": [station], "body": bodies, "clear": [{"between": ["b", "c"]}, near, far]}
+    fixed, one, other = clearances(Machine.from_dict(tables))
+    assert (fixed.lower, fixed.upper) == pytest.approx((46.0, 46.0), abs=1e-11)
+    assert fixed.slacks == ()
+    assert one.upper == pytest.approx(40.0 - 2.0 - 18.0, abs=1e-9)
+    assert (one.lower, one.upper) == pytest.approx((other.lower, other.upper), abs=1e-9)
+    assert one.angle == pytest.approx(90.0)
