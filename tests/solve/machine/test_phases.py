@@ -72,7 +72,7 @@ def test_bounds_hold_where_torques_jump(seed):
     stations, rng = resolve_stations(machine), np.random.default_rng(seed)
     found = least_torque_phases(machine, stations)
     best = np.array([found.phases["b"], found.phases["c"]])
-    for phases in (*rng.uniform(0.0, 360.0, (100, 2)), *best + rng.normal(size=(50, 2)) * 0.3, best):
+    for phases in (*rng.uniform(0.0, 360.0, (40, 2)), *best + rng.normal(size=(30, 2)) * 0.3, best):
         shifted = [each.torque_at_phase(p) for each, p in zip(stations, [0.0, *phases], strict=True)]
         total = sum_curves(shifted)
         assert found.bound <= max(total.largest().value, -total.least().value) + 1e-12
@@ -149,10 +149,14 @@ def test_opposed_sines():
 
 
 def test_a_shift_of_all_phases_changes_nothing():
-    """All three phases free are as good as two, and as quick."""
-    two = three_stations(1, {"b": [0, 360], "c": [0, 360]})
-    three = three_stations(1, {"a": [0, 360], "b": [0, 360], "c": [0, 360]})
-    found, other = (least_torque_phases(machine, resolve_stations(machine)) for machine in (two, three))
+    """Two phases free of two are as good as one, and as quick."""
+    tables = three_stations(2, {}).to_dict()
+    tables["station"] = tables["station"][:2]
+    found, other = (
+        least_torque_phases(machine, resolve_stations(machine))
+        for ranges in ({"b": [0, 360]}, {"a": [0, 360], "b": [0, 360]})
+        for machine in [Machine.from_dict({**tables, "search": {"phase": ranges}})]
+    )
     assert found.peak == pytest.approx(other.peak, rel=1e-4)
     assert other.phases["a"] == 0.0
     assert other.relative_gap <= 1e-4
