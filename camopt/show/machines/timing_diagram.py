@@ -6,7 +6,7 @@ All lengths are mm on the paper. The axes have the size of the paper, so that a 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +23,9 @@ from camopt.show.drawing.style import (
     INK,
     MUTED,
     PALE_ALARM,
+    PITCH_COLOUR,
     REFERENCE_COLOUR,
+    SECOND_COLOUR,
     WHITE_BACKGROUND,
     series_line_style,
 )
@@ -38,6 +40,7 @@ from camopt.show.machines.timing_spans import (
     station_words,
 )
 from camopt.show.sheet.marks import CAPITAL_HEIGHT, POINTS_PER_MM, MarkBox, fitted_words, text_width
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 NAMES_WIDTH, AXIS_WIDTH, ROOM = 58.0, 15.0, 1.5  # mm: column of names, of numbers at curves, and around texts
 END_WIDTH, READING_WIDTH = 4.0, 22.0  # mm right of the curves, without and with a cursor's reading
@@ -56,7 +59,10 @@ BAR_STYLES: dict[str, dict[str, Any]] = {
     "return": {"fc": "#f2cbab", "ec": COLOURS[RETURN]},
     "dwell": {"fc": FILL, "ec": FAINT},
     MOVE: {"fc": "#d9d1e6", "ec": REFERENCE_COLOUR},
-    CLEARANCE: {"fc": PALE_ALARM, "ec": ALARM},
+    CLEARANCE: {"fc": "#f3e9cf", "ec": SECOND_COLOUR},
+    f"{CLEARANCE} {HELD}": {"fc": "#d5e8dc", "ec": PITCH_COLOUR},
+    f"{CLEARANCE} {UNDECIDED}": {"fc": "#f3e9cf", "ec": SECOND_COLOUR},
+    f"{CLEARANCE} {BROKEN}": {"fc": PALE_ALARM, "ec": ALARM},
 }
 """Colours of a bar by the name of its span."""
 
@@ -270,17 +276,22 @@ class TimingDiagram:
             draw_words(axes, self.left - ROOM, low, "0", va="center", ha="right", color=MUTED)
 
     def _draw_clearance(self, axes: Any, row: Row, title: str, span: Span) -> None:
+        """Draw the range of a clearance, with its condition in the bar or beside it."""
         self._draw_name(axes, row, title, wide=True)
         low = row.low + (row.high - row.low - BAR_HEIGHT) / 2
         for start, end in span.parts:
-            fill_bar(axes, self.x(start), low, self.x(end) - self.x(start), BAR_HEIGHT, CLEARANCE)
+            fill_bar(axes, self.x(start), low, self.x(end) - self.x(start), BAR_HEIGHT, span.name)
         first, last = (self.x(angle) for angle in max(span.parts, key=lambda part: part[1] - part[0]))
         angles = f"{angle_text(span.start)}° to {angle_text(span.end % 360.0 or 360.0)}°"
-        text = f"{'whole turn' if span.end - span.start >= 360.0 else angles}  {span.words}"
-        width, x, ha = text_width(text, SMALL_TEXT) + 2 * ROOM, (first + last) / 2, "center"
-        if width > last - first:
-            x, ha = (last + ROOM, "left") if last + width < self.right else (first - ROOM, "right")
-        draw_words(axes, x, low + (BAR_HEIGHT - SMALL_TEXT) / 2, text, SMALL_TEXT, ha=ha, zorder=4)
+        angles = "whole turn" if span.end - span.start >= 360.0 else angles
+        condition, _, least = span.words.partition(", ")
+        texts = [f"{angles}  {span.words}", f"{angles}  {condition}", least or condition]
+        for text, place in product(texts, ("center", "left", "right")):
+            room = {"center": last - first, "left": self.right - last, "right": first - self.left}[place]
+            if text_width(text, SMALL_TEXT) + 2 * ROOM < room:
+                break
+        x = {"center": (first + last) / 2, "left": last + ROOM, "right": first - ROOM}[place]
+        draw_words(axes, x, low + (BAR_HEIGHT - SMALL_TEXT) / 2, text, SMALL_TEXT, ha=place, zorder=4)
 
     def _draw_torques(self, axes: Any, row: Row, total: Torque) -> None:
         """Draw the torque of the shaft, its mean and peak, and the torque of each station."""
@@ -291,7 +302,7 @@ class TimingDiagram:
         curves = [each.curve for each in (total, *self.data.torques) if each]
         least = min(0.0, *(each.least().value for each in curves))
         most = max(0.0, *(each.largest().value for each in curves)) or least + 1.0
-        low, height = row.low + 2 * ROOM, row.high - row.low - 4 * ROOM
+        low, height = row.low + 2.5 * ROOM, row.high - row.low - 5.5 * ROOM
 
         def level(value: Any) -> Any:
             return low + height * (value - least) / (most - least)

@@ -116,7 +116,7 @@ def _block_fields(data: TimingData, paper: Paper) -> list[Field]:
 def _draw_legend(axes: Any, box: MarkBox, diagram: TimingDiagram) -> None:
     """Draw samples of the bars that the diagram has, and notes."""
     data = diagram.data
-    names = {span.name for spans in data.spans for span in spans} | ({CLEARANCE} if data.clearances else set())
+    names = {span.name for spans in (*data.spans, [span for _, span in data.clearances]) for span in spans}
     x, low = box.low.real, box.high.imag - BAR_HEIGHT
     for name in BAR_STYLES:
         if name not in names:

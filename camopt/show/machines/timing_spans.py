@@ -13,6 +13,7 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.scene.machine import Clearance, Machine
 from camopt.show.drawing.picture import STROKE_NAMES, four_digits, value_with_unit
+from camopt.solve.machine.clearances import ClearanceResult
 from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 
@@ -82,15 +83,18 @@ def _joined_dwells(strokes: Iterable[Stroke]) -> list[tuple[Stroke, float]]:
     return joined
 
 
-def clearance_span(clearance: Clearance, unit: str) -> Span:
-    """The range of angles in which a clearance must hold."""
+def clearance_span(clearance: Clearance, unit: str, result: ClearanceResult | None = None) -> Span:
+    """The range of angles in which a clearance must hold, with the least clearance if there is a result."""
     least = f"≥ {value_with_unit(clearance.at_least, unit)}"
     if clearance.along is None:
         words = f"distance {' – '.join(clearance.between)} {least}"
     else:
         words = f"{linear_form(clearance.along, clearance.between)} {least}"
+    if result is not None:
+        words += f", least {value_with_unit(result.upper, unit)} at {angle_text(result.angle)}°"
+    name = CLEARANCE if result is None else f"{CLEARANCE} {result.verdict}"
     start, end = clearance.angles
-    return Span.from_angles(start, end - start, CLEARANCE, words)
+    return Span.from_angles(start, end - start, name, words)
 
 
 def linear_form(coefficients: Iterable[float], names: Iterable[str]) -> str:
@@ -142,12 +146,14 @@ class TimingData:
 
     machine: Machine
     stations: tuple[ResolvedStation, ...]
+    results: tuple[ClearanceResult | None, ...] = ()
+    """The results of clearances; empty without an evaluation."""
 
     @classmethod
     def from_machine(cls, what: Machine | MachineEvaluation) -> "TimingData":
         """The contents for a machine, or for the result of its evaluation."""
         if isinstance(what, MachineEvaluation):
-            return cls(what.machine, what.resolved)
+            return cls(what.machine, what.resolved, what.clearances)
         return cls(what, resolve_stations(what))
 
     @cached_property
@@ -160,9 +166,10 @@ class TimingData:
         """Title and range of the first ``MOST_CLEARANCES`` clearances."""
         units = {station.name: station.unit for station in self.stations}
         found = []
-        for clearance in self.machine.clear[:MOST_CLEARANCES]:
+        results = self.results or [None] * len(self.machine.clear)
+        for clearance, result in [*zip(self.machine.clear, results, strict=True)][:MOST_CLEARANCES]:
             angular = clearance.along is not None and {units[name] for name in clearance.between} == {"deg"}
-            found.append((clearance.title, clearance_span(clearance, "deg" if angular else "mm")))
+            found.append((clearance.title, clearance_span(clearance, "deg" if angular else "mm", result)))
         return found
 
     @cached_property

@@ -17,6 +17,14 @@ CLEARANCES = [
 ]
 
 
+def stations_of(machine):
+    """The stations of a machine as tables, with their scenes inside."""
+    return [
+        {**station.model_dump(exclude_none=True), "scene": machine.scenes[station.name].to_dict()}
+        for station in machine.station
+    ]
+
+
 def names_at(spans, angle):
     """The names of the spans that hold an angle [deg]."""
     return {span.name for span in spans for start, end in span.parts if start < angle < end}
@@ -75,6 +83,19 @@ def test_clearances_in_words():
     assert linear_form([-2.0, -1.0], ["a", "b"]) == "−2·a − b"
     unit = camopt.find_machine("pick-and-place")
     assert clearance_span(unit.clear[2], "mm").words == "distance lift – feed ≥ 2 mm"
+
+
+def test_an_evaluation_shows_the_least_of_each_clearance():
+    machine = camopt.find_machine("pick-and-place")
+    clear = [each.model_dump() for each in machine.clear[:2]]
+    clear[1] |= {"at_least": 1e3}
+    result = camopt.evaluate_machine(Machine(station=stations_of(machine), clear=clear))
+    (_, held), (_, broken) = TimingData.from_machine(result).clearances
+    assert (held.name, broken.name) == ("clearance held", "clearance broken")
+    for span, least in zip((held, broken), result.clearances, strict=True):
+        assert f"least {least.upper:.4g} mm at {least.angle:.5g}°" in span.words
+    texts = {text.get_text() for text, _ in drawn_texts(draw_timing_diagram(result))[0]}
+    assert {"clearance held", "clearance broken"} <= texts
 
 
 @pytest.mark.parametrize(("count", "system"), [(1, "mm"), (5, "inch"), (12, "mm"), (12, "inch"), (20, "mm")])
