@@ -19,7 +19,7 @@ from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.key import NO_UNIT, Key
 from camopt.core.storage.files import read_bytes
 from camopt.scene.csv_columns import MOST_SPANS
-from camopt.scene.law_forms import Fault
+from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.mapping import tables_in_list
 from camopt.scene.motors import MotorData, read_motors
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
@@ -71,7 +71,9 @@ def _check_ratio(value: Any) -> Any:
 
 def _check_range_of_angles(value: Any) -> Any:
     start, end = check_pair(value)
-    if not (isfinite(start) and isfinite(end) and 0.0 < end - start <= 360.0 and abs(start) <= LARGEST_VALUE):
+    if not (
+        isfinite(start) and isfinite(end) and 0.0 < end - start <= 360.0 + NEAR_END and abs(start) <= LARGEST_VALUE
+    ):
         raise ValueError("two angles, the second above the first and at most 360 deg more")
     return start, end
 

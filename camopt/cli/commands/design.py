@@ -107,7 +107,7 @@ def evaluate(
     "--steps", is_flag=True, help="With --construction: give each step its own page (PDF) or frame (GIF)."
 )
 def plot(scene: Any, picture: Path, as_json: bool, quiet: bool, construction: int | None, steps: bool) -> int:
-    """Draw the cam with its diagrams, or the timing diagram of a machine.
+    """Draw a cam with its diagrams, or a machine.
 
     FILE is a PNG, SVG or PDF. A GIF or MP4 shows the cam turning. --construction draws the construction of the cam
     with ruler and compasses, as lectures teach it. If a linkage cannot be assembled, FILE shows it as far as it

@@ -325,7 +325,7 @@ def evaluate_machine(machine: MachineSource) -> MachineEvaluation:
     Examples
     --------
     >>> round(camopt.evaluate_machine("pick-and-place").shaft.energy_fluctuation, 3)
-    12.034
+    11.004
     """
     machine = machine_from(machine)
     stations = resolve_stations(machine)

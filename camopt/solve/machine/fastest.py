@@ -28,7 +28,7 @@ class MachineFastest(Result):
     --------
     >>> found = camopt.fastest_machine("pick-and-place")
     >>> round(found.rpm, 1), found.deciding_station, found.deciding_limit
-    (138.5, 'swing', 'contact_force_min')
+    (123.1, 'swing', 'contact_force_min')
     """
 
     machine: Machine

@@ -36,7 +36,7 @@ class Shaft:
     --------
     >>> shaft = camopt.evaluate_machine("pick-and-place").shaft
     >>> round(shaft.peak, 3), round(shaft.mean, 3)
-    (13.896, 0.207)
+    (10.213, 0.167)
     """
 
     torque: TurnCurve
