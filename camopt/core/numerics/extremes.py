@@ -33,7 +33,7 @@ from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator_with_
 from camopt.core.numerics.curves import LOADED_CURVES
 from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.numerics.jet import larger
-from camopt.core.numerics.panel_prefetch import caching_evaluator
+from camopt.core.numerics.panel_prefetch import CachingEvaluator
 from camopt.core.numerics.panel_search import (
     restart_inexact_designs,
     search_panel_for_chosen_designs,
@@ -339,9 +339,8 @@ def answer_all_questions_on_curve(curve, panels, questions, precision, answers, 
 
 @answer_all_questions_on_curve.array_version
 def _answer_all_questions_in_python(curve, panels, questions, precision, answers, work):
-    curve = caching_evaluator(curve)
     answer_all_questions_on_curve.py_func(
-        curve, panels, questions, precision, answers, uncompiled_workspace(panels)
+        CachingEvaluator(*curve), panels, questions, precision, answers, uncompiled_workspace(panels)
     )
 
 

@@ -29,50 +29,35 @@ def largest_gain_by_quadratic_slope(slope, bend, curl, width):
 
 @called_by_kernels
 def classify_and_bound_part(ends, third_derivative_bound, half_width, settling_bound):
-    """Classify a part by end values, slopes and |f'''|; return verdict, bound of values, lower bound of −f''."""
+    """Classify a part by end values, slopes and |f'''|; return verdict, bound of values, lower bound of −f''.
+
+    Uncompiled, it takes many parts.
+    """
     low, high, left, rising, right, falling = ends
     width = (high - low) * half_width
     bend = (falling - rising) / width  # a mean of f''
     room = 0.5 * third_derivative_bound * width  # largest difference of f'' from the mean
-    most = max(left, right)
-    if bend + room <= 0.0:
-        return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), most, -(bend + room)
-    bound = most + 0.125 * max(room - bend, 0.0) * width * width
-    if bound > settling_bound:
-        ascent = largest_gain_by_quadratic_slope(rising, bend + room, 0.5 * third_derivative_bound, width)
-        descent = largest_gain_by_quadratic_slope(-falling, bend + room, 0.5 * third_derivative_bound, width)
-        bound = min(bound, max(most, min(left + ascent, right + descent)))
-    return (SETTLED if bound <= settling_bound else UNSETTLED), bound, 0.0
-
-
-def classify_and_bound_parts(ends, third_derivative_bound, half_width, settling_bound):
-    """Classify many parts of the same width, uncompiled."""
-    low, high, left, rising, right, falling = ends
-    width = (high - low) * half_width
-    bend, room, most = (falling - rising) / width, 0.5 * third_derivative_bound * width, larger(left, right)
-    concave = bend + room <= 0.0
-    bound = np.where(concave, most, most + 0.125 * larger(room - bend, 0.0) * width * width)
-    open_ = np.flatnonzero(~concave & (bound > settling_bound))
-    if open_.size:
-        rise, drop, curve, curl = (
-            rising[open_],
-            -falling[open_],
-            (bend + room)[open_],
-            0.5 * third_derivative_bound[open_],
+    concave, most, curl = bend + room <= 0.0, larger(left, right), 0.5 * third_derivative_bound
+    climbs = select((rising > 0.0) & (falling < 0.0), CLIMBS, CONCAVE)
+    if np.all(concave):
+        return climbs, most, -(bend + room)
+    bound = select(concave, most, most + 0.125 * larger(room - bend, 0.0) * width * width)
+    if np.any(bound > settling_bound):
+        ascent = largest_gain_by_quadratic_slope(rising, bend + room, curl, width)
+        descent = largest_gain_by_quadratic_slope(-falling, bend + room, curl, width)
+        bound = select(
+            bound > settling_bound,
+            smaller(bound, larger(most, smaller(left + ascent, right + descent))),
+            bound,
         )
-        ascent, descent = (largest_gain_by_quadratic_slope(slope, curve, curl, width) for slope in (rise, drop))
-        reached = smaller(left[open_] + ascent, right[open_] + descent)
-        bound[open_] = smaller(bound[open_], larger(most[open_], reached))
-    climbs = np.where((rising > 0.0) & (falling < 0.0), CLIMBS, CONCAVE)
-    verdict = np.where(concave, climbs, np.where(bound <= settling_bound, SETTLED, UNSETTLED))
-    return verdict, bound, np.where(concave, -(bend + room), 0.0)
+    verdict = select(concave, climbs, select(bound <= settling_bound, SETTLED, UNSETTLED))
+    return verdict, bound, select(concave, -(bend + room), 0.0)
 
 
 @called_by_kernels
 def write_part_ends(row, ends):
     """Write the ends of a part into a row of a table."""
-    for k in range(6):
-        row[k] = ends[k]
+    row[0], row[1], row[2], row[3], row[4], row[5] = ends
 
 
 @called_by_kernels
@@ -94,26 +79,16 @@ def upper_bound_by_slope(bounds, ends, sign, half_width):
 @inline_in_kernels
 def closer_upper_bound_by_jet(bound, bounds, ends, sign, half_width):
     """Closer bound of the values in a part from its own jet."""
-    reach = 0.5 * (ends.high - ends.low)
-    bound = min(
-        bound, max(ends.left, ends.right) + 0.5 * infinite_if_nan(bounds.second) * (reach * half_width) ** 2
-    )
-    if bound < np.inf:
-        return bound
+    width, ends_most = 0.5 * (ends.high - ends.low) * half_width, larger(ends.left, ends.right)
+    bound = smaller(bound, ends_most + 0.5 * infinite_if_nan(bounds.second) * (width * width))
     most = bounds.high if sign > 0.0 else -bounds.low  # at a corner of the curve only its range is known
-    return most if most == most else np.inf
+    return select(bound < np.inf, bound, select(most == most, most, np.inf))
 
 
 @called_by_kernels
 def has_excess_rounding_error(rounding_error, bound, best, query):
     """Whether a part may exceed the best value and has a larger rounding error than allowed."""
-    return query.blur < np.inf and rounding_error > query.blur * abs(best) and bound + rounding_error > best
-
-
-@called_by_kernels
-def halving_reduces_rounding(curve, design, panel, middle, error):
-    """Whether a part's rounding error is far larger than that of a point, so that halving the part reduces it."""
-    return error > 2.0 * call_by_address(curve.part, (curve.source, panel, middle, POINT_WIDTH, design)).error
+    return (query.blur < np.inf) & (rounding_error > query.blur * abs(best)) & (bound + rounding_error > best)
 
 
 @called_by_kernels
@@ -136,8 +111,7 @@ def search_part_by_halving(curve, design, panels, panel, error, query, best, sta
     largest, at, top, rounding = -np.inf, 0.0, best, 0.0
     depth, parts = 1, 0
     while depth > 0:
-        depth -= 1
-        parts += 1
+        depth, parts = depth - 1, parts + 1
         ends = read_part_ends(stack[depth])
         middle = 0.5 * (ends.low + ends.high)
         bounds = call_by_address(curve.part, (curve.source, panel, middle, 0.5 * (ends.high - ends.low), design))
@@ -148,7 +122,11 @@ def search_part_by_halving(curve, design, panels, panel, error, query, best, sta
             bound = closer_upper_bound_by_jet(bound, bounds, ends, query.sign, half_width)
         more = verdict == UNSETTLED and bound > best + gain
         if not more and has_excess_rounding_error(part_error, np.inf if verdict == CLIMBS else bound, best, query):
-            more = halving_reduces_rounding(curve, design, panel, middle, part_error)
+            # halving reduces the error only where it is far larger than that of a point
+            more = (
+                part_error
+                > 2.0 * call_by_address(curve.part, (curve.source, panel, middle, POINT_WIDTH, design)).error
+            )
         if more and parts < PANEL_PARTS and depth + 2 <= DEPTH and top < np.inf:
             value, slope = call_by_address(curve.point, (curve.source, panel, middle, query.sign, design))
             if value > best:

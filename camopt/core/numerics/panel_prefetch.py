@@ -2,7 +2,8 @@
 
 The halving (``halving``) takes designs one by one. Machine code does that quickly, but uncompiled, one part takes
 as long as some hundred parts in an array. So a part is evaluated together with the parts that may be needed next:
-those of all designs in the panel, and their halves. The bits are the same.
+those of all designs in the panel, and their halves of some levels. Further levels are evaluated for the parts that
+the search will halve, by the best value so far. The bits are the same.
 """
 
 from typing import Any
@@ -10,89 +11,132 @@ from typing import Any
 import numpy as np
 
 from camopt.core.kernels.compile import PLAIN_RUN
+from camopt.core.numerics import FloatArray
+from camopt.core.numerics.climbing import PanelPartEnds, PeakQuery, allowed_gain
 from camopt.core.numerics.curve_kernels import JET_WORK, Evaluator, PartBounds, bound_parts, evaluate_points
-from camopt.core.numerics.halving import POINT_WIDTH
+from camopt.core.numerics.halving import (
+    CLIMBS,
+    POINT_WIDTH,
+    UNSETTLED,
+    classify_and_bound_part,
+    closer_upper_bound_by_jet,
+    has_excess_rounding_error,
+)
 
 HALF_LEVELS = 7  # levels of halves that are evaluated together for a single part, that part included
-LEAST_LEVELS = 5  # levels of halves for many parts
+WAITING_PARTS = 32  # most parts that are evaluated together, so that the halves of two levels are too
 MOST_KEPT_PARTS = 100_000  # about 700 bytes each
 
 WHOLE_PANEL = (0.0, 1.0)
-PanelPart = tuple[int, float, float]
-"""A design and a part of the panel: its middle and half-width, in u."""
 
 
-class PanelCache:
-    """Bounds of the parts of one panel, and values and slopes at their middles."""
+class CachingEvaluator(Evaluator):
+    """An evaluator that keeps bounds of parts, and values and slopes at their middles.
 
-    def __init__(self, curve: Any, panel: int) -> None:
-        self.curve, self.panel = curve, panel
-        self.bounds: dict[PanelPart, PartBounds] = {}
-        self.points: dict[tuple[int, float], tuple[float, float]] = {}
+    Parts that are not evaluated yet are columns of 7 numbers: a design and its ``PanelPartEnds``. ``waiting`` has
+    those that the search will need; the next one is the last.
+    """
 
-    def store_whole_panel_bounds(self, parts: list[PanelPart]) -> None:
-        """Evaluate the whole panel for the parts' designs that have no bounds of it yet."""
-        designs = sorted({i for i, _, _ in parts if (i, *WHOLE_PANEL) not in self.bounds})
+    def __init__(self, *functions: Any) -> None:
+        self.bounds: dict[tuple[int, int, float, float], PartBounds] = {}
+        self.points: dict[tuple[int, int, float], tuple[float, float]] = {}
+
+    def begin_halving(self, panel: int, parts: FloatArray, query: PeakQuery, found: tuple[int, Any, Any]) -> None:
+        """Wait for some parts of a panel, and evaluate the whole panel, which often settles them.
+
+        ``found`` has the first design, and the best values and rounding errors of the panel from that design on.
+        """
+        if len(self.bounds) > MOST_KEPT_PARTS:
+            self.bounds, self.points = {}, {}
+        self.waiting, self.query, self.found = parts[:, ::-1], query, found
+        designs = [i for i in np.unique(parts[0].astype(int)) if (panel, i, *WHOLE_PANEL) not in self.bounds]
         if designs:
-            together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
             PLAIN_RUN.add_formula_work_within_limit(JET_WORK * len(designs))
-            whole = self.curve.part(self.curve.source, self.panel, *WHOLE_PANEL, together)
-            self._store_bounds([(design, *WHOLE_PANEL) for design in designs], whole)
-        self.first = parts  # evaluated when one of them is needed: often the whole panel settles them
+            together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
+            whole = super().part(self.source, panel, *WHOLE_PANEL, together)
+            self._store_bounds(panel, together, *WHOLE_PANEL, whole)
 
     def part(self, source: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
         """Bounds over a part of the panel, as ``curve_kernels.bound_part``."""
-        place = (design, middle, reach)
-        if reach == POINT_WIDTH:  # such a part is not halved
-            PLAIN_RUN.add_formula_work_within_limit(JET_WORK)
-            return self.curve.part(source, panel, middle, reach, design)  # type: ignore[no-any-return]
-        if place not in self.bounds:
-            self._evaluate_parts_and_halves(self.first if place in self.first else [place])
+        place = (panel, design, middle, reach)
+        while place not in self.bounds:
+            i, low, high = self.waiting[:3]
+            here = np.flatnonzero((i == design) & (low < middle) & (middle < high))
+            if reach == POINT_WIDTH or not here.size:  # such a part is not halved, or nothing told that it would be
+                PLAIN_RUN.add_formula_work_within_limit(JET_WORK)
+                return super().part(source, panel, middle, reach, design)  # type: ignore[no-any-return]
+            # the search has passed those after it
+            self.waiting, parts = np.split(self.waiting[:, : here[-1] + 1], [-WAITING_PARTS], axis=1)
+            self._evaluate_parts_and_halves(panel, parts)
         return self.bounds[place]
 
     def point(self, source: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
         """Oriented value and slope, as ``curve_kernels.evaluate_point``."""
-        if (design, u) not in self.points:
+        if (panel, design, u) not in self.points:
             PLAIN_RUN.add_formula_work_within_limit(1)
-            return self.curve.point(source, panel, u, sign, design)  # type: ignore[no-any-return]
-        value, slope = self.points[design, u]
+            return super().point(source, panel, u, sign, design)  # type: ignore[no-any-return]
+        value, slope = self.points[panel, design, u]
         return sign * value, sign * slope
 
-    def _evaluate_parts_and_halves(self, parts: list[PanelPart]) -> None:
-        """Evaluate some parts, their halves of several levels, and the points at their middles."""
-        level = every = parts
-        for _ in range(max(HALF_LEVELS + 1 - len(parts).bit_length(), LEAST_LEVELS) - 1):
-            level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
-            every = every + level
-        PLAIN_RUN.add_formula_work_within_limit((1 + JET_WORK) * len(every))
-        designs, middles, reaches = map(np.array, zip(*every, strict=True))
-        values, slopes = evaluate_points(self.curve.source, self.panel, middles, 1.0, designs)
-        for (design, middle, _), value, slope in zip(every, values, slopes, strict=True):
-            self.points[design, middle] = (value, slope)
-        self._store_bounds(every, bound_parts(self.curve.source, self.panel, middles, reaches, designs))
+    def _evaluate_parts_and_halves(self, panel: int, parts: FloatArray) -> None:
+        """Evaluate some parts with their halves of several levels. Halves that will be halved again wait."""
+        levels = [parts]
+        for _ in range(HALF_LEVELS - parts.shape[1].bit_length()):
+            levels.append(halves_of_parts(levels[-1], np.full((2, levels[-1].shape[1]), np.nan)))
+        values, bounds = self._evaluate_parts(panel, np.hstack(levels))
+        start, chosen = 0, np.arange(parts.shape[1])
+        for level in levels:
+            at = start + chosen
+            halved = self._will_be_halved(panel, parts, bounds[:, at])
+            parts = halves_of_parts(parts[:, halved], values[:, at[halved]])
+            chosen = (2 * chosen[halved, None] + (0, 1)).ravel()
+            start += level.shape[1]
+        self.waiting = np.hstack((self.waiting, parts))
 
-    def _store_bounds(self, parts: list[PanelPart], bounds: PartBounds) -> None:
-        columns = (np.broadcast_to(column, len(parts)) for column in bounds)
-        self.bounds.update(zip(parts, map(PartBounds, *columns), strict=True))
+    def _evaluate_parts(self, panel: int, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Oriented values and slopes at the middles of parts; bounds of the parts, and a point's rounding error."""
+        designs, middles, reaches = parts[0].astype(int), 0.5 * (parts[1] + parts[2]), 0.5 * (parts[2] - parts[1])
+        PLAIN_RUN.add_formula_work_within_limit((1 + JET_WORK) * designs.size)
+        values = np.array(evaluate_points(self.source, panel, middles, 1.0, designs))
+        self.points |= {
+            (panel, design, middle): (value, slope)
+            for design, middle, value, slope in zip(designs, middles, *values, strict=True)
+        }
+        if self.query.blur < np.inf:  # the rounding error of a part is compared with that of a point
+            PLAIN_RUN.add_formula_work_within_limit(JET_WORK * designs.size)
+            reaches = np.concatenate((reaches, np.full(designs.size, POINT_WIDTH)))
+            designs, middles = np.tile(designs, 2), np.tile(middles, 2)
+        jets = bound_parts(self.source, panel, middles, reaches, designs)
+        bounds, count = self._store_bounds(panel, designs, middles, reaches, jets), parts.shape[1]
+        point_errors = PartBounds(*bounds).error[-count:]  # type: ignore[index]
+        return self.query.sign * values, np.vstack((bounds[:, :count], point_errors))
+
+    def _will_be_halved(self, panel: int, parts: FloatArray, bounds: FloatArray) -> Any:
+        """Which parts the search would halve if it came to them now, as ``search_part_by_halving``."""
+        (first, values, errors), (_, table) = self.found, self.source[0]
+        designs, ends, jets = parts[0].astype(int) - first, PanelPartEnds(*parts[1:]), PartBounds(*bounds[:-1])
+        best, error = values[designs], np.fmin(errors[designs], jets.error)
+        enough = best + allowed_gain(best, self.query.relative_error, error)
+        verdict, bound, _ = classify_and_bound_part(ends, jets.third, table.half_width[panel], enough)
+        bound = np.where(
+            verdict == UNSETTLED,
+            closer_upper_bound_by_jet(bound, jets, ends, self.query.sign, table.half_width[panel]),
+            np.where(verdict == CLIMBS, np.inf, bound),
+        )
+        blurred = has_excess_rounding_error(error, bound, best, self.query) & (error > 2.0 * bounds[-1])
+        return blurred | ((verdict == UNSETTLED) & (bound > enough))
+
+    def _store_bounds(self, panel: int, designs: Any, middles: Any, reaches: Any, bounds: PartBounds) -> FloatArray:
+        """Keep bounds of parts, and return them. Those of a whole panel, which other formulas give, stay."""
+        columns = np.atleast_1d(*np.broadcast_arrays(designs, middles, reaches, *bounds))
+        for design, middle, reach, *numbers in zip(*columns, strict=True):
+            self.bounds.setdefault((panel, design, middle, reach), PartBounds(*numbers))
+        return np.array(columns[3:])
 
 
-class CachingEvaluator(Evaluator):
-    """An evaluator that keeps the evaluated parts of its panels for the next question."""
-
-    panels: dict[int, PanelCache]
-
-    def prefetch_panel(self, panel: int, parts: list[PanelPart]) -> PanelCache:
-        """The cache of a panel, for some parts that will be halved."""
-        if sum(len(cache.bounds) for cache in self.panels.values()) > MOST_KEPT_PARTS:
-            self.panels.clear()
-        if panel not in self.panels:
-            self.panels[panel] = PanelCache(self, panel)
-        self.panels[panel].store_whole_panel_bounds(parts)
-        return self.panels[panel]
-
-
-def caching_evaluator(curve: Evaluator) -> CachingEvaluator:
-    """A caching evaluator of the same curve, still empty."""
-    caching = CachingEvaluator(*curve)
-    caching.panels = {}
-    return caching
+def halves_of_parts(parts: FloatArray, values: FloatArray) -> FloatArray:
+    """Both halves of each part, by values and slopes at their middles."""
+    design, low, high, left, right = parts[0], parts[1], parts[2], parts[3:5], parts[5:]
+    middle = 0.5 * (low + high)
+    halves = ((design, low, middle, *left, *values), (design, middle, high, *values, *right))
+    return np.array(halves).transpose(1, 2, 0).reshape(7, -1)

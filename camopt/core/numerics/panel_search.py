@@ -14,7 +14,6 @@ from camopt.core.numerics.halving import (
     CLIMBS,
     UNSETTLED,
     classify_and_bound_part,
-    classify_and_bound_parts,
     read_part_ends,
     search_part_by_halving,
     write_part_ends,
@@ -53,7 +52,7 @@ def _classify_panel_in_python(design_count, panel, half_width, query, work):
     third, errors = work.bounds.third[panel, i], work.bounds.error[panel, i]
     found.rounding[i] = larger(found.rounding[i], np.where(errors < np.inf, errors, 0.0))
     enough = found.best[i] + allowed_gain(found.best[i], query.relative_error, errors)
-    verdict, bound, concavity = classify_and_bound_parts(
+    verdict, bound, concavity = classify_and_bound_part(
         PanelPartEnds(-1.0, 1.0, *sides[0], *sides[1]), third, half_width, enough
     )
     climbing, opened = np.flatnonzero(verdict == CLIMBS), np.flatnonzero(verdict == UNSETTLED)
@@ -115,13 +114,9 @@ def split_open_parts(curve, first, part_count, panels, panel, query, work):
 
 @split_open_parts.array_version
 def _split_open_parts_in_python(curve, first, part_count, panels, panel, query, work):
-    parts = zip(
-        (first + work.parts.design[:part_count]).tolist(), work.parts.ends[:part_count].tolist(), strict=True
-    )
-    places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
-    if places:
-        cached = curve.prefetch_panel(panel, places)
-        curve = curve._replace(part=cached.part, point=cached.point)
+    if part_count:
+        parts = np.vstack((first + work.parts.design[:part_count], work.parts.ends[:part_count].T))
+        curve.begin_halving(panel, parts, query, (first, work.found.best, work.bounds.error[panel]))
         split_open_parts.py_func(curve, first, part_count, panels, panel, query, work)
 
 
