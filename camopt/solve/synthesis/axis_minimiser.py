@@ -63,10 +63,6 @@ SIZE_INCREASES = (
 )  # relative: a cam may be larger than the steps report, for a solver's error
 
 
-FRONTIER_MARGINS = LIMIT_MARGINS[1:]
-"""Margins of limits: with the least, a solver's error would break a limit at some points of a frontier."""
-
-
 class FrontierCam(NamedTuple):
     """A cam of the frontier with its laws.
 
@@ -86,10 +82,10 @@ class AxisMinimiser:
         axes: tuple[str, ...],
         first: str,
         held: tuple[str, ...],
-        margins: Sequence[float] = FRONTIER_MARGINS,
+        margins: Sequence[float] = LIMIT_MARGINS,
     ) -> None:
         self.scene, self.axes, self.first = scene, axes, first
-        self.margin, self.wider_margins = margins[0], margins[1:]
+        self.margin, self.wider_margins, self.is_margin_too_small = margins[0], margins[1:], False
         problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
         self.keys = {
             name: key
@@ -144,6 +140,7 @@ class AxisMinimiser:
             self._problem_with_held_limits(held_values),
             None,
         )
+        self.is_margin_too_small = False
         for laws, is_last_resort in self._candidate_laws(problem, held_values, starts):
             # apart from margins, the cam is no smaller than the size of the programme
             if best and (
@@ -159,9 +156,11 @@ class AxisMinimiser:
                 best = FrontierCam(row, laws)
             if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
                 break
+        if self.is_margin_too_small and self.wider_margins:
+            other = self.with_wider_margin.minimise_at(held_values, starts, with_bound)
+            if best is None or (other and other.row[self.first] < best.row[self.first]):
+                return other
         if best is None:
-            if self.wider_margins and self.optimum < inf:
-                return self.with_wider_margin.minimise_at(held_values, starts, with_bound)
             return None
         local = self.first not in AXIS_TERMS or not self._is_near_optimum(best.row[self.first])
         bound = self._lower_bound(held_values, best) if with_bound else None
@@ -246,6 +245,7 @@ class AxisMinimiser:
         """The row of the laws' cam if it meets every limit and held value; None otherwise."""
         programme = programme_with_laws(problem, laws)
         if not motion_holds_limits(problem, programme):
+            self.is_margin_too_small = True
             return None
         cam = (
             self._feasible_cam_near_solved_size(laws)

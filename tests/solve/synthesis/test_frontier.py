@@ -369,7 +369,7 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
 
 
 def test_a_solvers_error_in_the_jerk_loses_no_cam():
-    """With the margin of linear limits, the laws exceed the jerk by 1e-8 here; a wider one holds it."""
+    """With the least margin the laws exceed the jerk a little; a wider one holds it."""
     least = AxisMinimiser(find_scene("bucket-valve"), ("size", "acceleration"), "acceleration", ("size",))
     assert least.minimise_at({"size": 13.0293}).row["acceleration"] < 4900.0
 
