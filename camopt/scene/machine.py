@@ -371,6 +371,15 @@ class Machine(Drawable, SceneTable):
         """Nested plain mappings without default values."""
         return {"name": self.name, **self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)}
 
+    def with_files_inside(self) -> "Machine":
+        """The machine with its scenes as tables, so that its text needs no scene files beside it."""
+        stations = [
+            station.model_copy(update={"scene": self._scenes[station.name].to_dict()}) for station in self.station
+        ]
+        catalogue = self.motor and str(((self._folder or Path()) / self.motor.catalogue).resolve())
+        motor = self.motor and self.motor.model_copy(update={"catalogue": catalogue})
+        return self.model_copy(update={"station": tuple(stations), "motor": motor})
+
     def with_phases(self, phases: Mapping[str, float]) -> "Machine":
         """The machine with other phases of some stations, by name [deg]."""
         stations = [

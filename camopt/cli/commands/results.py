@@ -24,7 +24,7 @@ from camopt.cli.options import (
     pop_overrides_as_changes,
     refuse_scene_file,
     row_option,
-    scene_options,
+    scene_or_machine_options,
 )
 
 
@@ -71,7 +71,7 @@ def report(
 
 @click.command(cls=Command)
 @click.argument("scene", default=DEFAULT_SCENE)
-@scene_options
+@scene_or_machine_options
 @output_options
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
 @click.option(
@@ -81,10 +81,11 @@ def report(
 )
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
-    """Show a cam with sliders in a browser.
+    """Show a cam or a machine with sliders in a browser.
 
-    The sliders change sizes, laws and limits. Each move redraws the cam and its diagrams. When the sliders rest,
-    camopt proves the limits. Only this machine can open the page. Ctrl-C stops the server.
+    The sliders change sizes, laws and limits; those of a machine change its phases. Each move redraws the cam and
+    its diagrams. When the sliders rest, camopt proves the limits. Only this machine can open the page. Ctrl-C stops
+    the server.
     """
     from camopt.show.reporting.server import open_server
 

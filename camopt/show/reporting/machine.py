@@ -32,6 +32,12 @@ SHAFT_ANGLES = np.linspace(0.0, 2 * np.pi, STEPS + 1)
 
 def machine_page(result: MachineEvaluation, *, full: bool = False) -> str:
     """The HTML page of a machine. A ``full`` page prints the scenes of its stations too."""
+    data, parts = machine_page_parts(result)
+    return render_page("machine", result.machine.name, data, **parts, full=full)
+
+
+def machine_page_parts(result: MachineEvaluation) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The data of a machine's page for its program, and the values for its template."""
     data = TimingData.from_machine(result)
     diagram = TimingDiagram(data, MarkBox(0j, complex(WIDTH, timing_height(data))), READING_WIDTH)
     (verdict, *sentences), tables = [each for each in result.sections() if isinstance(each, str)], result.tables()
@@ -43,9 +49,7 @@ def machine_page(result: MachineEvaluation, *, full: bool = False) -> str:
         for each, row, (low, _) in zip(stations, diagram.rows[0], rooms, strict=True)
     ]
     tools = machine_tools(data.machine, stations)
-    return render_page(
-        "machine",
-        data.machine.name,
+    return (
         {
             "cams": [_cam_of_station(station) for station in stations],
             "labels": [station.name for station in stations],
@@ -60,24 +64,25 @@ def machine_page(result: MachineEvaluation, *, full: bool = False) -> str:
             },
             "tools": _tools_data(tools, stations) if tools else None,
         },
-        lines=[
-            Cell(verdict, result.verdict),
-            *map(Cell, sentences),
-            *(Cell(f"{note}.") for note in result.notes),
-        ],
-        tables=tables,
-        sections=[_station_chapter(station, result.stations[station.name]) for station in stations],
-        full=full,
-        rows=rows,
-        timing=timing_image(diagram),
-        still=still_image(result),
-        width=WIDTH,
-        height=height,
-        left=diagram.left,
-        top=height - diagram.top,
-        bottom=height - diagram.bottom,
-        end=WIDTH,
-        letters=TEXT / CAPITAL_HEIGHT,
+        {
+            "lines": [
+                Cell(verdict, result.verdict),
+                *map(Cell, sentences),
+                *(Cell(f"{note}.") for note in result.notes),
+            ],
+            "tables": tables,
+            "sections": [_station_chapter(station, result.stations[station.name]) for station in stations],
+            "rows": rows,
+            "timing": timing_image(diagram),
+            "still": still_image(result),
+            "width": WIDTH,
+            "height": height,
+            "left": diagram.left,
+            "top": height - diagram.top,
+            "bottom": height - diagram.bottom,
+            "end": WIDTH,
+            "letters": TEXT / CAPITAL_HEIGHT,
+        },
     )
 
 

@@ -25,6 +25,7 @@ CAM_SCRIPTS = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "pri
 PAGE_SCRIPTS = {
     "cams": (*CAM_SCRIPTS, "cams_page", "start"),
     "machine": (*CAM_SCRIPTS, "machine_page", "start"),
+    "serve_machine": (*CAM_SCRIPTS, "machine_page", "tables", "controls", "requests", "serve_machine", "start"),
     "results": (*CAM_SCRIPTS, "rows", "scatter", "parallel", "tables", "grid", "results_page", "start"),
     "serve": (*CAM_SCRIPTS, "tables", "controls", "requests", "serve_page", "start"),
 }

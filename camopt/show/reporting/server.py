@@ -21,9 +21,11 @@ from typing import Any, ClassVar
 
 from camopt.core.kernels.compile_rule import compile_never
 from camopt.core.mistakes import BadInput, Mistake
+from camopt.scene.machine import Machine
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.reporting.session import REQUESTS, Session, answer_request
+from camopt.show.reporting.machine_session import MachineSession
+from camopt.show.reporting.session import PageSession, Session, answer_request
 from camopt.solve.smallest.complete_scene import with_all_sizes
 
 HOST = "127.0.0.1"
@@ -53,7 +55,7 @@ class Server(ThreadingHTTPServer):
     allow_reuse_address = os.name == "posix"  # on other systems another program could listen too
     request_queue_size = MOST_UNKNOWN_CONNECTIONS
 
-    def __init__(self, session: Session, port: int = 0, notify: Callable[[str], None] = print) -> None:
+    def __init__(self, session: PageSession, port: int = 0, notify: Callable[[str], None] = print) -> None:
         self.session, self.notify = session, notify
         self.token, self.ticket = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
         self.lock = Lock()
@@ -112,14 +114,16 @@ class Server(ThreadingHTTPServer):
         """Ignore broken connections: the page reports them."""
 
     def server_close(self) -> None:
-        self.session.search.stop()
+        self.session.close()
         super().server_close()
 
 
-def open_server(scene: Scene, folder: Path, port: int = 0, notify: Callable[[str], None] = print) -> Server:
-    """A server for a scene, already listening; its ``serve_forever`` answers until it is interrupted.
+def open_server(
+    what: Scene | Machine, folder: Path, port: int = 0, notify: Callable[[str], None] = print
+) -> Server:
+    """A server for a scene or a machine, already listening; ``serve_forever`` answers until it is interrupted.
 
-    If the scene lacks sizes, the page opens with its smallest cam.
+    If a scene lacks sizes, the page opens with its smallest cam.
 
     Raises
     ------
@@ -132,11 +136,13 @@ def open_server(scene: Scene, folder: Path, port: int = 0, notify: Callable[[str
     """
     if not folder.is_dir():
         raise BadInput([Mistake("camopt", "folder", str(folder), "an existing folder")])
-    incomplete, scene = scene, with_all_sizes(scene)
-    resolve_design(scene)
-    if scene is not incomplete:
-        notify("The scene lacks sizes; the page opens with its smallest cam.")
     compile_never()  # a slider would wait for the compiler
+    if isinstance(what, Machine):
+        return Server(MachineSession(what, folder), port, notify)
+    scene = with_all_sizes(what)
+    resolve_design(scene)
+    if scene is not what:
+        notify("The scene lacks sizes; the page opens with its smallest cam.")
     return Server(Session(scene, folder), port, notify)
 
 
@@ -172,7 +178,7 @@ class RequestHandler(BaseHTTPRequestHandler):
             if self.headers["Origin"] != f"http://{self.headers['Host']}":
                 raise RequestRefused(HTTPStatus.FORBIDDEN)
             request = self._request_body()
-            if path not in REQUESTS:
+            if path not in self.server.session.answers:
                 raise RequestRefused(HTTPStatus.NOT_FOUND)
             text = json.dumps(
                 answer_request(self.server.session, path, request), allow_nan=False, separators=(",", ":")

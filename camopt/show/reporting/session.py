@@ -9,12 +9,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics.budget import Budget
 from camopt.core.quantities import in_column_order
 from camopt.model.effects import available_quantities
+from camopt.scene.machine import Machine
 from camopt.scene.problem.limit import ASSEMBLY
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.problem.rows import DesignRows
@@ -48,6 +49,7 @@ from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 PageAnswer = dict[str, Any]
+Answer = Callable[[Mapping[str, Any]], PageAnswer]
 QUICK_PROOF_WORK = 1e4  # most work to decide limits within rounding, while a control moves
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
@@ -71,6 +73,20 @@ class QuickPicture(Picture):
         return self.evaluated_rows.records()[0]
 
 
+class PageSession(Protocol):
+    """What a server shows: a page, and answers to its requests."""
+
+    @property
+    def answers(self) -> Mapping[str, Answer]:
+        """Answers to requests, by the last part of their address."""
+
+    def page(self) -> str:
+        """The HTML of the page as it opens."""
+
+    def close(self) -> None:
+        """Stop what works in the background."""
+
+
 @dataclass(frozen=True)
 class Session:
     """A scene with its controls, and the folder for saved scenes."""
@@ -78,6 +94,22 @@ class Session:
     scene: Scene
     folder: Path
     search: BackgroundSearch = field(default_factory=BackgroundSearch)
+
+    @property
+    def answers(self) -> Mapping[str, Answer]:
+        """Answers to requests, by the last part of their address."""
+        return {
+            "move": self.quick_cam_answer,
+            "settle": self.proved_cam_answer,
+            "smallest": self.smallest_cam_answer,
+            "stop": self.stop_search,
+            "report": self.report_page_answer,
+            "save": self.save_scene,
+        }
+
+    def close(self) -> None:
+        """Stop what works in the background."""
+        self.search.stop()
 
     @cached_property
     def controls(self) -> list[Control]:
@@ -188,22 +220,28 @@ class Session:
 
     def save_scene(self, request: Mapping[str, Any]) -> PageAnswer:
         """Write the scene into the folder; ``overwrite`` allows to replace a file."""
-        scene, name = self.scene_of_request(request), request.get("name")
-        if not (isinstance(name, str) and SCENE_NAME.fullmatch(name)):
-            allowed = "a plain file name that ends in .toml: letters, digits, spaces, and . + - _"
-            raise BadInput([Mistake("page", "name", name, allowed)])
-        path = self.folder / name
-        if path.is_symlink() or (path.exists() and not path.is_file()):
-            raise BadInput([Mistake("page", "name", name, "another name: this one is not a plain file")])
-        if path.exists() and request.get("overwrite") is not True:
-            return {"exists": name}
-        write_scene(path, scene)
-        return {"saved": str(path)}
+        scene = self.scene_of_request(request)
+        return save_in_folder(self.folder, request, lambda path: write_scene(path, scene))
 
 
-def file_stem(scene: Scene) -> str:
-    """Name of the files of a scene, without ending."""
-    return re.sub(r"[^\w-]+", "-", scene.name, flags=re.ASCII).strip("-_")[:40] or "cam"
+def save_in_folder(folder: Path, request: Mapping[str, Any], write: Callable[[Path], None]) -> PageAnswer:
+    """Write a TOML file under the name of a request; ``overwrite`` allows to replace a file."""
+    name = request.get("name")
+    if not (isinstance(name, str) and SCENE_NAME.fullmatch(name)):
+        allowed = "a plain file name that ends in .toml: letters, digits, spaces, and . + - _"
+        raise BadInput([Mistake("page", "name", name, allowed)])
+    path = folder / name
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise BadInput([Mistake("page", "name", name, "another name: this one is not a plain file")])
+    if path.exists() and request.get("overwrite") is not True:
+        return {"exists": name}
+    write(path)
+    return {"saved": str(path)}
+
+
+def file_stem(named: Scene | Machine) -> str:
+    """Name of the files of a scene or machine, without ending."""
+    return re.sub(r"[^\w-]+", "-", named.name, flags=re.ASCII).strip("-_")[:40] or "cam"
 
 
 def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
@@ -228,17 +266,6 @@ def _quick_verdicts(sketch: QuickPicture) -> dict[str, str]:
     }
 
 
-REQUESTS: dict[str, Callable[[Session, Mapping[str, Any]], PageAnswer]] = {
-    "move": Session.quick_cam_answer,
-    "settle": Session.proved_cam_answer,
-    "smallest": Session.smallest_cam_answer,
-    "stop": Session.stop_search,
-    "report": Session.report_page_answer,
-    "save": Session.save_scene,
-}
-"""Requests by the last part of their address."""
-
-
 def request_mistakes(request: Any) -> list[Mistake]:
     """Mistakes in the form of a request."""
     if not isinstance(request, dict):
@@ -259,15 +286,15 @@ def request_mistakes(request: Any) -> list[Mistake]:
     return mistakes
 
 
-def answer_request(session: Session, request_name: str, request: Any) -> PageAnswer:
-    """The answer to a request in ``REQUESTS``; or its mistakes, each with the key of a control and a text.
+def answer_request(session: PageSession, request_name: str, request: Any) -> PageAnswer:
+    """The answer to a request of a session; or its mistakes, each with the key of a control and a text.
 
     For a linkage that cannot be assembled, ``picture`` shows it as far as it goes.
     """
     try:
         if mistakes := request_mistakes(request):
             raise BadInput(mistakes)
-        return REQUESTS[request_name](session, request)
+        return session.answers[request_name](request)
     except BadInput as refused:
         linkage = draw_open_linkage(refused)
         return {

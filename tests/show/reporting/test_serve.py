@@ -26,6 +26,7 @@ from camopt.core.kernels import compile
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.reporting import search
 from camopt.show.reporting.controls import controls_of, scene_with_settings
+from camopt.show.reporting.machine_session import MachineSession
 from camopt.show.reporting.sections import signed_text
 from camopt.show.reporting.server import MOST_BYTES, MOST_UNKNOWN_CONNECTIONS, open_server
 from camopt.show.reporting.session import Session, answer_request
@@ -320,7 +321,8 @@ def _plainly(monkeypatch):
 @contextmanager
 def served(name, folder):
     told = []
-    with open_server(camopt.find_scene(name), folder, notify=told.append) as server:
+    what = camopt.find_machine(name) if name in camopt.shipped_machines() else camopt.find_scene(name)
+    with open_server(what, folder, notify=told.append) as server:
         thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:
@@ -813,3 +815,31 @@ def test_the_page_is_no_wider_than_its_window_and_names_stay_text(browser, tmp_p
         assert page.locator("h1").text_content() == name
         assert page.locator("img").count() == 0
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.usefixtures("_plainly")
+def test_sliders_change_the_phases_of_a_machine(browser, tmp_path):
+    phases = {"knife": 220.0, "film draw": 260.0}
+    found = camopt.evaluate_machine(camopt.find_machine("packer").with_phases(phases))
+    with served("packer", tmp_path) as server, page_of(browser, server) as page:
+        for key, value in phases.items():
+            slide(page, key, value)
+        peak = f"{found.shaft.largest.value:.6g} N·m"
+        assert peak in page.locator("#results").inner_text()
+        assert page.evaluate("camopt.data.cams.map(({ shift }) => shift)")[3] == 220.0
+        page.locator("#file").fill("mine.toml")
+        page.locator("#save button").first.click()
+        page.get_by_text("Saved ").wait_for()
+    saved = camopt.find_machine(tmp_path / "mine.toml")
+    assert {each.name: each.phase for each in saved.station}.items() >= phases.items()
+    assert camopt.evaluate_machine(saved).verdict == found.verdict
+
+
+def test_requests_of_a_machine_are_checked(tmp_path):
+    session = MachineSession(camopt.find_machine("packer"), tmp_path)
+    for values in ({"nife": 220.0}, {"knife": "x"}):
+        answer = answer_request(session, "settle", {"values": values})
+        assert [each["key"] for each in answer["mistakes"]] == [*values]
+    assert answer_request(session, "move", {"values": {"knife": 200.0}}) == {}
+    again = answer_request(session, "save", {"values": {}, "name": "../x.toml"})
+    assert "plain file name" in again["mistakes"][0]["text"]

@@ -33,7 +33,7 @@ function followTiming(figure, { left, right, top, stations }, turnTo) {
     const { x } = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
     turnTo(Math.min(Math.max(((x - left) / (right - left)) * 360, 0), 360));
   };
-  for (const kind of ["pointerdown", "pointermove"]) svg.addEventListener(kind, drag);
+  svg.onpointerdown = svg.onpointermove = drag;
   return (degrees) => {
     const x = left + ((right - left) * degrees) / 360;
     for (const end of ["x1", "x2"]) cursor.setAttribute(end, x);
@@ -47,9 +47,8 @@ function followTiming(figure, { left, right, top, stations }, turnTo) {
   };
 }
 
-function showMachinePage(data) {
+function showMachinePage(data, player = new Player(document.getElementById("player"))) {
   const find = (id) => document.getElementById(id);
-  const player = new Player(find("player"));
   showCams(player, find("stage"), null, data.cams, data.labels, data.words, null);
   if (data.tools) player.follow(drawTools(find("stage"), data.tools));
   player.follow(followTiming(find("timing"), data.timing, (angle) => { player.stop(); player.go(angle); }));
@@ -57,4 +56,4 @@ function showMachinePage(data) {
   return { player };
 }
 
-const START = showMachinePage;
+const START = (data) => (typeof ServeMachinePage === "undefined" ? showMachinePage(data) : new ServeMachinePage(data));
