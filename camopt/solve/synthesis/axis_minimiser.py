@@ -156,7 +156,8 @@ class AxisMinimiser:
                 best = FrontierCam(row, laws)
             if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
                 break
-        if self.is_margin_too_small and self.wider_margins:
+        may_widen = self.wider_margins and (best is None or self.margin == LIMIT_MARGINS[0])
+        if self.is_margin_too_small and may_widen:
             other = self.with_wider_margin.minimise_at(held_values, starts, with_bound)
             if best is None or (other and other.row[self.first] < best.row[self.first]):
                 return other
