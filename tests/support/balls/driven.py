@@ -10,7 +10,6 @@ from typing import Any
 
 from flint import arb, arb_series
 
-import support.balls.profile  # noqa: F401  what roots and angles of series in balls are
 from camopt.model.trains.train import Train
 from support.balls.ball import precisely
 

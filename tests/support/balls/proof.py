@@ -11,7 +11,6 @@ from math import inf, isinf
 from time import monotonic
 from typing import Any, cast
 
-import support.balls.point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
