@@ -91,7 +91,7 @@ def clearance_span(clearance: Clearance, unit: str, result: ClearanceResult | No
     else:
         words = f"{linear_form(clearance.along, clearance.between)} {least}"
     if result is not None:
-        words += f", least {value_with_unit(result.upper, unit)} at {angle_text(result.angle)}°"
+        words += f", least {value_with_unit(result.shown_upper, unit)} at {angle_text(result.angle)}°"
     name = CLEARANCE if result is None else f"{CLEARANCE} {result.verdict}"
     start, end = clearance.angles
     return Span.from_angles(start, end - start, name, words)

@@ -73,6 +73,16 @@ class ClearanceResult:
     slacks: tuple[PhaseSlack, ...]
     """The slack of each station of the clearance."""
 
+    @property
+    def shown_upper(self) -> float:
+        """The least clearance for readers: 0 if it differs from 0 only by rounding."""
+        return 0.0 if abs(self.upper) < TOUCHING else self.upper
+
+    @property
+    def shown_lower(self) -> float:
+        """Its proved bound for readers: 0 if it differs from 0 only by rounding."""
+        return 0.0 if abs(self.lower) < TOUCHING else self.lower
+
 
 class LiftsOverBoxes(NamedTuple):
     """Lifts of the parts of a clearance over boxes, a row for each part (parts, N)."""

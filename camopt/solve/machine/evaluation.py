@@ -170,8 +170,8 @@ class MachineEvaluation(Result, Drawable):
         rows = [
             {
                 "clearance": each.title,
-                "least": with_unit(_zero_if_rounding(each.upper), self._unit(each)),
-                "proved": with_unit(_zero_if_rounding(each.lower), self._unit(each)),
+                "least": with_unit(each.shown_upper, self._unit(each)),
+                "proved": with_unit(each.shown_lower, self._unit(each)),
                 "at_deg": each.angle,
                 "required": with_unit(each.at_least, self._unit(each)),
                 "verdict": each.verdict,
@@ -283,11 +283,6 @@ class MachineEvaluation(Result, Drawable):
 
 
 HALF_TURN_DEG = 180.0
-LEAST_SHOWN = 1e-9  # mm or deg: smaller clearances are shown as 0
-
-
-def _zero_if_rounding(value: float) -> float:
-    return 0.0 if abs(value) < LEAST_SHOWN else value
 
 
 def station_verdict(evaluation: Evaluation) -> str:
