@@ -72,8 +72,8 @@ class MachineEvaluation(Result, Drawable):
     def notes(self) -> Iterator[str]:
         """Stations without a torque, and the warnings of each station."""
         for station in self.resolved:
-            if station.missing_for_torque:
-                yield f"{station.name} has no torque: its scene lacks {', '.join(station.missing_for_torque)}"
+            if station.why_no_torque:
+                yield f"{station.name} has no torque: {station.why_no_torque}"
         for name, evaluation in self.stations.items():
             yield from (f"{name}: {warning}" for warning in evaluation.warnings)
 
@@ -311,7 +311,7 @@ def evaluate_machine(machine: MachineSource) -> MachineEvaluation:
     Raises
     ------
     BadInput
-        If a scene lacks a size, or if a torque is infinite.
+        If a scene lacks a size.
 
     References
     ----------

@@ -6,7 +6,7 @@ from math import isfinite, radians
 
 import numpy as np
 
-from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve
 from camopt.core.quantities import displacement_unit
@@ -64,27 +64,23 @@ class ResolvedStation:
         return self.own_lift.sped_up(self.station.ratio).shifted(radians(phase))
 
     @cached_property
-    def missing_for_torque(self) -> tuple[str, ...]:
-        """Keys without which the scene has no torque; empty if it has one."""
-        return missing_keys_by_quantity(self.problem.setup).get(TORQUE, ())
+    def why_no_torque(self) -> str:
+        """Why the station has no torque, or an infinite one; empty if it has a torque."""
+        if missing := missing_keys_by_quantity(self.problem.setup).get(TORQUE, ()):
+            return f"its scene lacks {', '.join(missing)}"
+        if isfinite(peak_torque(self.problem)):
+            return ""
+        return "it is infinite, since the motion has corners or the follower jams in its guide"
 
     @cached_property
     def own_torque(self) -> TurnCurve | None:
-        """Torque of the station on the machine's shaft by the cam angle [N·m]; None if the scene has no forces.
+        """Torque of the station on the machine's shaft by the cam angle [N·m]; None if ``why_no_torque`` says why.
 
         The torque of the cam times the ratio, since both have the same power.
-
-        Raises
-        ------
-        BadInput
-            If the torque is infinite, at corners of the motion or because the follower jams.
         """
-        if self.missing_for_torque:
+        if self.why_no_torque:
             return None
         problem, error = self.problem, TORQUE_ERROR
-        if not isfinite(peak_torque(problem)):
-            why = "the torque is infinite: the motion has corners, or the follower jams in its guide"
-            raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
         if has_guide_friction(problem.setup):
             half_width, series = guided_torque_polynomials(problem.setup, problem.design, problem.programme)
             error = GUIDED_TORQUE_ERROR
@@ -101,12 +97,12 @@ class ResolvedStation:
 
     @cached_property
     def inertia(self) -> TurnCurve | None:
-        """Moment of inertia that the moving masses have at the shaft, by its angle [kg·m²]; None without forces.
+        """Moment of inertia that the moving masses have at the shaft, by its angle [kg·m²]; None without torque.
 
         The masses have the kinetic energy I·ω²/2 at a speed ω of the shaft. Their torque is ω²·C with
         C = (dI/dθ)/2, so I = 2·∫C dθ, and I = 0 where the follower stands still.
         """
-        if self.missing_for_torque:
+        if self.why_no_torque:
             return None
         programme, (_, _, mass, _) = (
             self.problem.programme,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.machines import KNIFE
 
 import camopt
 from camopt.core.numerics.turn_curve import TURN
@@ -61,3 +62,15 @@ def test_the_inertia_of_the_masses_is_what_the_speed_adds_to_the_torque(name):
     expected = 3.0 * TURN**2 * slow.inertia.derivative.value(angles) / 2.0
     assert np.abs(change - expected).max() <= 1e-8 * np.abs(change).max()
     assert abs(slow.inertia.least().value) <= 1e-12 * slow.inertia.largest().value
+
+
+def test_a_station_with_an_infinite_torque_is_left_out_of_the_sum():
+    cornered = {
+        **KNIFE,
+        "follower": {**KNIFE["follower"], "dynamics": {"mass": 1.0, "preload": 9.0}},
+        "motion": [{**row, "law": "uniform"} if "law" in row else row for row in KNIFE["motion"]],
+    }
+    rows = [{"name": "a", "scene": cornered}, {"name": "b", "scene": "pusher-by-lever"}]
+    both, alone = (camopt.evaluate_machine(Machine(rpm=60.0, station=rows[first:])) for first in (0, 1))
+    assert both.shaft.peak == alone.shaft.peak
+    assert [note for note in both.notes if note.startswith("a has no torque: it is infinite")]
