@@ -15,9 +15,9 @@ from .core.storage.version import __version__ as __version__
 from .model.motion import LAWS as LAWS
 from .scene.machine import Machine as Machine
 from .scene.machine import find_machine as find_machine
-from .scene.machine import shipped_machines as shipped_machines
 from .scene.scene import Scene as Scene
 from .scene.scene import find_scene as find_scene
+from .scene.sources import shipped_machines as shipped_machines
 from .scene.sources import shipped_scenes as shipped_scenes
 from .show.comparing.compare import Comparison as Comparison
 from .show.comparing.compare import compare as compare

@@ -11,6 +11,7 @@ from .scene.scene_templates import starting_machine as starting_machine
 from .scene.scene_templates import starting_scene as starting_scene
 from .scene.schema import scene_schema as scene_schema
 from .scene.search import nest_dotted_keys as nest_dotted_keys
+from .scene.sources import shipped_machine_toml as shipped_machine_toml
 from .scene.sources import shipped_toml as shipped_toml
 from .scene.units import convert_text_to_unit as convert_text_to_unit
 from .show.drawing.linkage import draw_open_linkage as draw_open_linkage

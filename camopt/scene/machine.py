@@ -24,7 +24,7 @@ from camopt.scene.mapping import tables_in_list
 from camopt.scene.motors import MotorData, read_motors
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.scene import Scene, find_scene
-from camopt.scene.sources import SHIPPED
+from camopt.scene.sources import MACHINES, path_beside_machine, shipped_machines
 from camopt.scene.speed import CRANK_SPEED_KEY, TURNS_OF_CRANK
 from camopt.scene.table_places import TOP_TABLE
 from camopt.scene.table_shapes import replace_wrong_shapes
@@ -46,7 +46,6 @@ from camopt.scene.toml_text import has_unit_text, parse_toml, plain_mappings_and
 from camopt.scene.units import replace_unit_texts
 
 MOST_STATIONS, MOST_TURNS = 50, 100
-MACHINES = SHIPPED / "machines"
 MACHINE_WORDS = "a machine's TOML file or a shipped machine"
 STATION_TABLE = "station"
 """The table that makes a TOML file a machine."""
@@ -60,13 +59,6 @@ def _check_outline(value: Any) -> Any:
     if any(not isfinite(each) or abs(each) > LARGEST_VALUE for point in points for each in point):
         raise ValueError("a list of points [x, y] with finite numbers")
     return points
-
-
-def _check_ratio(value: Any) -> Any:
-    turns = check_whole_number(value)
-    if not 1 <= turns <= MOST_TURNS:
-        raise ValueError(f"a whole number from 1 to {MOST_TURNS}")
-    return turns
 
 
 def _check_range_of_angles(value: Any) -> Any:
@@ -124,7 +116,10 @@ class Station(SceneTable):
     phase: Annotated[
         SignedNumber, Key("Angle of the machine's shaft at which the turn of the cam starts", "deg")
     ] = 0.0
-    ratio: Annotated[int, BeforeValidator(_check_ratio), Key("Turns of the cam in a cycle of the machine")] = 1
+    ratio: Annotated[
+        Annotated[int, BeforeValidator(check_whole_number), Field(ge=1, le=MOST_TURNS)],
+        Key("Turns of the cam in a cycle of the machine"),
+    ] = 1
     outline: Annotated[Outline | None, Key("Points [x, y] of the tool's outline, in order", "mm")] = None
     outline_radius: Annotated[NotNegative, Key("Radius that rounds the outline outward", "mm")] = 0.0
     direction: Annotated[
@@ -433,7 +428,7 @@ def _scene_of_station(given: Any, place: str, file: str, folder: Path | None) ->
     """The scene of a station: a table, the path of a file, or the name of a shipped scene."""
     if isinstance(given, dict):
         return Scene.from_dict(given, f"{file}: {place}")
-    path = (folder or Path()) / given
+    path = path_beside_machine(folder, given)
     try:
         return find_scene(path if path.suffix == ".toml" or path.is_file() else given)
     except BadInput as error:
@@ -502,22 +497,6 @@ def _faults_of_clearance(
         yield f"{place}.between", [*clearance.between], "must name two stations or bodies, or have along"
     if len({*clearance.between}) != count:
         yield f"{place}.between", [*clearance.between], "must name each station once"
-
-
-def shipped_machines() -> tuple[str, ...]:
-    """The names of the machines that come with the package.
-
-    Returns
-    -------
-    tuple
-        Names for ``find_machine`` and for ``camopt machine``.
-
-    Examples
-    --------
-    >>> "pick-and-place" in camopt.shipped_machines()
-    True
-    """
-    return tuple(sorted(path.stem for path in MACHINES.glob("*.toml")))
 
 
 def find_machine(name: str | os.PathLike[str]) -> Machine:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from camopt.core.mistakes import BadInput
 from camopt.core.storage.files import decode_user_text, read_bytes
 from camopt.scene.csv_columns import MOST_SPANS
+from camopt.scene.sources import path_beside_machine
 
 
 class MotorData(NamedTuple):
@@ -31,11 +32,11 @@ MOTOR_COLUMNS = ("name", "rated_torque_N_m", "peak_torque_N_m", "rated_speed_rpm
 def read_motors(folder: Path | None, name: str) -> tuple[MotorData, ...]:
     """The motors of a CSV file whose first line names ``MOTOR_COLUMNS``.
 
-    ``name`` is relative to ``folder``; None if files may not be named. A ValueError says what is wrong.
+    ``name`` is relative to ``folder``, that of the machine. A ValueError says what is wrong.
     """
     wanted = MOTOR_COLUMNS
     try:
-        rows = csv.DictReader(decode_user_text(read_bytes((folder or Path()) / name)).splitlines())
+        rows = csv.DictReader(decode_user_text(read_bytes(path_beside_machine(folder, name))).splitlines())
         columns = [column.strip() for column in rows.fieldnames or ()]
         if absent := [column for column in wanted if column not in columns]:
             raise ValueError(f"its first line has no {' and no '.join(absent)}")

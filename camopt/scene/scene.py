@@ -39,7 +39,7 @@ from camopt.scene.part import Part, complete_part
 from camopt.scene.profile import set_base_radius_from_profile
 from camopt.scene.pydantic_mistakes import KNOWN_TABLES, mistakes_from_pydantic
 from camopt.scene.search import Search, nest_dotted_keys
-from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.scene.sources import shipped_machines, shipped_scenes, shipped_toml
 from camopt.scene.speed import CRANK_SPEED_KEY, replace_crank_speed
 from camopt.scene.spring import has_straight_spring
 from camopt.scene.synthesis import SynthesisSettings
@@ -143,6 +143,7 @@ class Scene(HasHtml, Drawable, SceneTable):
     """
 
     picture: ClassVar[str] = "drawing.figures"
+    elsewhere: ClassVar[Mapping[str, str]] = {"station": "the file is a machine: use camopt machine"}
     model_config = ConfigDict(defer_build=False)  # its keys are in its signature before there is one
     name: Annotated[str, BeforeValidator(check_one_line), Key("Title of results and pictures")] = "scene"
     cam: Annotated[InnerTable[Cam], Key("The cam")]
@@ -619,6 +620,8 @@ def scene_named(
         return Scene.from_toml(word, changes)
     if word and path.exists():
         why = "this is a folder, pipe or device"
+    elif word in shipped_machines():
+        why = f"{word} is a machine: use camopt machine {word}"
     elif path.suffix or {"/", os.sep} & {*word}:
         why = "there is no such file"
     else:

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 
 import camopt
-from camopt import Scene, find_scene, shipped_scenes
+from camopt import Scene, find_machine, find_scene, shipped_machines, shipped_scenes
 from camopt.cli import commands
 from camopt.cli.main import GROUPS, MODULE_BY_COMMAND, main
 from camopt.cli.main import camopt as camopt_group
@@ -368,16 +368,27 @@ def test_laws_are_listed_with_their_peaks(run, run_json):
 
 def test_scenes_are_listed_and_printed(run, run_json):
     code, found = run_json("scenes")
-    assert (code, [record["name"] for record in found]) == (0, list(shipped_scenes()))
+    assert (code, [record["name"] for record in found]) == (0, [*shipped_scenes(), *shipped_machines()])
+    assert {record["kind"] for record in found if record["name"] in shipped_machines()} == {"machine"}
     code, text, _ = run("scenes")
     assert code == 0
-    assert all(name in text for name in shipped_scenes())
+    assert all(name in text for name in (*shipped_scenes(), "Shipped machines", *shipped_machines()))
     code, text, _ = run("scenes", "two-pauses")
     assert code == 0
     Path("copy.toml").write_text(text, encoding="utf-8")
     assert Scene.from_toml("copy.toml") == find_scene("two-pauses")
     code, found = run_json("scenes", "two-pauses")
     assert found == {"name": "two-pauses", "toml": text}
+
+
+def test_a_shipped_machine_is_printed_and_its_copy_is_that_machine(run):
+    code, text, _ = run("scenes", "pick-and-place")
+    assert code == 0
+    Path("copy.toml").write_text(text, encoding="utf-8")
+    copy, shipped = find_machine("copy.toml"), find_machine("pick-and-place")
+    assert (copy.scenes, copy.motors) == (shipped.scenes, shipped.motors)
+    assert run("machine", "copy.toml", "--out", "files")[0] == 0
+    assert Path("files/motors.csv").is_file()
 
 
 # ------------------------------------------------------------------------------------------ bad input: 2
@@ -412,6 +423,8 @@ BAD_INPUT = [
     (["optimise", "nowhere.toml"], "SCENE = 'nowhere.toml': must be a TOML file"),
     (["evaluate", "."], "SCENE = '.': must be a TOML file"),
     (["scenes", "exaust-valve"], "did you mean exhaust-valve?"),
+    (["scenes", "packr"], "did you mean packer?"),
+    (["optimise", "packer"], "packer is a machine: use camopt machine packer"),
     (["evaluate", "two-pauses", "extra"], "unexpected extra argument"),
     (["sweep", "--base-radius", "20:150:1e-9"], "a range of at most 10,000,000 values; this one has 130,000,000,000"),
     (["evaluate", "two-pauses", "--cutter-radius", "5"], "--cutter-radius = 5.0: needs --points"),

@@ -67,7 +67,7 @@ MISTAKES = [
     ({"station": [STATION, STATION]}, "station.2.name = 'a': another station or body has this name"),
     ({"station": [{"name": "a"}]}, "station.1.scene: missing"),
     ({"station": [STATION | {"ratio": 1.5}]}, "station.1.ratio = 1.5: must be a whole number"),
-    ({"station": [STATION | {"ratio": 0}]}, "station.1.ratio = 0: must be a whole number from 1 to"),
+    ({"station": [STATION | {"ratio": 0}]}, "station.1.ratio = 0: must be at least 1"),
     ({"station": [STATION | {"scene": "rollr-1000rpm"}]}, "station.1.scene = 'rollr-1000rpm'.*roller-1000rpm"),
     ({"station": [STATION | {"scene": "none.toml"}]}, "station.1.scene = .*there is no such file"),
     ({"station": [STATION | {"scene": 3}]}, "station.1.scene = 3: must be the path"),

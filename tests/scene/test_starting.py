@@ -8,9 +8,9 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
-from camopt.scene.machine import MACHINES
 from camopt.scene.scene import SCENE_TABLES
 from camopt.scene.scene_templates import PAIRINGS, PURPOSES, starting_machine, starting_scene
+from camopt.scene.sources import MACHINES
 from camopt.scene.table_places import key_record
 
 NAMES = [*PURPOSES, *camopt.shipped_scenes()]

@@ -83,17 +83,17 @@ def new(
 @click.argument("name", required=False)
 @output_options
 def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
-    """List the shipped scenes, or print one.
+    """List the shipped scenes and machines, or print one.
 
-    With a NAME, camopt prints that scene as TOML.
+    With a NAME, camopt prints that scene or machine as TOML.
     """
     if name is None:
         return cli.print_result(library.list_scenes(), as_json, quiet)
-    if name not in camopt.shipped_scenes():
-        raise BadInput(
-            [Mistake("camopt", "NAME", name, f"a shipped scene; {suggest_names(name, camopt.shipped_scenes())}")]
-        )
-    text = library.shipped_toml(name)
+    scenes, machines = camopt.shipped_scenes(), camopt.shipped_machines()
+    if name not in (*scenes, *machines):
+        why = f"a shipped scene or machine; {suggest_names(name, (*scenes, *machines))}"
+        raise BadInput([Mistake("camopt", "NAME", name, why)])
+    text = library.shipped_machine_toml(name) if name in machines else library.shipped_toml(name)
     if as_json:
         cli.print_json({"name": name, "toml": text})
     else:

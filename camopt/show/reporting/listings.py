@@ -1,4 +1,4 @@
-"""Lists of the motion laws, of the keys of a scene and of the shipped scenes."""
+"""Lists of the motion laws, of the keys of a scene, and of the shipped scenes and machines."""
 
 import tomllib
 from dataclasses import replace
@@ -13,7 +13,7 @@ from camopt.model.motion.programme import LAW_PEAKS, law_peaks, law_peaks_inside
 from camopt.scene.keys import MACHINE_KEYS, KeyDescription, find_keys
 from camopt.scene.machine import MACHINE_TABLES
 from camopt.scene.scene import SCENE_TABLES
-from camopt.scene.sources import shipped_scenes, shipped_toml
+from camopt.scene.sources import shipped_machine_toml, shipped_machines, shipped_scenes, shipped_toml
 from camopt.scene.table_places import table_heading
 from camopt.solve.tables.result import ABOUT, Cell, Listing, Table, table_of
 
@@ -82,6 +82,14 @@ def _key_row(key: KeyDescription) -> list[Cell | str]:
 
 
 def list_scenes() -> Listing:
-    """The shipped scenes with their titles."""
-    records = [{"name": name, "title": tomllib.loads(shipped_toml(name))["name"]} for name in shipped_scenes()]
-    return Listing(records, (table_of("Shipped scenes", records, ["name", "title"]),))
+    """The shipped scenes and machines with their titles."""
+    texts = {
+        "scene": {name: shipped_toml(name) for name in shipped_scenes()},
+        "machine": {name: shipped_machine_toml(name) for name in shipped_machines()},
+    }
+    kinds = {
+        kind: [{"name": name, "kind": kind, "title": tomllib.loads(text)["name"]} for name, text in each.items()]
+        for kind, each in texts.items()
+    }
+    tables = (table_of(f"Shipped {kind}s", rows, ["name", "title"]) for kind, rows in kinds.items())
+    return Listing([row for rows in kinds.values() for row in rows], (*tables,))

@@ -19,6 +19,7 @@ from camopt.core.storage.publishing import publication
 from camopt.scene.machine import Machine
 from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
+from camopt.scene.sources import path_beside_machine
 from camopt.show.drawing.plot import plot
 from camopt.show.exporting.export import export
 from camopt.show.exporting.file_types import FILE_TYPES
@@ -92,7 +93,8 @@ def write_machine_folder(
             notes += _write_cam_files(cam, output.staging)
         write_text(output.staged_path("machine.toml"), _machine_beside_scenes(machine, cams).to_toml())
         if machine.motor:
-            shutil.copyfile((machine.folder or Path()) / machine.motor.catalogue, output.staged_path(CATALOGUE))
+            catalogue = path_beside_machine(machine.folder, machine.motor.catalogue)
+            shutil.copyfile(catalogue, output.staged_path(CATALOGUE))
         rows = [*parts_of_machine(cams)]
         headings = [*dict.fromkeys(name for row in rows for name in row)]
         texts = [headings, *([row.get(name, "") for name in headings] for row in rows)]

@@ -150,7 +150,7 @@ class MachineEvaluation(Result, Drawable):
         """A table with a row for each station."""
         rows = self.records()
         for row in rows:
-            row["lift"] = with_unit(row.pop("lift"), row.pop("lift_unit"))
+            row["lift"] = with_unit(row["lift"], row.pop("lift_unit"))
         names = dict.fromkeys(name for row in rows for name in row)
         units = {"phase_deg": "deg", "cam_rpm": "rev/min"}
         units |= {name: "N·m" for name in names if name.endswith("_N_m")}

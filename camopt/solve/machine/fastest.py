@@ -117,15 +117,16 @@ class MachineFastest(Result):
 
     def table(self) -> Table:
         """A row for each limit of each station, from the lowest highest speed upwards."""
+        gains = ((row, row["rpm_per_percent"]) for row in self.records())
         rows = [
             {
                 "station": row["station"],
                 "limit": row["limit"],
                 "highest speed": {None: "none", inf: "any"}.get(row["rpm"]) or number_text(row["rpm"]),
-                "gain per 1 %": "" if row["rpm_per_percent"] is None else f"{row['rpm_per_percent']:.4g}",
+                "gain per 1 %": "" if gain is None else f"{gain:.4g}".replace("-", "−"),
                 "proof": row["proof"],
             }
-            for row in self.records()
+            for row, gain in gains
         ]
         names = ("station", "limit", "highest speed", "gain per 1 %", "proof")
         note = "Speeds are those of the machine's shaft in rev/min."

@@ -19,6 +19,7 @@ from . import columns, keys, laws, package, scenes
 DOCS = Path(__file__).parents[2]
 MADE: dict[str, Callable[[], Iterable[str]]] = {
     "keys": keys.of_scene,
+    "machine-keys": keys.of_machine,
     "limits": keys.of_limits,
     "materials": keys.materials,
     "quantities": columns.of_effects,
@@ -31,7 +32,7 @@ MADE: dict[str, Callable[[], Iterable[str]]] = {
     "points": columns.of_points,
 }
 MARK = re.compile(r"^<!-- made: ([a-z-]+) -->\n.*?^<!-- made -->$", re.MULTILINE | re.DOTALL)
-DRAWN = "<!-- drawn: scenes -->"
+DRAWN = {"<!-- drawn: scenes -->": scenes.shipped, "<!-- drawn: machines -->": scenes.shipped_with_stations}
 
 
 def filled(page: str) -> str:
@@ -46,9 +47,10 @@ def pages() -> dict[Path, str]:
 
 
 def fill(app: Sphinx, name: str, source: list[str]) -> None:
-    """Put the pictures of scenes into the page as it is read."""
-    if DRAWN in source[0]:
-        source[0] = source[0].replace(DRAWN, "\n".join(scenes.shipped()))
+    """Put the shipped scenes and machines into the page as it is read."""
+    for mark, cards in DRAWN.items():
+        if mark in source[0]:
+            source[0] = source[0].replace(mark, "\n".join(cards()))
 
 
 def write(app: Sphinx) -> None:

@@ -1,4 +1,4 @@
-"""The keys of a scene, out of its tables: what each is, its unit, what it allows and what needs it."""
+"""The keys of scenes and machines, out of their tables: sentence, unit, what each allows and what needs it."""
 
 import json
 from collections.abc import Iterator
@@ -12,6 +12,7 @@ from camopt.model.effects import missing_keys_by_quantity
 from camopt.model.mechanisms import Mechanism
 from camopt.model.mechanisms.elements import Tip
 from camopt.scene.keys import KeyDescription, keys_of_table
+from camopt.scene.machine import MACHINE_TABLES
 from camopt.scene.materials import MATERIALS
 from camopt.scene.problem.limits import Limit
 from camopt.scene.problem.problem import resolve
@@ -65,6 +66,17 @@ def of_scene() -> Iterator[str]:
         label = f"(table-{place.replace('.', '-').lower()})="
         yield from ("", label, f"## {table_heading(place)}", "", prose(SCENE_TABLES[place].__doc__))
         yield from entries(place)
+
+
+def of_machine() -> Iterator[str]:
+    """All tables of a machine."""
+    for place, model in MACHINE_TABLES.items():
+        if place:
+            yield from ("", f"(machine-table-{place})=", f"## {table_heading(place)}", "", prose(model.__doc__))
+        else:
+            yield "## At the top"
+        for key in keys_of_table(place, tables=MACHINE_TABLES):
+            yield from entry("key", [f"machine.{key.key}"], facts_of(key))
 
 
 def materials() -> Iterator[str]:
