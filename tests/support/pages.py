@@ -22,6 +22,12 @@ def blocks(page: Path) -> list[Block]:
     return [Block(*found) for found in FENCED.findall(page.read_text(encoding="utf-8"))]
 
 
+def file_of(block: Block) -> str:
+    """The file that a block of TOML belongs to, by the comment in its first line; "" without one."""
+    named = re.match(r"# (\S+\.toml)\n", block.text) if block.language == "toml" else None
+    return named[1] if named else ""
+
+
 def commands(block: Block) -> list[tuple[str, str]]:
     """The commands of a block that start camopt, each with what the page says that it prints; "" in a script."""
     if block.language == "text":

@@ -1,6 +1,7 @@
 """What the README and the recipes say is so: scenes answer, commands print what is printed there, Python runs.
 
 A page is a session: it runs from top to bottom in an empty folder. Parts of scenes go into that of write-a-scene.
+TOML whose first line names a file is added to this file.
 """
 
 import contextlib
@@ -13,14 +14,17 @@ from math import isfinite
 from pathlib import Path
 
 import pytest
-from support.pages import ALL, PAGES, ROOT, blocks, commands, prints
+from support.pages import ALL, PAGES, ROOT, blocks, commands, file_of, prints
 
 from camopt import LAWS, BadInput, Scene, evaluate, export, find_scene, optimise, sweep, synthesise
 from camopt.cli.main import main
 from camopt.model.motion.law import vdi_motion_task
 from camopt.scene.problem.problem import resolve
 
-SCENES = {page.stem: [tomllib.loads(b.text) for b in blocks(page) if b.language == "toml"] for page in PAGES}
+SCENES = {
+    page.stem: [tomllib.loads(b.text) for b in blocks(page) if b.language == "toml" and not file_of(b)]
+    for page in PAGES
+}
 (WHOLE,) = SCENES.pop("write-a-scene")
 WITHOUT_MOTION = {"cam": {"form": "disc", "rpm": 600}, "follower": WHOLE["follower"]}
 BLOCKS = [block for page in SCENES.values() for block in page]
@@ -50,6 +54,9 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     for block in blocks(page):
         if block.language == "python":
             exec(block.text, names)
+        if file := file_of(block):
+            with Path(file).open("a", encoding="utf-8") as written:
+                written.write(block.text)
         for line, expected in commands(block):
             if line in TIMED:
                 continue
