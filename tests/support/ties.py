@@ -5,6 +5,7 @@ processors and libraries that compute alike print the same.
 """
 
 import sys
+from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -78,14 +79,17 @@ def fronts(seed: int, folder: Path) -> tuple[str, int, int]:
     return digest, full.num_rows, int(costs.duplicated(keep=False).sum())
 
 
-def main(first: int, count: int, step: int = 1) -> None:
+def results_by_seed(first: int, count: int, step: int = 1) -> Iterator[str]:
+    """A line for each seed: the digest of its table, the rows of its front, and its ties."""
     for seed in range(first, first + count * step, step):
         with TemporaryDirectory() as folder:
             try:
-                print(seed, *fronts(seed, Path(folder)), flush=True)
+                digest, rows, ties = fronts(seed, Path(folder))
+                yield f"{seed} {digest} {rows} {ties}"
             except (BadInput, AssertionError) as why:
-                print(seed, "failed", why, flush=True)
+                yield f"{seed} failed {why}"
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    for line in results_by_seed(*map(int, sys.argv[1:])):
+        print(line, flush=True)
