@@ -178,6 +178,13 @@ class TurnCurve:
         return value
 
     @cached_property
+    def _evaluation_error(self) -> float:
+        """A bound of the rounding error of a value: of Horner's scheme, and of the angle in it."""
+        magnitude = np.abs(self.series).sum(axis=0).max()
+        slope = (np.abs(polynomial.polyder(self.series)).sum(axis=0) / self.half_width).max()
+        return float(4.0 * UNIT_ROUNDOFF * (len(self.series) * magnitude + TURN * slope))
+
+    @cached_property
     def _panel_ranges(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Least and largest value of each panel, and a bound of the second derivative by u."""
         bernstein = matrix_product(powers_to_bernstein_matrix(len(self.series) - 1), self.series)
@@ -222,7 +229,8 @@ class TurnCurve:
             begin, end = first[here] + 1, last[here] - 2**level
             least[here] = np.minimum(least[here], np.minimum(lows[level][begin], lows[level][end]))
             most[here] = np.maximum(most[here], np.maximum(highs[level][begin], highs[level][end]))
-        return Interval(least - self.error, most + self.error)
+        room = self.error + self._evaluation_error
+        return Interval(least - room, most + room)
 
     def _range_over_part(self, panel: IndexArray, low: FloatArray, high: FloatArray) -> Interval:
         """Enclosures over the parts of panels between two angles, by Taylor's formula in their middles."""
