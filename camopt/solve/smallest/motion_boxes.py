@@ -37,7 +37,7 @@ from camopt.solve.smallest.smallest import solve_small_cam_unproved
 from camopt.solve.verdicts.sloped_designs import sloped_boxes
 
 MOTION_BATCH = 256  # boxes examined together, at most, so that the search can stop
-SEARCHED_MIDDLES = 12  # boxes whose middle is searched: another local optimum may be better
+SEARCHED_MIDDLES = 2  # boxes whose middle is searched: another local optimum may be better
 LADDER_ROUNDS, LADDER_SIZES = 3, 16  # rounds of sizes of a box that are tried, each round finer, and sizes in each
 
 
@@ -151,7 +151,9 @@ class MotionSearch(Bisection):
             return
         design = design.without_numbers(self.motion_fields)
         if closely:
-            self.update_best(solve_small_cam_unproved(problem, self.bounds, self.best.design, self.budget), motion)
+            low, high = self.bounds["size"]
+            bounds = {**self.bounds, "size": (low, max(low, min(high, self.best.size)))}
+            self.update_best(solve_small_cam_unproved(problem, bounds, self.best.design, self.budget), motion)
         rounding = allowed_proof_gap(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.best.size)
