@@ -44,13 +44,22 @@ class TextDialect(NamedTuple):
         return float(re.sub("[dD]", "e", word.replace(",", ".")))
 
     def read_rows(self, lines: Sequence[str]) -> list[NumberedRow]:
-        """The rows of some lines, without comments and empty lines."""
+        """The rows of some lines, without comments and empty lines.
+
+        A comment just above the first numbers is a row of headings if it has as many cells.
+        """
         numbered = (
             (number, self.split_cells(line))
             for number, line in enumerate(lines, start=1)
             if not COMMENT.match(line)
         )
-        return [NumberedRow(number, cells) for number, cells in numbered if cells]
+        rows = [NumberedRow(number, cells) for number, cells in numbered if cells]
+        first = next((place for place, row in enumerate(rows) if row.is_numeric), len(rows))
+        if first < len(rows) and (number := rows[first].number - 1) > 0:
+            headings = self.split_cells(COMMENT.sub("", lines[number - 1], count=1))
+            if COMMENT.match(lines[number - 1]) and len(headings) == len(rows[first].cells):
+                rows.insert(first, NumberedRow(number, headings))
+        return rows
 
 
 TEXT_DIALECTS = [TextDialect(mark, sign) for mark in DELIMITERS for sign in NUMBER_FORMS if mark != sign]
