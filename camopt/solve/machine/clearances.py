@@ -336,6 +336,7 @@ def first_violations(form: ClearanceForm, directions: FloatArray, budget: Budget
         found = enclose_boxes(form, directions, boxes)
         violates = found.upper < form.required
         np.minimum.at(broken, boxes.task[violates], 0.5 * (boxes.low + boxes.high)[1, violates])
+        found.rooms[1, violates] = inf  # these are halved in the shift: at their middle no angle holds it
         is_open = (found.lower < form.required) & (boxes.low[1] < broken[boxes.task])
         front = np.minimum(broken, pi)
         np.minimum.at(front, boxes.task[is_open], boxes.low[1, is_open])

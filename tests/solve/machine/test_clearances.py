@@ -14,7 +14,8 @@ from support.machines import (
 
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import sum_curves
-from camopt.scene.machine import Machine
+from camopt.scene.machine import Machine, find_machine
+from camopt.scene.sources import shipped_machines
 from camopt.solve.machine.clearances import LEAST_WORK, clearance_form, clearances_of_machine, first_violations
 from camopt.solve.machine.stations import resolve_stations
 
@@ -248,3 +249,12 @@ def test_fixed_bodies_and_angles_many_turns_away():
     assert one.upper == pytest.approx(40.0 - 2.0 - 18.0, abs=1e-9)
     assert (one.lower, one.upper) == pytest.approx((other.lower, other.upper), abs=1e-9)
     assert one.angle == pytest.approx(90.0)
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_slacks_of_shipped_machines_are_closed(name):
+    """A tool at rest breaks a clearance by a constant value: only halves of the shift end such a box."""
+    machine = find_machine(name)
+    slacks = [slack for each in clearances_of_machine(machine, resolve_stations(machine)) for slack in each.slacks]
+    for proved, broken in (end for slack in slacks for end in (slack.earlier, slack.later)):
+        assert proved == 180.0 or 0.0 < broken - proved < 1e-6 * broken
