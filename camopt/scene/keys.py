@@ -55,7 +55,7 @@ def keys_of_table(
 def find_keys(name: str | None = None) -> list[KeyDescription]:
     """The keys of a table, or with a name such as rpm or cam.rpm; all keys of scenes without a name.
 
-    ``machine`` has all keys of machines.
+    ``machine`` has all keys of machines. A key that scenes do not have is that of machines.
 
     Raises
     ------
@@ -65,11 +65,14 @@ def find_keys(name: str | None = None) -> list[KeyDescription]:
     named = f"{name}.NAME"  # a table of inner tables that the user names, such as laws
     if name in SCENE_TABLES or named in SCENE_TABLES:
         return [*keys_of_table(str(name) if name in SCENE_TABLES else named)]
+    of_machines = [key for place in MACHINE_TABLES for key in keys_of_table(place, tables=MACHINE_TABLES)]
     if name == MACHINE_KEYS or name in MACHINE_TABLES:
-        places = MACHINE_TABLES if name == MACHINE_KEYS else [str(name)]
-        return [key for place in places for key in keys_of_table(place, tables=MACHINE_TABLES)]
+        return [key for key in of_machines if name in (MACHINE_KEYS, key.table)]
     keys = [key for place in SCENE_TABLES for key in keys_of_table(place)]
-    matching = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
+    if name is None:
+        return keys
+    named_keys = ([key for key in group if f".{key.key}".endswith(f".{name}")] for group in (keys, of_machines))
+    matching = next(filter(None, named_keys), [])
     if not matching:
         known = [
             *dict.fromkeys(

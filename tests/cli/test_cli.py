@@ -381,6 +381,11 @@ def test_scenes_are_listed_and_printed(run, run_json):
     assert found == {"name": "two-pauses", "toml": text}
 
 
+def test_a_key_that_only_machines_have_is_found(run_json):
+    code, found = run_json("keys", "clear.along")
+    assert (code, [key["key"] for key in found]) == (0, ["clear.along"])
+
+
 def test_a_shipped_machine_is_printed_and_its_copy_is_that_machine(run):
     code, text, _ = run("scenes", "pick-and-place")
     assert code == 0
