@@ -289,40 +289,44 @@ def test_the_mass_of_a_ribbed_cam_is_that_of_its_core_and_of_slices_of_its_rib(m
     assert quantity(problem, "cam_inertia_kg_m2") == pytest.approx(density * 1e-6 * (solid[1] + polar), rel=1e-7)
 
 
-def test_each_flank_bears_the_force_of_its_sign_and_a_preload_is_on_both():
+@pytest.mark.one_in(2)
+@pytest.mark.parametrize(
+    ("drive", "preload", "load"),
+    [
+        ({}, 0.0, 40.0),
+        ({}, 0.0, 2000.0),  # the second roller never touches
+        ({"interference": 0.01, "stiffness": 10e3}, 100.0, 40.0),
+        ({"interference": 0.01, "stiffness": 40e3}, 400.0, 40.0),
+    ],
+)
+def test_each_flank_bears_the_force_of_its_sign_and_a_preload_is_on_both(drive, preload, load):
     """Hertz's stress and the film of Dowson and Higginson at dense cam angles: N from the force and the slope, the
     curvature from the flanks."""
     scene = rib(np.random.default_rng(2), "translating")
     oil = {"viscosity": 0.08, "pressure_viscosity": 20, "roughness": 0.4}
     scene["materials"] = {"cam": "steel", "follower": "steel", "face_width": 12, **oil}
     angles, modulus = np.linspace(0.0, 2.0 * np.pi, 7201), 207e3 / (1 - 0.292**2) / 2
-    for drive, preload, load in (
-        ({}, 0.0, 40.0),
-        ({}, 0.0, 2000.0),  # the second roller never touches
-        ({"interference": 0.01, "stiffness": 40e3}, 400.0, 40.0),
-        ({"interference": 0.01, "stiffness": 10e3}, 100.0, 40.0),
-    ):
-        scene["follower"]["dynamics"] = {"mass": 5.0, "load": load}
-        asked = {"drive": {"kind": "rib", **drive}, "outputs": ["hertz", "surface"]}
-        problem, films = resolve_design(Scene.from_dict({**scene, **asked})), []
-        y1, y2 = problem.programme.motion_at(angles)[1:3]
-        force = 5e-3 * (300 * np.pi / 30) ** 2 * y2 + load
-        slope = y1 / problem.design.size[0]
-        bend = -y2 / problem.design.size[0] ** 2 / (1 + slope**2) ** 1.5
-        radius = problem.design.roller_radius[0]
-        for place, sign in zip(PLACES, (1.0, -1.0), strict=True):
-            shared = sign * force / 2 + np.maximum(np.abs(force) / 2, preload)
-            normal = shared * np.sqrt(1 + slope**2)
-            hollow = radius * (1 - radius * sign * bend)
-            stress = np.sqrt(normal / 12 * modulus / np.pi / hollow).max()
-            assert quantity(problem, f"{place}_contact_stress_max_MPa") == pytest.approx(stress, rel=1e-6)
-            speed = 0.08e-6 * 10 * np.pi * problem.design.size[0] * np.sqrt(1 + slope**2) * hollow / radius
-            with np.errstate(divide="ignore"):
-                film = 2.65e3 * hollow * (20e-3 * 2 * modulus) ** 0.54 * (speed / (2 * modulus * hollow)) ** 0.7
-                film *= (normal / (2 * modulus * hollow * 12)) ** -0.13
-            lost = normal.min() <= 0.0 < normal.max()
-            films.append(0.0 if lost else film.min())
-        assert quantity(problem, "film_thickness_min_um") == pytest.approx(min(films), rel=1e-6)
+    scene["follower"]["dynamics"] = {"mass": 5.0, "load": load}
+    asked = {"drive": {"kind": "rib", **drive}, "outputs": ["hertz", "surface"]}
+    problem, films = resolve_design(Scene.from_dict({**scene, **asked})), []
+    y1, y2 = problem.programme.motion_at(angles)[1:3]
+    force = 5e-3 * (300 * np.pi / 30) ** 2 * y2 + load
+    slope = y1 / problem.design.size[0]
+    bend = -y2 / problem.design.size[0] ** 2 / (1 + slope**2) ** 1.5
+    radius = problem.design.roller_radius[0]
+    for place, sign in zip(PLACES, (1.0, -1.0), strict=True):
+        shared = sign * force / 2 + np.maximum(np.abs(force) / 2, preload)
+        normal = shared * np.sqrt(1 + slope**2)
+        hollow = radius * (1 - radius * sign * bend)
+        stress = np.sqrt(normal / 12 * modulus / np.pi / hollow).max()
+        assert quantity(problem, f"{place}_contact_stress_max_MPa") == pytest.approx(stress, rel=1e-6)
+        speed = 0.08e-6 * 10 * np.pi * problem.design.size[0] * np.sqrt(1 + slope**2) * hollow / radius
+        with np.errstate(divide="ignore"):
+            film = 2.65e3 * hollow * (20e-3 * 2 * modulus) ** 0.54 * (speed / (2 * modulus * hollow)) ** 0.7
+            film *= (normal / (2 * modulus * hollow * 12)) ** -0.13
+        lost = normal.min() <= 0.0 < normal.max()
+        films.append(0.0 if lost else film.min())
+    assert quantity(problem, "film_thickness_min_um") == pytest.approx(min(films), rel=1e-6)
 
 
 def test_rollers_of_a_rib_roll_on_their_flanks_without_turning_round():
