@@ -216,7 +216,7 @@ def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
     knife = find_scene("knife-900rpm-radial").replace(
         **{"synthesis.pieces": 8, "search": {"law": ["cycloidal"]}, "limits": {"pressure_angle": 30}}
     )
-    found = frontier(knife, points=2, workers=2)
+    found = frontier(knife, points=2, workers=1)
     print_sections(*found.sections())
     printed = capsys.readouterr().out
     head = [line for line in printed.splitlines()[:8] if "mm" in line]
@@ -490,7 +490,7 @@ def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, 
 def test_it_is_told_before_the_first_point(monkeypatch):
     monkeypatch.setattr(searches, "LONG_SECONDS", 0.0)
     events = []
-    coarse = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    coarse = find_scene("roller-1000rpm").replace(**COARSE | {"synthesis.pieces": 8})
     frontier(coarse, points=2, workers=1, progress=lambda done, _: events.append(done), tell=events.append)
     assert "3 more searches for a motion, about " in events[0]
     assert events[-2:] == [1, 2]

@@ -158,7 +158,7 @@ PEAKS = st.one_of(st.none(), st.floats(3.0, 20.0), st.tuples(st.sampled_from([-9
     offset=st.sampled_from([None, {"start": -5, "stop": -5}, {"start": -9, "stop": 0}, [0, 3]]),
     minimise=st.sampled_from(["size", "jerk", "acceleration_rms", {"size": 1.0, "velocity": 2.0}]),
 )
-@settings(max_examples=times(3, deep=150))
+@settings(max_examples=times(2, deep=150))
 def test_whatever_is_asked_prices_are_finite(peaks, limits, offset, minimise):
     names = ("peak_velocity", "peak_acceleration", "peak_jerk")
     asked = {**{f"synthesis.{name}": peak for name, peak in zip(names, peaks, strict=True)}, "synthesis.pieces": 6}

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from support.cams import cam_with
+from support.depth import is_deep
 
 import camopt
 from camopt.core.mistakes import BadInput
@@ -208,7 +209,7 @@ def test_tolerances_of_a_second_contact_and_of_links_have_prices_too(name, given
         part={}, limits=limit, tolerances=given, search={"base_radius": [40, 60]}
     )
     costs = prices_of(scene)
-    for key in keys:
+    for key in keys if is_deep() else keys[:1]:
         price = costs[f"tolerances.{key}"]
         unit = 1e-3 if price.unit == "µm" else 1.0
         exact = unit * price_by_differences(scene, f"tolerances.{key}", given[key], 2e-4 * given[key])
