@@ -60,9 +60,10 @@ class Words(NamedTuple):
     def corners(self) -> ComplexArray:
         """Corners of the box of the text, from the foot of a g to the top of a capital."""
         wide = text_width(self.text, self.height)
-        x = np.array([0.0, wide, wide, 0.0]) - self.place * wide
-        y = self.height * np.array([-0.33, -0.33, 1.05, 1.05])
-        return np.asarray(self.at + (x + 1j * y) * np.exp(1j * self.turn))
+        left, right = -self.place * wide, wide - self.place * wide
+        foot, top = self.height * -0.33, self.height * 1.05
+        box = np.array([complex(left, foot), complex(right, foot), complex(right, top), complex(left, top)])
+        return self.at + (box * np.exp(1j * self.turn) if self.turn else box)
 
 
 Mark = Line | Words

@@ -6,7 +6,7 @@ The paper is the smallest one that holds them.
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from itertools import islice
 from math import inf, pi
 from typing import NamedTuple
@@ -53,6 +53,8 @@ class SheetMargins:
 
     cam: TrueCam
     form: Arrangement
+    table: Marks
+    table_box: MarkBox
     texts: tuple[str, ...]
 
     @property
@@ -66,14 +68,10 @@ class SheetMargins:
         """The level above the title block."""
         return self.form.paper.frame.low.imag + sheet_standard().block_size.imag + FRAME_MARGIN
 
-    @cached_property
-    def table(self) -> Marks:
-        return points_table(table_columns(self.cam, self.form.step), self.form.blocks)
-
     @property
     def has_room_for_table(self) -> bool:
         """Whether the table fits on the sheet."""
-        spare = self.frame_less_margin.size - marks_box(self.table).size
+        spare = self.frame_less_margin.size - self.table_box.size
         return min(spare.real, spare.imag) >= 0.0
 
     def frame_marks(self, scale: float) -> Marks:
@@ -131,7 +129,7 @@ def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     inner, width = margins.frame_less_margin, margins.frame_less_margin.size.real
     said = shift_marks(numbered_notes(margins.texts, width), complex(inner.low.real, margins.level_above_block))
     yield inner, said
-    spare = (width - marks_box(margins.table).size.real) / 2
+    spare = (width - margins.table_box.size.real) / 2
     rows = shift_marks(margins.table, complex(inner.low.real + spare, marks_box(said).high.imag + FRAME_MARGIN))
     yield inner, rows
     yield MarkBox(complex(inner.low.real, marks_box(rows).high.imag + FRAME_MARGIN), inner.high), views.disc_views
@@ -143,7 +141,7 @@ def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     beside_block = inner.size.real + FRAME_MARGIN - sheet_standard().block_size.real - VIEW_DISTANCE
     said = shift_marks(numbered_notes(margins.texts, beside_block), inner.low)
     yield inner, said
-    rows = shift_marks(margins.table, inner.high - marks_box(margins.table).high)
+    rows = shift_marks(margins.table, inner.high - margins.table_box.high)
     yield MarkBox(complex(inner.low.real, margins.level_above_block), inner.high), rows
     floor = max(margins.level_above_block, marks_box(said).high.imag + FRAME_MARGIN)
     room = MarkBox(
@@ -165,9 +163,7 @@ def developed_view_above_section(margins: SheetMargins, views: SheetViews) -> Pl
         numbered_notes(margins.texts, wide - FRAME_MARGIN), complex(right, margins.level_above_block)
     )
     yield inner, said
-    rows = shift_marks(
-        margins.table, complex(right, floor - VIEW_DISTANCE) - 1j * marks_box(margins.table).high.imag
-    )
+    rows = shift_marks(margins.table, complex(right, floor - VIEW_DISTANCE) - 1j * margins.table_box.high.imag)
     yield MarkBox(complex(right, marks_box(said).high.imag + FRAME_MARGIN), inner.high), rows
     yield MarkBox(complex(inner.low.real, floor), inner.high), groove
     if body:
@@ -296,10 +292,17 @@ def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sh
     body = cam.problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)
     texts = tuple(note_texts(cam))
+    columns = cache(partial(table_columns, cam))
+
+    @cache  # arrangements share few tables
+    def table_and_box(step: float | None, blocks: int) -> tuple[Marks, MarkBox]:
+        marks = points_table(columns(step), blocks)
+        return marks, marks_box(marks)
+
     desks = [
         desk
         for form in sheet_arrangements(body, step)
-        if (desk := SheetMargins(cam, form, texts)).has_room_for_table
+        if (desk := SheetMargins(cam, form, *table_and_box(form.step, form.blocks), texts)).has_room_for_table
     ]
     largest = sheet_standard().papers[-1]
     for scale in (
