@@ -63,7 +63,6 @@ def texts(name):
     return [mark.text for mark in words_of(sheet(name))]
 
 
-@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_sheet_is_american_and_nothing_is_on_top_of_anything(name):
     found = sheet(name)
@@ -76,7 +75,6 @@ def test_a_sheet_is_american_and_nothing_is_on_top_of_anything(name):
     assert found.paper.name in texts(name)
 
 
-@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_no_length_has_a_zero_before_its_point_or_a_unit_in_mm(name):
     lengths = [
@@ -87,15 +85,12 @@ def test_no_length_has_a_zero_before_its_point_or_a_unit_in_mm(name):
     assert {len(text.partition(".")[2]) for text in dimensions} <= {3, 4}
 
 
-@pytest.mark.one_in(2)
-@pytest.mark.parametrize(
-    ("name", "count"), [("press-feed-by-pair", 2), ("pump-of-constant-breadth", 1), ("bottle-filler-by-rib", 1)]
-)
-def test_pairs_and_ribs_have_american_sheets(name, count):
-    scene = american(find_scene(name))
-    found = sheets_of(scene, resolve_design(scene))
-    assert [faults_of(each) for each in found] == [[]] * count
-    assert f"1 OF {count}" in [mark.text for mark in words_of(found[0])]
+def test_pairs_and_ribs_have_american_sheets():
+    for name, count in (("press-feed-by-pair", 2), ("bottle-filler-by-rib", 1), ("pump-of-constant-breadth", 1)):
+        scene = american(find_scene(name))
+        found = sheets_of(scene, resolve_design(scene))
+        assert [faults_of(each) for each in found] == [[]] * count
+        assert f"1 OF {count}" in [mark.text for mark in words_of(found[0])]
 
 
 def table(found):
