@@ -207,6 +207,8 @@ class Machine(Drawable, SceneTable):
     rpm : float, optional
         Speed of the machine's shaft [rev/min], one turn a cycle. It replaces the speeds of the scenes. Without it,
         the speed follows from the first scene that has one.
+    rpm_of_crank : float, optional
+        Speed of a crankshaft that turns twice for each turn of the machine's shaft [rev/min], in place of ``rpm``.
     station : tuple of Station
         The cams of the machine.
     body : tuple of Body
@@ -243,6 +245,13 @@ class Machine(Drawable, SceneTable):
         Annotated[float, BoundedNumber(ge=SLOWEST_RPM, le=1e7)] | None,
         Key("Speed of the machine's shaft, in place of the speeds of the scenes", "rev/min"),
     ] = None
+    rpm_of_crank: Annotated[
+        Annotated[float, BoundedNumber(ge=SLOWEST_RPM, le=1e7)] | None,
+        Key(
+            "Speed of a crankshaft that turns twice for each turn of the machine's shaft, in place of `rpm`",
+            "rev/min",
+        ),
+    ] = None
     station: Annotated[
         tuple[InnerTable[Station], ...],
         Field(min_length=1, max_length=MOST_STATIONS),
@@ -265,6 +274,7 @@ class Machine(Drawable, SceneTable):
     _folder: Path | None = PrivateAttr(None)
     _scenes: Mapping[str, Scene] = PrivateAttr(default_factory=dict)
     _motors: tuple[MotorData, ...] = PrivateAttr(())
+    _speed_notes: tuple[str, ...] = PrivateAttr(())
 
     def __init__(self, /, **values: Any) -> None:
         self._fill_and_check(values, str(values.get("name", "machine")), Path())
@@ -298,10 +308,11 @@ class Machine(Drawable, SceneTable):
             raise BadInput(mistakes)
         self._file, self._folder, self._motors = file, folder, motors
         self._scenes = {each.name: scene for each, scene in zip(self.station, scenes, strict=True) if scene}
+        self._speed_notes = tuple(_speed_notes(self, self._scenes))
         if self.shaft_rpm is not None:
             for station in self.station:
                 if self._scenes[station.name].cam.rpm != (rpm := self.shaft_rpm * station.ratio):
-                    self._scenes[station.name] = _scene_at_speed(self._scenes[station.name], rpm)
+                    self._scenes[station.name] = scene_at_speed(self._scenes[station.name], rpm)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "machine") -> "Machine":
@@ -360,7 +371,14 @@ class Machine(Drawable, SceneTable):
             for station, scene in zip(self.station, self._scenes.values(), strict=True)
             if scene.cam.rpm is not None
         )
+        if self.rpm_of_crank is not None:
+            return self.rpm_of_crank / TURNS_OF_CRANK
         return self.rpm if self.rpm is not None else next(speeds, None)
+
+    @property
+    def speed_notes(self) -> tuple[str, ...]:
+        """Notes on scenes whose own speed the machine replaces although it has none of its own."""
+        return self._speed_notes
 
     def to_dict(self) -> dict[str, Any]:
         """Nested plain mappings without default values."""
@@ -439,7 +457,21 @@ def _scene_of_station(given: Any, place: str, file: str, folder: Path | None) ->
         ) from None
 
 
-def _scene_at_speed(scene: Scene, rpm: float) -> Scene:
+def _speed_notes(machine: Machine, scenes: Mapping[str, Scene]) -> Iterator[str]:
+    """Notes on scenes that run at another speed than their own, where a reader may not expect it."""
+    for station in machine.station:
+        scene, shaft = scenes[station.name], machine.shaft_rpm
+        if shaft is None or scene.cam.rpm in (None, speed := shaft * station.ratio):
+            continue
+        if machine.rpm is None and machine.rpm_of_crank is None:
+            own = f"its scene has {scene.cam.rpm:g}"
+            yield f"{station.name} turns at {speed:g} rev/min, by the first station with a speed; {own}"
+        elif machine.rpm is not None and scene.is_speed_of_crank:
+            why = "rpm is the speed of the machine's shaft; rpm_of_crank is that of its crankshaft"
+            yield f"{station.name}: its scene gives the speed of a crankshaft. {why}"
+
+
+def scene_at_speed(scene: Scene, rpm: float) -> Scene:
     """A scene at another speed of its cam [rev/min], by the key that gives its speed."""
     change = {CRANK_SPEED_KEY: TURNS_OF_CRANK * rpm} if scene.is_speed_of_crank else {"cam.rpm": rpm}
     return scene.replace(**change)
@@ -459,6 +491,8 @@ def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) ->
                 yield f"station.{number}.{missing}", None, f"missing: the tool {kind} and has an outline"
             if getattr(station, other) is not None:
                 yield f"station.{number}.{other}", getattr(station, other), f"not used: the tool {kind}"
+    if machine.rpm is not None and machine.rpm_of_crank is not None:
+        yield "rpm_of_crank", machine.rpm_of_crank, "leave it out, or leave out rpm"
     for number, clearance in enumerate(machine.clear, start=1):
         yield from _faults_of_clearance(f"clear.{number}", clearance, stations, bodies)
     for name in machine.search.phase:

@@ -160,7 +160,7 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 @click.option(
     "--lift",
     "lifts",
-    type=float,
+    type=UnitNumber("mm"),
     multiple=True,
     help="Lift above the lowest position, mm (deg if the follower oscillates). Repeatable. By default the lash, or "
     "without lash half of the largest lift.",

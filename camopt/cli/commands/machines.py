@@ -7,7 +7,7 @@ import click
 
 import camopt
 from camopt import cli, library
-from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_options, refuse_with
+from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, UnitNumber, output_options, refuse_with
 
 
 @click.command(cls=Command)
@@ -28,7 +28,7 @@ from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, output_opt
 @click.option(
     "--lift",
     "lifts",
-    type=float,
+    type=UnitNumber("mm"),
     multiple=True,
     help="Print when each tool is above this lift (mm or deg), and how long two are above it together. Repeatable.",
 )

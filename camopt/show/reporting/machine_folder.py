@@ -95,7 +95,7 @@ def write_machine_folder(
         if machine.motor:
             catalogue = path_beside_machine(machine.folder, machine.motor.catalogue)
             shutil.copyfile(catalogue, output.staged_path(CATALOGUE))
-        rows = [*parts_of_machine(cams)]
+        rows = [*parts_of_machine(machine, cams)]
         headings = [*dict.fromkeys(name for row in rows for name in row)]
         texts = [headings, *([row.get(name, "") for name in headings] for row in rows)]
         with output.staged_path("parts.csv").open("w", encoding="utf-8", newline="") as file:
@@ -128,9 +128,9 @@ def _machine_beside_scenes(machine: Machine, cams: Sequence[MachineCam]) -> Mach
     return machine.model_copy(update={"station": tuple(stations), "motor": motor})
 
 
-def parts_of_machine(cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:
+def parts_of_machine(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:
     """The rows of the parts list: each cam, its rollers and its springs, with their number."""
-    number = 0
+    number, phases = 0, {station.name: station.phase for station in machine.station}
     for cam in cams:
         scene, part, count = cam.scene, cam.scene.whole_part, len(cam.stations)
         mechanism, dynamics = scene.mechanism, scene.follower.dynamics
@@ -142,6 +142,7 @@ def parts_of_machine(cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:
             "part": part.name,
             **common,
             "quantity": count * discs,
+            "phase deg": ", ".join(f"{phases[name]:g}" for name in cam.stations),
             "number": part.number or "",
             "material": part.material or "",
             "hardness": part.hardness or "",

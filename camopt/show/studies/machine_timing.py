@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, ClassVar, NamedTuple
 
+from camopt.core.quantities import displacement_unit
 from camopt.scene.machine import Machine, MachineSource, machine_from
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.show.studies.timing import timing
+from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
 
@@ -48,6 +50,8 @@ class Overlap(NamedTuple):
 
     station: str
     other: str
+    lift: float
+    """Lift above the lowest position [mm or deg]."""
     separation_deg: float
     """Angle from the centre line of the first to that of the other, from −180 to 180 [deg]."""
     overlap_deg: float
@@ -109,15 +113,18 @@ class MachineTiming(Result):
         return all(scene.is_speed_of_crank for scene in self.machine.scenes.values())
 
     def _records(self, rows: Iterable[StationPassage | Overlap]) -> list[dict[str, Any]]:
-        """The rows for a table, with the angles that are shown."""
+        """The rows for a table, with the angles that are shown, and lifts with their units."""
         turns = TURNS_OF_CRANK if self._by_crank else 1.0
-        return [
-            {
-                name: turns * value if name.endswith("_deg") and name != SEPARATION else value
+        records = []
+        for row in rows:
+            unit = displacement_unit(angular=self.machine.scenes[row.station].tool_turns)
+            angles = {
+                name: turns * value if name != SEPARATION else value
                 for name, value in row._asdict().items()
+                if name.endswith("_deg")
             }
-            for row in rows
-        ]
+            records.append({**row._asdict(), **angles, "lift": with_unit(row.lift, unit)})
+        return records
 
     def document(self) -> dict[str, Any]:
         """A record for each passage and each overlap; angles are those of the machine's shaft."""
@@ -125,6 +132,7 @@ class MachineTiming(Result):
 
 
 SEPARATION = "separation_deg"
+ANGLE_DECIMALS = 9  # of a separation in deg, so that half a turn is 180 and not −180
 NO_UNITS = dict.fromkeys(("station", "other", "lift"), "")
 
 
@@ -136,7 +144,7 @@ def machine_timing(machine: MachineSource, lifts: float | Iterable[float] | None
     machine : Machine, str or os.PathLike
         The machine.
     lifts : float or iterable of float, optional
-        Lifts above the lowest position [mm or deg], as for ``timing``. Overlaps are those at the first lift.
+        Lifts above the lowest position [mm or deg], as for ``timing``.
 
     Returns
     -------
@@ -170,12 +178,14 @@ def machine_timing(machine: MachineSource, lifts: float | Iterable[float] | None
             for each in found
             for turn in range(station.ratio)
         )
-    first = {name: [each for each in rows if each.lift == rows[0].lift] for name, rows in passages.items() if rows}
-    return MachineTiming(
-        machine,
-        tuple(each for rows in passages.values() for each in rows),
-        tuple(_overlap(first[one], first[other]) for one, other in combinations(first, 2)),
-    )
+    overlaps = [
+        _overlap(at_lift, others_at_lift)
+        for one, other in combinations(passages, 2)
+        for lift in dict.fromkeys(each.lift for each in passages[one])
+        if (at_lift := [each for each in passages[one] if each.lift == lift])
+        and (others_at_lift := [each for each in passages[other] if lifts is None or each.lift == lift])
+    ]
+    return MachineTiming(machine, tuple(each for rows in passages.values() for each in rows), tuple(overlaps))
 
 
 def _overlap(passages: list[StationPassage], others: list[StationPassage]) -> Overlap:
@@ -190,5 +200,5 @@ def _overlap(passages: list[StationPassage], others: list[StationPassage]) -> Ov
             (b.rises_at_deg - a.rises_at_deg) % 360.0 - 360.0,
         )
     )
-    separation = 180.0 - (one.centre_deg - other.centre_deg + 180.0) % 360.0
-    return Overlap(one.station, other.station, separation, overlap)
+    separation = 180.0 - round((one.centre_deg - other.centre_deg + 180.0) % 360.0, ANGLE_DECIMALS) % 360.0
+    return Overlap(one.station, other.station, one.lift, separation, overlap)

@@ -70,7 +70,11 @@ class MachineEvaluation(Result, Drawable):
 
     @property
     def notes(self) -> Iterator[str]:
-        """Stations without a torque, and the warnings of each station."""
+        """Replaced speeds, stations without a torque, sums of mm and deg, and the warnings of each station."""
+        yield from self.machine.speed_notes
+        for clearance, found in zip(self.machine.clear, self.clearances, strict=True):
+            if clearance.along is not None and not self._unit(found):
+                yield f"the clearance {found.title} adds lifts in mm and in deg"
         for station in self.resolved:
             if station.why_no_torque:
                 yield f"{station.name} has no torque: {station.why_no_torque}"
@@ -94,7 +98,8 @@ class MachineEvaluation(Result, Drawable):
             if each["violated"]
         ]
         broken += [
-            f"the clearance {each.title} is {with_unit(each.upper, self._unit(each))} at {number_text(each.angle)}°"
+            f"the clearance {each.title} is {with_unit(each.shown_upper, self._unit(each))} at "
+            f"{number_text(each.angle)}°{', where the tools touch or overlap' * self._is_contact(each)}"
             for each in self.clearances
             if each.verdict == BROKEN
         ]
@@ -165,6 +170,11 @@ class MachineEvaluation(Result, Drawable):
         units = {each.unit for each in self.resolved if each.name in clearance.between}
         return "mm" if given.along is None else units.pop() if len(units) == 1 else ""
 
+    def _is_contact(self, clearance: ClearanceResult) -> bool:
+        """Whether a clearance is that of outlines which touch or overlap."""
+        place = self.clearances.index(clearance)
+        return self.machine.clear[place].along is None and clearance.shown_upper == 0.0
+
     def clearance_table(self) -> Table | None:
         """A table of the clearances with their verdicts; None without any."""
         rows = [
@@ -192,7 +202,7 @@ class MachineEvaluation(Result, Drawable):
                 for slack in each.slacks
                 if slack.station == station.name
             ]
-            if slacks:
+            if slacks and not any(each.verdict != HELD for each in self.clearances if station.name in each.between):
                 earlier, before = min((slack.earlier[0], title) for slack, title in slacks)
                 later, after = min((slack.later[0], title) for slack, title in slacks)
                 ends = {"earlier_by_deg": earlier, "before_it": before, "later_by_deg": later, "after_it": after}
@@ -213,7 +223,10 @@ class MachineEvaluation(Result, Drawable):
             else {"station": record["station"], "earlier by": "any", "until": "", "later by": "any", "until ": ""}
             for record in self.slack_records()
         ]
-        note = "Each phase may move so far while the others stay, and every clearance is held; this is proved."
+        note = (
+            "Each phase may move so far while the others stay, with every clearance held; this is proved. Phases "
+            "whose clearances are not held now have no row."
+        )
         return (
             replace(table_of(f"{self.machine.name}: slack of phases", rows, rows[0]), note=note) if rows else None
         )
@@ -233,6 +246,7 @@ class MachineEvaluation(Result, Drawable):
             "power_mean_W": shaft.mean_power,
             "power_peak_W": shaft.peak_power,
             "energy_fluctuation_J": shaft.energy_fluctuation,
+            "inertia_of_cams_kg_m2": shaft.cam_inertia,
             "inertia_of_masses_mean_kg_m2": shaft.inertia.mean,
             "inertia_of_masses_max_kg_m2": shaft.inertia.largest().value,
         }
@@ -259,6 +273,7 @@ class MachineEvaluation(Result, Drawable):
             "mean power": with_unit(record["power_mean_W"], "W"),
             "peak power": with_unit(record["power_peak_W"], "W"),
             "fluctuation of energy": with_unit(record["energy_fluctuation_J"], "J"),
+            "inertia of the cams": with_unit(record["inertia_of_cams_kg_m2"], "kg·m²"),
             "inertia of the masses, mean": with_unit(record["inertia_of_masses_mean_kg_m2"], "kg·m²"),
             "inertia of the masses, largest": with_unit(record["inertia_of_masses_max_kg_m2"], "kg·m²"),
         }
@@ -278,7 +293,10 @@ class MachineEvaluation(Result, Drawable):
         chosen = (
             "no motor of the catalogue fits" if smallest is None else f"the smallest that fits is {smallest.name}"
         )
-        note = "Shares are of what the motor allows; above 1 is too much."
+        note = (
+            "Shares are of what the motor allows, at a constant speed; above 1 is too much. The ratio of inertias "
+            "has the cams, the masses and the flywheel."
+        )
         return replace(table_of(f"{self.machine.name}: motors; {chosen}", rows, rows[0]), note=note)
 
 

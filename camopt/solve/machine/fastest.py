@@ -6,11 +6,13 @@ from math import inf
 from typing import Any, ClassVar
 
 from camopt.core.mistakes import NOTHING_FEASIBLE
-from camopt.scene.machine import Machine, MachineSource, machine_from
+from camopt.scene.machine import Machine, MachineSource, machine_from, scene_at_speed
 from camopt.solve.machine.stations import resolve_stations
 from camopt.solve.tables.cells import number_text
 from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.verdicts.fastest import Fastest, SpeedLimit, fastest
+
+LOWER_SHARE = 0.5  # share of the least highest speed from which all stations are asked, if the machine is faster
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,18 @@ class MachineFastest(Result):
             return None
         lowest, highest = max(low for low, _ in ends), min(high for _, high in ends)
         return highest if lowest <= highest else None
+
+    @property
+    def speed_below_all_highest(self) -> float | None:
+        """A speed of the shaft well below the highest speed of every station; None if a station has none."""
+        ends = [None if each.rpm is None else each.rpm / turns for each, turns in self._stations_with_turns]
+        known = [end for end in ends if end is not None and end != inf]
+        return None if None in ends or not known else min(known) * LOWER_SHARE
+
+    @property
+    def from_rpm(self) -> float:
+        """Speed of the shaft from which all stations hold all limits [rev/min]."""
+        return max((each.from_rpm or 0.0) / turns for each, turns in self._stations_with_turns)
 
     @property
     def _stations_with_turns(self) -> Iterator[tuple[Fastest, int]]:
@@ -93,8 +107,8 @@ class MachineFastest(Result):
             yield "Every station holds its limits at any speed."
         else:
             yield (
-                f"Every station holds its limits up to {number_text(self.rpm)} rev/min. Above this speed "
-                f"{self.deciding_station} breaks {self.deciding_limit}."
+                f"Every station holds its limits from {number_text(self.from_rpm)} to {number_text(self.rpm)} "
+                f"rev/min. Above this speed {self.deciding_station} breaks {self.deciding_limit}."
             )
         yield self.table()
 
@@ -134,7 +148,7 @@ class MachineFastest(Result):
 
     def document(self) -> dict[str, Any]:
         """The answer, and a record for each limit; speeds are those of the machine's shaft."""
-        about = {"machine": self.machine.name, "rpm": self.rpm}
+        about = {"machine": self.machine.name, "rpm": self.rpm, "from_rpm": self.from_rpm}
         deciding = {"deciding_station": self.deciding_station, "deciding_limit": self.deciding_limit}
         return {**about, **deciding, "limits": self.records()}
 
@@ -166,4 +180,9 @@ def fastest_machine(machine: MachineSource) -> MachineFastest:
     ('swing', 'contact_force_min')
     """
     machine = machine_from(machine)
-    return MachineFastest(machine, {each.name: fastest(each.scene) for each in resolve_stations(machine)})
+    stations = {each.name: each for each in resolve_stations(machine)}
+    found = MachineFastest(machine, {name: fastest(each.scene) for name, each in stations.items()})
+    if found.rpm is None and (lower := found.speed_below_all_highest) is not None:  # below the speed of the machine
+        scenes = {name: scene_at_speed(each.scene, lower * each.station.ratio) for name, each in stations.items()}
+        found = MachineFastest(machine, {name: fastest(scene) for name, scene in scenes.items()})
+    return found

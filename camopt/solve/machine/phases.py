@@ -20,6 +20,7 @@ from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve, sum_curves
 from camopt.scene.machine import Machine, MachineSource, machine_from
 from camopt.solve.machine.clearances import ClearanceForm, clearance_form, jumps_at_ends
+from camopt.solve.machine.evaluation import evaluate_machine
 from camopt.solve.machine.outlines import TINY
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 from camopt.solve.tables.cells import with_unit
@@ -36,6 +37,7 @@ LEAST_GAIN = 1e-5  # relative gain of the peak for which its exact value is comp
 MEAN_ROUNDING = 1e-13  # rounding of a mean of torques, relative to the largest
 PEAK_GAP = 1e-4  # relative gap at which the least peak is enclosed closely enough
 PHASE_WORK, BOX_WORK, EXACT_WORK = 3_000_000, 150, 4_000  # of a search, of a phase of a box, of an exact peak
+PHASE_DECIMALS = 9  # of phases in deg
 CLEARANCE_WORK = 100_000  # of a least clearance for some phases
 
 
@@ -81,7 +83,7 @@ class PhaseOptimum(Result):
         return NOTHING_FEASIBLE if self.phases is None else 0
 
     def sections(self) -> Iterator[Table | str]:
-        """The answer in a sentence, and a table of the phases."""
+        """The answer in a sentence, tables of the phases, and the clearances and the shaft with these phases."""
         if self.phases is None:
             end = "." if self.bound == inf else ", as far as the search went."
             yield f"No phases in their ranges hold every clearance{end}"
@@ -92,6 +94,9 @@ class PhaseOptimum(Result):
             f"have less than {bound}."
         )
         yield self.table()
+        assert self.best is not None
+        evaluated = evaluate_machine(self.best)
+        yield from filter(None, (evaluated.clearance_table(), evaluated.slack_table(), evaluated.shaft_table()))
 
     def table(self) -> Table:
         """A row for each phase of the search: before and after."""
@@ -354,7 +359,8 @@ def least_torque_phases(machine: Machine, stations: Sequence[ResolvedStation]) -
     before = np.array([origins[name] for name in names])
     search.improve(np.clip(before, low, high))
     bound = search.search()
-    best = dict(zip(names, np.degrees(search.best).tolist(), strict=True)) if search.peak < inf else None
+    found = np.round(np.degrees(search.best), PHASE_DECIMALS).tolist() if search.peak < inf else []
+    best = dict(zip(names, found, strict=True)) if found else None
     return PhaseOptimum(machine, best, torque.peak(before), search.peak, bound)
 
 

@@ -31,6 +31,8 @@ class Shaft:
         Speed [rev/min].
     inertia : TurnCurve
         Moment of inertia of the moving masses at the shaft [kg·m²].
+    cam_inertia : float
+        Moment of inertia of the cams at the shaft [kg·m²], of those whose scenes give thickness and density.
 
     Examples
     --------
@@ -42,6 +44,7 @@ class Shaft:
     torque: TurnCurve
     rpm: float
     inertia: TurnCurve
+    cam_inertia: float = 0.0
 
     @cached_property
     def largest(self) -> CurveExtreme:
@@ -109,7 +112,8 @@ def shaft_of_machine(machine: Machine, stations: Sequence[ResolvedStation]) -> S
     if machine.shaft_rpm is None or not torques:
         return None
     inertia = sum_curves([each for station in stations if (each := station.inertia) is not None])
-    return Shaft(sum_curves(torques), machine.shaft_rpm, inertia)
+    cams = sum(station.cam_inertia * station.station.ratio**2 for station in stations)
+    return Shaft(sum_curves(torques), machine.shaft_rpm, inertia, cams)
 
 
 class MotorUse(NamedTuple):
@@ -138,13 +142,17 @@ class MotorUse(NamedTuple):
 def motor_uses(machine: Machine, shaft: Shaft) -> tuple[MotorUse, ...]:
     """The use of each motor of the catalogue, in its order.
 
-    The torque at the motor is |T|/(gear·efficiency). The inertia of the load is that of the flywheel and the mean
-    of the moving masses, divided by gear².
+    The torque at the motor is |T|/(gear·efficiency), at a constant speed of the shaft. The inertia of the load is
+    that of the cams, the mean of the moving masses and the flywheel, divided by gear². Without an inertia of the
+    flywheel, it is that which ``fluctuation`` needs.
     """
-    motor = machine.motor
+    motor, wheel = machine.motor, machine.flywheel
     if motor is None:
         return ()
-    load = (shaft.inertia.mean + (machine.flywheel.inertia or 0.0)) / motor.gear**2
+    needed = 0.0 if wheel.fluctuation is None else shaft.flywheel_inertia(wheel.fluctuation)
+    load = (
+        shaft.inertia.mean + shaft.cam_inertia + (needed if wheel.inertia is None else wheel.inertia)
+    ) / motor.gear**2
     at_motor = 1.0 / (motor.gear * motor.efficiency)
 
     def use_of_motor(data: MotorData) -> MotorUse:

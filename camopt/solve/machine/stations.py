@@ -6,11 +6,11 @@ from math import isfinite, radians
 
 import numpy as np
 
-from camopt.core.mistakes import BadInput
+from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve
 from camopt.core.quantities import displacement_unit
-from camopt.model.effects import EvaluationBlock, missing_keys_by_quantity
+from camopt.model.effects import EvaluationBlock, available_quantities, missing_keys_by_quantity
 from camopt.model.effects.force import force_factors_with_train, force_weights_and_constant
 from camopt.model.effects.guided_torque import guided_torque_polynomials
 from camopt.model.effects.loads import has_guide_friction
@@ -20,7 +20,7 @@ from camopt.scene.problem.problem import Problem, missing_variable_mistakes, res
 from camopt.scene.scene import Scene
 from camopt.solve.verdicts.effect_runs import run_effects
 
-TORQUE = "torque_peak_N_m"
+TORQUE, CAM_INERTIA = "torque_peak_N_m", "cam_inertia_kg_m2"
 TORQUE_ERROR, GUIDED_TORQUE_ERROR = 1e-12, 1e-9
 """Relative errors of the torque's polynomials, exact or interpolated."""
 
@@ -119,6 +119,15 @@ class ResolvedStation:
         return own.sped_up(self.station.ratio).shifted(radians(self.station.phase))
 
     @cached_property
+    def cam_inertia(self) -> float:
+        """Moment of inertia of the cam about its axis [kg·m²]; 0 if the scene gives no thickness or density."""
+        if CAM_INERTIA not in available_quantities(self.problem.setup):
+            return 0.0
+        block = EvaluationBlock(self.problem.setup, self.problem.programme, self.problem.design)
+        inertia = float(run_effects(block, [CAM_INERTIA]).column(CAM_INERTIA)[0])
+        return inertia if isfinite(inertia) else 0.0
+
+    @cached_property
     def torque(self) -> TurnCurve | None:
         """Torque of the station on the machine's shaft by its angle [N·m]; None if the scene has no forces."""
         return self.torque_at_phase(self.station.phase)
@@ -151,10 +160,17 @@ def resolve_stations(machine: Machine) -> tuple[ResolvedStation, ...]:
     BadInput
         For each size or number that a scene leaves to its search.
     """
-    stations = tuple(
-        ResolvedStation(station, machine.scenes[station.name], resolve(machine.scenes[station.name]))
-        for station in machine.station
-    )
-    if mistakes := [each for station in stations for each in missing_variable_mistakes(station.problem)]:
+    stations, mistakes = list[ResolvedStation](), list[Mistake]()
+    for station in machine.station:
+        scene = machine.scenes[station.name]
+        try:
+            stations.append(ResolvedStation(station, scene, resolve(scene)))
+            mistakes += missing_variable_mistakes(stations[-1].problem)
+        except BadInput as refused:
+            mistakes += refused.mistakes
+    if mistakes and machine.shaft_rpm is None:
+        why = "missing; without it the scenes have no speed"
+        mistakes.insert(0, Mistake(machine.file, "rpm", None, why, bare=True))
+    if mistakes:
         raise BadInput(mistakes)
-    return stations
+    return tuple(stations)
