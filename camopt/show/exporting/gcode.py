@@ -113,7 +113,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     _write_head(program, work, cuts, how)
     program.start(settings.tool, settings.spindle, settings.coolant)
     clear = CLEARANCE + work.hub_height_above_plate
-    if settings.depth is not None:
+    if settings.depth is not None and not program.at_change_height:
         program.raise_cutter(clear)
     feeds, deep = {"roughing": settings.roughing_feed or settings.feed}, set[bool]()
     for name, each in cuts.items():
@@ -337,8 +337,9 @@ class _CutterWay(NamedTuple):
         start, (before, after, quarter) = self.path.vertices[0], self.approach_and_retreat_ends
         program.rapid(self.point_outside_blank(before))
         if depth is not None:
-            if clear_height > CLEARANCE:  # above a hub, which is not here
+            if clear_height > CLEARANCE or program.at_change_height:  # above a hub, which is not here
                 program.raise_cutter(CLEARANCE)
+                program.at_change_height = False
             program.lower_cutter(-depth, self.feed)
         program.line(before, self.feed)
         program.arc(before, start, quarter, self.feed)

@@ -110,6 +110,8 @@ class Program:
     """The current feed as text."""
     position: tuple[str, str] | None = None
     """Current position of the machine, in the digits of the program."""
+    at_change_height: bool = False
+    """Whether the cutter is as high as where it was changed: it goes down beside the part only."""
 
     def add_lines(self, *templates: str, **values: object) -> None:
         """Add lines from templates of the dialect."""
@@ -120,6 +122,7 @@ class Program:
         """Call the cutter, which lies along an axis, and switch on spindle and coolant."""
         if tool is not None:
             self.add_lines(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
+            self.at_change_height = True
         if spindle is not None:
             self.add_lines(self.words.spindle, speed=f"{spindle:g}")
         if coolant:

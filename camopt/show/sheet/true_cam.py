@@ -61,7 +61,9 @@ def _segment_name(stroke: Stroke, steady: bool, stretches: Iterable[tuple[str, f
 
 
 def constant_velocity_strokes(programme: Programme) -> list[Stroke]:
-    """The strokes of a motion at constant velocity, as the scene gives them."""
+    """The strokes of a motion at constant velocity, as the scene gives them; none with a given profile."""
+    if programme.radii:  # its arcs and lines give motions that no law of the scene has
+        return []
     return [stroke for stroke in programme.strokes if stroke.is_move and not stroke.is_law_replaceable]
 
 
