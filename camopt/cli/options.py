@@ -15,7 +15,7 @@ import click
 import camopt
 from camopt import cli, library
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.quantities.unit_systems import SYSTEMS, shown_in
+from camopt.core.quantities.unit_systems import SYSTEMS, shown_in, unit_in_shown_system
 from camopt.core.storage.files import check_writable, checked_suffix, expand_user_path
 
 DEFAULT_SCENE = "roller-1000rpm"
@@ -32,7 +32,10 @@ def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class UnitNumber(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
-    """A number, or a text with a unit such as "0.25 in"; converted to ``unit``."""
+    """A number, or a text with a unit such as "0.25 in"; converted to ``unit``.
+
+    With ``--units inch`` a length must have its unit: a bare number could be either.
+    """
 
     name = "float"
 
@@ -41,7 +44,10 @@ class UnitNumber(click.ParamType):  # type: ignore[type-arg]  # generic from cli
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         with suppress(ValueError):
-            return float(value)
+            number, shown = float(value), unit_in_shown_system(self.unit)
+            if shown == self.unit or not isinstance(value, str):
+                return number
+            self.fail(f"{value!r} must have its unit with --units inch: '{value} {shown}' or '{value} {self.unit}'")
         try:
             return library.convert_text_to_unit(str(value), self.unit)
         except ValueError as trouble:
@@ -56,6 +62,7 @@ units_option = click.option(
     show_default=True,
     show_envvar=True,
     expose_value=False,
+    is_eager=True,
     callback=lambda context, option, units: context.with_resource(shown_in(units)),
     help="Units of tables, pictures and exported files. JSON and Parquet always use the units in their column "
     "names, such as mm in base_radius_mm.",

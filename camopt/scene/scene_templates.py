@@ -171,8 +171,8 @@ STARTING_MACHINE: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
         {},
     ),
     ("body", {}, {"name": "rail", "outline": [[60, 0], [60, 40]], "outline_radius": 5}),
-    ("flywheel", {}, {"fluctuation": 0.02}),
-    ("motor", {}, {"catalogue": "motors.csv", "gear": 10, "inertia_ratio": 5}),
+    ("flywheel", {}, {"fluctuation": 0.2}),
+    ("motor", {}, {"catalogue": "motors.csv", "gear": 25, "inertia_ratio": 10}),
     ("search", {}, {"phase": {"clamp": [320, 360]}}),
 )
 """Tables of a machine to start from: their place, their keys, and keys that are switched off."""

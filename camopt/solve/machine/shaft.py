@@ -123,7 +123,7 @@ class MotorUse(NamedTuple):
     --------
     >>> uses = camopt.evaluate_machine("pick-and-place").motors
     >>> [use.name for use in uses if use.fits][0]
-    'SM-060'
+    'SM-130'
     """
 
     name: str

@@ -115,7 +115,7 @@ def test_the_smallest_motor_that_fits_is_chosen(tmp_path, lacking):
         "rms": shaft.rms / gear,
         "peak": shaft.peak / gear,
         "speed": shaft.rpm * gear,
-        "inertia": (shaft.inertia.mean + shaft.flywheel_inertia(0.02)) / gear**2 / ratio,
+        "inertia": (shaft.inertia.mean + shaft.flywheel_inertia(0.3)) / gear**2 / ratio,
     }
     data = {name: value * (1.0 - 1e-6 if name == lacking else 1.0 + 1e-6) for name, value in needed.items()}
     catalogue = tmp_path / "motors.csv"
