@@ -4,7 +4,7 @@ import dataclasses
 import doctest
 import inspect
 import textwrap
-from functools import cache
+from functools import cache, wraps
 
 import numpy as np
 import pytest
@@ -92,10 +92,27 @@ def example_of(name):
     return doctest.DocTestParser().get_doctest(text, {"camopt": camopt, "np": np}, name, None, None)
 
 
+def remembering(function):
+    """The function with its answers for names and scenes remembered."""
+    answers = cache(function)
+
+    @wraps(function)
+    def answer(given, **options):
+        return (answers if isinstance(given, str | camopt.Scene) else function)(given, **options)
+
+    return answer
+
+
+SHARED = {name: remembering(getattr(camopt, name)) for name in ("evaluate_machine", "frontier", "optimise_phases")}
+"""Examples of their results ask the same of them: each answer is computed once."""
+
+
 @pytest.mark.parametrize("name", [*FUNCTIONS, *CLASSES])
 def test_an_example_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     example = example_of(name)
+    for shared, function in SHARED.items():
+        monkeypatch.setattr(camopt, shared, function)
     assert example.examples
     failures: list[str] = []
     quiet = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)  # else with pytest -v it is not
