@@ -146,7 +146,7 @@ def test_no_linkage_of_a_dense_scan_has_a_smaller_cam(name):
     assert evaluate(best.scene)["feasible"]
     keys = list(search.motion_fields)
     own = dict(zip(keys, (best.scene.numbers([key])[key] for key in keys), strict=True))
-    count = times(3, deep=21)
+    count = times(2, deep=21)
     grid = product(*(np.linspace(*ends[key], count) for key in keys))
     near = product(
         *(np.clip(own[key] + 1e-3 * np.ptp(ends[key]) * np.array([-1, 0, 1]), *ends[key]) for key in keys)
