@@ -20,6 +20,7 @@ from camopt import LAWS, BadInput, Scene, evaluate, export, find_scene, optimise
 from camopt.cli.main import main
 from camopt.model.motion.law import vdi_motion_task
 from camopt.scene.problem.problem import resolve
+from camopt.show.drawing import style
 
 SCENES = {
     page.stem: [tomllib.loads(b.text) for b in blocks(page) if b.language == "toml" and not file_of(b)]
@@ -49,6 +50,7 @@ def printed_output(line):
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(style, "_figure_bytes", lambda figures, suffix: b"")  # of pictures that are drawn, no files
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     names: dict[str, object] = {}
     for block in blocks(page):
