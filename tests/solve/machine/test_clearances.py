@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.depth import times
 from support.machines import (
     machine_with_circles_on_lines,
     random_linear_machine,
@@ -50,7 +51,7 @@ def least_by_zooming(machine, stations, shift, shifted):
     return least
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(times(2, deep=5)))
 def test_least_distances_of_random_machines_are_enclosed(seed):
     rng = np.random.default_rng(seed)
     for _ in range(40):
@@ -64,7 +65,7 @@ def test_least_distances_of_random_machines_are_enclosed(seed):
         assert found.upper - found.lower <= 1e-9 * max(found.upper, 1.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(times(2, deep=3)))
 def test_slacks_of_outlines_are_held_up_to_their_end_and_broken_there(seed):
     rng, ends = np.random.default_rng(seed), 0
     for _ in range(9):
@@ -90,7 +91,7 @@ def test_slacks_of_outlines_are_held_up_to_their_end_and_broken_there(seed):
     assert ends > 3
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(times(2, deep=4)))
 def test_linear_forms_and_their_slacks_agree_with_exact_extremes(seed):
     rng, ends = np.random.default_rng(seed), 0
     for _ in range(7):
