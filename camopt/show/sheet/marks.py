@@ -60,8 +60,12 @@ class Words(NamedTuple):
     def corners(self) -> ComplexArray:
         """Corners of the box of the text, from the foot of a g to the top of a capital."""
         wide = text_width(self.text, self.height)
-        left, right = -self.place * wide, wide - self.place * wide
-        foot, top = self.height * -0.33, self.height * 1.05
+        left, foot, right, top = (
+            -self.place * wide,
+            -0.33 * self.height,
+            wide - self.place * wide,
+            1.05 * self.height,
+        )
         box = np.array([complex(left, foot), complex(right, foot), complex(right, top), complex(left, top)])
         return self.at + (box * np.exp(1j * self.turn) if self.turn else box)
 
