@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from collections import Counter
 from itertools import product
 
 import pytest
@@ -26,19 +27,21 @@ def table(most, *cases):
 @pytest.mark.parametrize(
     ("most", "cases"),
     [
-        (1, EVERYDAY[::2]),  # together, since each process imports everything
-        (1, EVERYDAY[1::2]),
+        (0.5, EVERYDAY[::2]),  # together, since each process imports everything
+        (0.5, EVERYDAY[1::2]),
         *(pytest.param(40, (case,), marks=pytest.mark.long) for case in (*EVERYDAY, *SELDOM, *FILES)),
     ],
 )
 def test_a_command_goes_on_to_the_same_rows_after_any_fault(most, cases):
     found, wrong = table(most, *cases)
     assert {*found} == {*cases}
+    tries = Counter()
     for case, fault in product(cases, found[cases[0]]):
         good, tried = map(int, re.fullmatch(r"(\d+) of (\d+)", found[case][fault]).groups())
         # a table of another run in the place of one is read in silence by the store of today
         assert good == tried, (case, fault, wrong)
-        assert tried or fault.endswith((" work", " result")), (case, fault)
+        tries[fault] += tried
+    assert [fault for fault, tried in tries.items() if not tried and not fault.endswith((" work", " result"))] == []
 
 
 def test_the_judge_finds_two_results_side_by_side(tmp_path, monkeypatch):
