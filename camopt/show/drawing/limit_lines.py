@@ -62,5 +62,6 @@ def _bound_in_quantity_unit(constraint: Constraint, peak: Peak, picture: Picture
     if isinstance(constraint.bound, QuantityBound) and constraint.bound.scale == peak.scale:
         return constraint.bound.quantity
     design = picture.problem.design
-    extreme = constraint.bound.curve_extreme_at_bound(DOUBLES) / np.asarray(constraint.factor(design))
-    return float(np.squeeze(peak.scale.quantity_from_extreme(extreme, design)))
+    with np.errstate(divide="ignore"):  # the bound may be infinite
+        extreme = constraint.bound.curve_extreme_at_bound(DOUBLES) / np.asarray(constraint.factor(design))
+        return float(np.squeeze(peak.scale.quantity_from_extreme(extreme, design)))

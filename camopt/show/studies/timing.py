@@ -30,6 +30,7 @@ from camopt.solve.tolerances.dwells_and_passages import LevelPassages, NominalPa
 from camopt.solve.tolerances.errors import error_unit
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
+LASH = "follower.dynamics.lash"
 DEFAULT_SHARE = 0.5  # default lift as share of the largest, if the scene has no lash
 
 
@@ -93,6 +94,16 @@ class Timing(Result):
     velocity_unit: str
     worst: tuple[WorstPassage, ...] = ()
     main_rows: ClassVar[str] = "passages"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A note on tolerances of the lash, which change the lift at which a valve opens and not its cam angle."""
+        if LASH not in self.scene.tolerances.numbers:
+            return ()
+        return (
+            f"the lifts are fixed: earliest and latest cam angles are without the tolerance of {LASH}; "
+            "give the lifts at both ends of it",
+        )
 
     def sections(self) -> Iterator[Table]:
         """Tables of the passages and, with tolerances, of their proven bounds."""

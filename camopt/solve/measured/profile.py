@@ -137,7 +137,12 @@ class MeasuredProfile:
         if not self.form and is_drawing(self.points):
             object.__setattr__(self, "form", "xy")
         if self.form not in PROFILE_KINDS:
-            mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILE_KINDS)}"))
+            missing = f"missing: {' or '.join(PROFILE_KINDS)}, points of the profile; fit reads files of lifts"
+            mistakes.append(
+                Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILE_KINDS)}")
+                if self.form
+                else Mistake("camopt", "profile", None, missing, bare=True)
+            )
         if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
             mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
         if self.layer is not None and not is_drawing(self.points):

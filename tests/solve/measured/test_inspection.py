@@ -212,7 +212,7 @@ def test_the_command_tells_which_tolerance_a_worn_cam_exceeds(command):
     }
     code, out, err = command(*given)
     assert (code, out) == (2, "")
-    assert "must be one of polar, xy" in err
+    assert "missing: polar or xy" in err
     assert command("tolerance", "bucket-valve", "--probe", "3")[0] == 2
 
 

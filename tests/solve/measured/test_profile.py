@@ -567,7 +567,7 @@ ARM = FOLLOWERS["arm"]
         (GOOD, {"probe": float("nan")}, "probe = nan: must be a radius"),
         (GOOD, {"probe": "3"}, "probe = '3': must be a radius"),
         (GOOD, {"form": "xyz"}, "profile = 'xyz': must be one of polar, xy"),
-        (GOOD, {"form": None}, "profile: must be one of polar, xy"),
+        (GOOD, {"form": None}, "profile: missing: polar or xy"),
         (GOOD, {"turn": 720.0}, "turn = 720.0: must be left out: points x, y have no angles"),
         (GOOD, {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a profile"),
         (GOOD, {"columns": [1, 2, 3]}, r"columns = \[1, 2, 3\]: must be those of x and y"),
