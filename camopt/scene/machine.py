@@ -22,6 +22,7 @@ from camopt.scene.csv_columns import MOST_SPANS
 from camopt.scene.law_forms import NEAR_END, Fault
 from camopt.scene.mapping import tables_in_list
 from camopt.scene.motors import MotorData, read_motors
+from camopt.scene.part import TOWARDS_FOLLOWER
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import MACHINES, path_beside_machine, shipped_machines
@@ -120,6 +121,10 @@ class Station(SceneTable):
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=1, le=MOST_TURNS)],
         Key("Turns of the cam in a cycle of the machine"),
     ] = 1
+    follower_angle: Annotated[
+        SignedNumber,
+        Key("Direction from the shaft in which the follower stands, ccw from x: the y of its drawing", "deg"),
+    ] = TOWARDS_FOLLOWER
     outline: Annotated[Outline | None, Key("Points [x, y] of the tool's outline, in order", "mm")] = None
     outline_radius: Annotated[NotNegative, Key("Radius that rounds the outline outward", "mm")] = 0.0
     direction: Annotated[
@@ -357,6 +362,26 @@ class Machine(Drawable, SceneTable):
     def scenes(self) -> Mapping[str, Scene]:
         """The scene of each station by name, at the speed of the machine."""
         return self._scenes
+
+    @property
+    def keyed_scenes(self) -> dict[str, Scene]:
+        """The scenes with the keyways turned so that one key of the shaft fits all disc cams of ratio 1.
+
+        At the angle 0 of the shaft, a cam that turns ccw is φ behind its cam angle 0, φ being its phase. So a
+        keyway at the angle k of its drawing is at k + f − 90° − φ, with the direction f of the follower. The first
+        keyed cam keeps its keyway; the others have the k of the same direction.
+        """
+        keyed, scenes = None, dict(self._scenes)
+        for station in self.station:
+            scene = scenes[station.name]
+            part, sense = scene.whole_part, 1.0 if scene.cam.rotation == "ccw" else -1.0
+            if not part.keyway_width or scene.mechanism.body.developed or station.ratio != 1:
+                continue
+            turned = station.follower_angle - TOWARDS_FOLLOWER - sense * station.phase
+            if keyed is None:
+                keyed = (TOWARDS_FOLLOWER if part.keyway_angle is None else part.keyway_angle) + turned
+            scenes[station.name] = scene.replace(**{"part.keyway_angle": round((keyed - turned) % 360.0, 9)})
+        return scenes
 
     @property
     def motors(self) -> tuple[MotorData, ...]:

@@ -47,9 +47,9 @@ class MachineCam(NamedTuple):
 
 
 def cams_of_machine(machine: Machine) -> list[MachineCam]:
-    """The different cams of a machine, in the order of its stations."""
+    """The different cams of a machine, in the order of its stations, with keyways for one key of the shaft."""
     stations: dict[Scene, list[str]] = {}
-    for name, scene in machine.scenes.items():
+    for name, scene in machine.keyed_scenes.items():
         stations.setdefault(scene, []).append(name)
     cams, stems = [], set[str]()
     for scene, names in stations.items():
@@ -149,6 +149,7 @@ def parts_of_machine(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[d
             "base or mean radius mm": getattr(scene.cam, mechanism.body.size_key),
             "thickness mm": part.thickness or "",
             "bore mm": part.bore or "",
+            "keyway deg": "" if part.keyway_angle is None else part.keyway_angle,
             "mass kg": _mass(scene),
             "drawing": f"{cam.stem}.pdf",
         }

@@ -2,7 +2,9 @@
 
 import csv
 
+import numpy as np
 import pytest
+from support.machines import KNIFE
 
 import camopt
 from camopt.library import write_machine_folder
@@ -39,3 +41,25 @@ def test_a_file_of_the_user_is_never_replaced(tmp_path):
     with pytest.raises(camopt.BadInput, match="choose another folder"):
         write_machine_folder(camopt.evaluate_machine("camshaft"), tmp_path)
     assert mine.read_text() == "mine"
+
+
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+def test_one_key_of_the_shaft_fits_all_cams(rotation):
+    """At any angle of the shaft, all keyways point the same way: the frame of each drawing is turned by its cam."""
+    rng, sense = np.random.default_rng(3), {"ccw": 1.0, "cw": -1.0}[rotation]
+    part = {"thickness": 20, "bore": 20, "keyway": "DIN 6885"}
+    scene = {**KNIFE, "cam": {**KNIFE["cam"], "rotation": rotation}, "part": part}
+    stations = [
+        {"name": name, "scene": scene, "phase": rng.uniform(-300, 300), "follower_angle": rng.uniform(0, 360)}
+        for name in "abc"
+    ]
+    machine = camopt.Machine(station=[*stations, {"name": "d", "scene": scene, "ratio": 2}])
+    for shaft in rng.uniform(0.0, 360.0, 3):
+        directions = []
+        for station in machine.station[:3]:
+            drawing = machine.keyed_scenes[station.name].whole_part.keyway_angle
+            turned = drawing + station.follower_angle - 90.0 + sense * (shaft - station.phase)
+            directions.append(turned % 360.0)
+        assert directions == pytest.approx([directions[0]] * 3)
+    assert machine.keyed_scenes["a"].whole_part.keyway_angle == 90.0
+    assert machine.keyed_scenes["d"] == machine.scenes["d"]
