@@ -80,6 +80,11 @@ def results(tmp_path_factory):
         camopt.sensitivities(SCENE),
         camopt.cam_points(SCENE, [0, 90, 180]),
         camopt.response_spectrum("cycloidal", [1.0, 2.0]),
+        camopt.fastest("valve-with-rocker"),
+        camopt.evaluate_machine("pick-and-place"),
+        camopt.fastest_machine("camshaft"),
+        camopt.machine_timing("camshaft", 1.0),
+        camopt.optimise_phases("pick-and-place"),
     ]
     return {type(each).__name__: each for each in found}
 
