@@ -468,4 +468,5 @@ def _unmet_band_error(
         " and others" if len(places) > MOST_ROWS_NAMED else ""
     )
     what = f"{points.file}: no motion with these dwells and turns is within {allowed.band:.4g} of all points"
-    return Unmet(what if least == inf else f"{what}; the least band is {least:.4g}, because of rows {rows}")
+    remedy = f"the least band is {least:.4g} (mm, or deg if the follower turns), because of rows {rows}"
+    return Unmet(what if least == inf else f"{what}; {remedy}; give a wider band, as --band {1.1 * least:.2g}")
