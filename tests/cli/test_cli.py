@@ -921,3 +921,15 @@ def test_every_command_that_takes_a_scene_takes_keys_of_it(run, command):
     assert err.startswith("camopt: --set tolerances.phase.mius = 0.1: not a known key; did you mean minus?")
     code, _, err = run(command, "two-pauses", *words, "--rpm", "3", "--set", "cam.rpm=4")
     assert (code, err.strip()) == (2, "camopt: --set cam.rpm = 4: is already set by --rpm")
+
+
+def test_a_machine_is_exported_as_one_file(run, tmp_path):
+    file = tmp_path / "packer.toml"
+    assert run("export", "packer", file)[0] == 0
+    assert camopt.evaluate_machine(file).to_dict() == camopt.evaluate_machine("packer").to_dict()
+    assert run("export", "packer", tmp_path / "packer.pdf")[0] == 0
+    assert (tmp_path / "packer.pdf").read_bytes().startswith(b"%PDF")
+    for words, message in (([tmp_path / "x.dxf"], "camopt machine --out"), ([file, "--chord", "0.1"], "--chord")):
+        code, _, told = run("export", "packer", *words)
+        assert code == 2
+        assert message in told

@@ -20,6 +20,7 @@ from camopt.cli.options import (
     override_options,
     pop_overrides_as_changes,
     refuse_scene_file,
+    refuse_with,
     refuse_without,
     row_option,
     scene_options,
@@ -189,6 +190,7 @@ def harmonics(scene: Any, as_json: bool, quiet: bool, orders: int, picture: Path
     return cli.print_result(result, as_json, quiet, [picture] if picture else [])
 
 
+MACHINE_SUFFIXES = (".toml", ".pdf", ".svg")
 EXPORT_OPTIONS = {
     "Curves and points": ("chord", "curves", "cutter_radius", "step", "points"),
     "Cuts": ("depth", "depth_step", "roughing", "direction", "blank_diameter"),
@@ -209,7 +211,7 @@ EXPORT_OPTIONS = {
 @click.command(cls=Command, groups=EXPORT_OPTIONS)
 @click.argument("scene")
 @click.argument("file", type=OutputPath(*FILE_TYPES))
-@scene_options
+@scene_or_machine_options
 @output_options
 @click.option("--disc", type=int, help="Write only this disc of a conjugate pair: 1 or 2.")
 @click.option("--chord", type=UnitNumber("mm"), help="Largest deviation from the true curve, mm; 0.001 by default.")
@@ -261,8 +263,19 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
 
     The ending of FILE decides what is written: a drawing, a solid, points or a program for a machine. camopt prints
     a proven bound on the distance between the curves in the file and the true curves. It refuses options that a
-    kind of file cannot use.
+    kind of file cannot use. A machine gives its timing diagram (PDF, SVG) or one TOML file with its scenes inside.
     """
+    if isinstance(scene, camopt.Machine):
+        refuse_with("a machine", settings)
+        if file.suffix.lower() not in MACHINE_SUFFIXES:
+            why = f"{', '.join(MACHINE_SUFFIXES)} for a machine; camopt machine --out writes the files of its cams"
+            raise BadInput([Mistake("camopt", "FILE", str(file), why)])
+        refuse_scene_file(scene.file, file, "FILE")
+        if file.suffix.lower() == ".toml":
+            library.write_text(file, scene.with_files_inside().to_toml())
+        else:
+            camopt.plot(scene, file)
+        return cli.print_json_or_files({"machine": scene.name, "file": str(file)}, as_json, quiet, [file])
     refuse_scene_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):
         result = camopt.export(

@@ -469,4 +469,4 @@ def _unmet_band_error(
     )
     what = f"{points.file}: no motion with these dwells and turns is within {allowed.band:.4g} of all points"
     remedy = f"the least band is {least:.4g} (mm, or deg if the follower turns), because of rows {rows}"
-    return Unmet(what if least == inf else f"{what}; {remedy}; give a wider band, as --band {1.1 * least:.2g}")
+    return Unmet(what if least == inf else f"{what}; {remedy}; give a wider band, such as {1.1 * least:.2g}")
