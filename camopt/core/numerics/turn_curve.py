@@ -16,6 +16,13 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IndexArray
 from camopt.core.numerics.interval import Interval
+from camopt.core.numerics.panel_series import (
+    WORK_ERROR,
+    integrate_series,
+    multiply_series,
+    sum_series,
+    turn_integral,
+)
 from camopt.core.numerics.piecewise import halve_bernstein, powers_to_bernstein_matrix, sign_changes
 from camopt.core.numerics.stable_functions import matrix_product
 
@@ -23,7 +30,6 @@ TURN = 2.0 * pi
 EQUAL_ENDS = 1e-14 * TURN  # rad: ends of panels that are closer are one end, since sums of angles are rounded
 EQUAL_ROOTS = 1e-12  # rad: closer roots are one root, at the end of a panel
 EQUAL_SHARE = 1e-9  # extremes of opposite sign that differ by less, relatively, are equal
-EXTREME_ROOM = 2.0**-46  # of the largest magnitude: more than the rounding of a halving, so that halving ends
 
 
 class CurveExtreme(NamedTuple):
@@ -81,18 +87,14 @@ class TurnCurve:
 
     def integral_from_start(self) -> "TurnCurve":
         """The integral over the angle from the start of the turn. It repeats only if the mean of the curve is 0."""
-        series = polynomial.polyint(self.series) * self.half_width
-        series[0] -= polynomial.polyval(-1.0, series)
-        series[0, 1:] += np.cumsum(polynomial.polyval(1.0, series))[:-1]
+        series = integrate_series(self.half_width, self.series)
         error = TURN * self.error + 4.0 * UNIT_ROUNDOFF * series.shape[1] * np.abs(series).sum(axis=0).max()
         return TurnCurve(self.ends, series, float(error))
 
     @cached_property
     def mean(self) -> float:
         """The mean over the turn; 0 if it is smaller than the error of the curve."""
-        even = self.series[::2]
-        weights = 1.0 / np.arange(1, 2 * len(even), 2)
-        mean = float(matrix_product(matrix_product(weights, even), 2.0 * self.half_width) / TURN)
+        mean = float(turn_integral(self.half_width, self.series) / TURN)
         return 0.0 if abs(mean) <= self.error else mean
 
     @property
@@ -105,9 +107,7 @@ class TurnCurve:
         if not isinstance(other, TurnCurve):
             return replace(self, series=self.series * other, error=self.error * abs(other))
         a, b = on_common_panels((self, other))
-        series = np.zeros((len(a.series) + len(b.series) - 1, a.series.shape[1]))
-        for power, row in enumerate(b.series):
-            series[power : power + len(a.series)] += row * a.series
+        series = multiply_series(a.series, b.series)
         most_a, most_b = (float(np.abs(each.series).sum(axis=0).max()) for each in (a, b))
         error = a.error * most_b + b.error * most_a + a.error * b.error
         return TurnCurve(a.ends, series, error + 2.0 * len(series) * UNIT_ROUNDOFF * most_a * most_b)
@@ -116,9 +116,7 @@ class TurnCurve:
 
     def __add__(self, other: "TurnCurve") -> "TurnCurve":
         a, b = on_common_panels((self, other))
-        series = np.zeros((max(len(a.series), len(b.series)), a.series.shape[1]))
-        for each in (a, b):
-            series[: len(each.series)] += each.series
+        series = sum_series(a.series, b.series)
         rounding = UNIT_ROUNDOFF * float(np.abs(series).sum(axis=0).max())
         return TurnCurve(a.ends, series, a.error + b.error + rounding)
 
@@ -255,7 +253,7 @@ class TurnCurve:
         panels = int(np.searchsorted(curve.ends, width))
         parts = matrix_product(powers_to_bernstein_matrix(len(curve.series) - 1), curve.series[:, :panels])
         panel, low, high = np.arange(panels), np.full(panels, -1.0), np.ones(panels)
-        room = EXTREME_ROOM * np.abs(parts).max()
+        room = WORK_ERROR * np.abs(parts).max()
         best, angle = -inf, 0.0
         while panel.size:
             ends = parts[[0, -1]]

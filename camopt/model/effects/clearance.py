@@ -34,6 +34,7 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import BISECTIONS, LARGEST_MAGNITUDE, FloatArray, IntArray
 from camopt.core.numerics.curves import curve_value
+from camopt.core.numerics.panel_series import integrate_series
 from camopt.model.effects import force
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
@@ -47,7 +48,6 @@ from camopt.model.effects.flight import (
     panel_state,
     simulate_flights,
 )
-from camopt.model.effects.panel_series import integrate_series
 from camopt.model.effects.peak import Peak, PerRollerRadiusScale, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.effects.preload import INTERFERENCE

@@ -23,12 +23,12 @@ import numpy as np
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear, curve_type_from_formula
 from camopt.core.numerics.extremes import Precision, extremes_of_curve
+from camopt.core.numerics.panel_series import derivative_polynomials_by_panel, sum_series
 from camopt.core.numerics.piecewise import load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.core.numerics.state import TrainForces
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.necessary_conditions import LeastForce, NecessaryConditions
-from camopt.model.effects.panel_series import derivative_polynomials_by_panel, sum_series
 from camopt.model.effects.peak import Peak, is_infinite_by_velocity_jumps
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs

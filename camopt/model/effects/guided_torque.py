@@ -14,6 +14,7 @@ import numpy as np
 
 from camopt.core.numerics import BISECTIONS, FloatArray
 from camopt.core.numerics.curves import curve_value
+from camopt.core.numerics.panel_series import derivative_polynomials_by_panel
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.quadrature import chebyshev_nodes_and_powers_matrix
 from camopt.core.numerics.stable_functions import matrix_product
@@ -22,7 +23,6 @@ from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.force import force_factors_with_train, force_polynomials_by_panel
 from camopt.model.effects.loads import friction_signs_by_stroke_kind, torque_curve
 from camopt.model.effects.panel_parts import PanelParts, cut_panels, part_states
-from camopt.model.effects.panel_series import derivative_polynomials_by_panel
 from camopt.model.mechanisms.design import SIZE_FIELDS, Designs, Mechanism
 from camopt.model.motion.programme import Programme
 

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics.panel_series import derivative_polynomials_by_panel
 from camopt.core.numerics.piecewise import (
     MotionTable,
     load_polynomials_by_panel,
     train_inertia_polynomials_by_panel,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
-from camopt.model.effects.panel_series import derivative_polynomials_by_panel
 from camopt.model.motion.load import TrainLoad
 from camopt.model.motion.programme import Programme
 

@@ -32,6 +32,15 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear
+from camopt.core.numerics.panel_series import (
+    WORK_ERROR,
+    derivative_polynomials_by_panel,
+    integrate_series,
+    largest_value_of_series,
+    multiply_series,
+    sum_series,
+    turn_integral,
+)
 from camopt.core.numerics.piecewise import load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
@@ -48,15 +57,6 @@ from camopt.model.effects.loads import (
 )
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import mean_column
-from camopt.model.effects.panel_series import (
-    WORK_ERROR,
-    derivative_polynomials_by_panel,
-    integrate_series,
-    largest_value_of_series,
-    multiply_series,
-    sum_series,
-    turn_integral,
-)
 from camopt.model.effects.peak import IDENTITY_SCALE, MultipleScale, Peak, Scale, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.effects.setting_cache import once_per_setting

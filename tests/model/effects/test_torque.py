@@ -17,9 +17,9 @@ from support.depth import times
 from support.dynamics import Dynamics
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
+from camopt.core.numerics.panel_series import integrate_series, largest_value_of_series, turn_integral
 from camopt.core.numerics.piecewise import powers_to_bernstein_matrix
 from camopt.model.effects import force
-from camopt.model.effects.panel_series import integrate_series, largest_value_of_series, turn_integral
 from camopt.model.effects.torque import torque_over_turn, torque_polynomials_by_panel
 from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric
