@@ -203,7 +203,7 @@ def length_in_digits(length: float) -> str:
 
 def value_with_unit(value: float, unit: str = "mm") -> str:
     """A number with four digits and its unit, converted to the shown unit."""
-    return f"{four_digits(to_shown_unit(value, unit))} {unit_in_shown_system(unit)}"
+    return f"{four_digits(to_shown_unit(value, unit))} {unit_in_shown_system(unit)}".rstrip()
 
 
 def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:

@@ -15,7 +15,7 @@ from camopt.scene.machine import Clearance, Machine
 from camopt.show.drawing.picture import STROKE_NAMES, four_digits, value_with_unit
 from camopt.solve.machine.clearances import ClearanceResult
 from camopt.solve.machine.evaluation import MachineEvaluation
-from camopt.solve.machine.stations import ResolvedStation, resolve_stations
+from camopt.solve.machine.stations import ResolvedStation, clearance_unit, resolve_stations
 
 CURVE_STEP = 0.5  # deg between points of a curve
 ANGLE_DIGITS = 9  # decimals of angles [deg]: rounding errors of sums of angles are smaller
@@ -164,12 +164,11 @@ class TimingData:
     @cached_property
     def clearances(self) -> list[tuple[str, Span]]:
         """Title and range of the first ``MOST_CLEARANCES`` clearances."""
-        units = {station.name: station.unit for station in self.stations}
         found = []
         results = self.results or [None] * len(self.machine.clear)
         for clearance, result in [*zip(self.machine.clear, results, strict=True)][:MOST_CLEARANCES]:
-            angular = clearance.along is not None and {units[name] for name in clearance.between} == {"deg"}
-            found.append((clearance.title, clearance_span(clearance, "deg" if angular else "mm", result)))
+            unit = clearance_unit(clearance, self.stations)
+            found.append((clearance.title, clearance_span(clearance, unit, result)))
         return found
 
     @cached_property

@@ -9,10 +9,10 @@ import numpy as np
 
 from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.core.quantities.display import Drawable
-from camopt.scene.machine import Machine, MachineSource, machine_from
+from camopt.scene.machine import Clearance, Machine, MachineSource, machine_from
 from camopt.solve.machine.clearances import ClearanceResult, clearances_of_machine
 from camopt.solve.machine.shaft import MotorUse, Shaft, motor_uses, shaft_of_machine, smallest_motor
-from camopt.solve.machine.stations import ResolvedStation, resolve_stations
+from camopt.solve.machine.stations import ResolvedStation, clearance_unit, resolve_stations
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
@@ -72,8 +72,8 @@ class MachineEvaluation(Result, Drawable):
     def notes(self) -> Iterator[str]:
         """Replaced speeds, stations without a torque, sums of mm and deg, and the warnings of each station."""
         yield from self.machine.speed_notes
-        for clearance, found in zip(self.machine.clear, self.clearances, strict=True):
-            if clearance.along is not None and not self._unit(found):
+        for _, found, unit in self._clearances_with_units:
+            if not unit:
                 yield f"the clearance {found.title} adds lifts in mm and in deg"
         for station in self.resolved:
             if station.why_no_torque:
@@ -98,10 +98,10 @@ class MachineEvaluation(Result, Drawable):
             if each["violated"]
         ]
         broken += [
-            f"the clearance {each.title} is {with_unit(each.shown_upper, self._unit(each))} at "
-            f"{number_text(each.angle)}°{', where the tools touch or overlap' * self._is_contact(each)}"
-            for each in self.clearances
-            if each.verdict == BROKEN
+            f"the clearance {found.title} is {with_unit(found.shown_upper, unit)} at {number_text(found.angle)}°"
+            + ", where the tools touch or overlap" * (given.along is None and found.shown_upper == 0.0)
+            for given, found, unit in self._clearances_with_units
+            if found.verdict == BROKEN
         ]
         if broken:
             return f"Not feasible: {'; '.join(broken)}."
@@ -162,31 +162,24 @@ class MachineEvaluation(Result, Drawable):
         note = "The torques are those on the machine's shaft." if "torque_peak_N_m" in names else ""
         return replace(table_of(f"{self.machine.name}: stations", rows, names, units=units), note=note)
 
-    def _unit(self, clearance: ClearanceResult) -> str:
-        """Unit of a clearance: that of the lifts in it, or mm between outlines; empty if lifts differ in unit."""
-        (given,) = (
-            each for each, found in zip(self.machine.clear, self.clearances, strict=True) if found is clearance
-        )
-        units = {each.unit for each in self.resolved if each.name in clearance.between}
-        return "mm" if given.along is None else units.pop() if len(units) == 1 else ""
-
-    def _is_contact(self, clearance: ClearanceResult) -> bool:
-        """Whether a clearance is that of outlines which touch or overlap."""
-        place = self.clearances.index(clearance)
-        return self.machine.clear[place].along is None and clearance.shown_upper == 0.0
+    @property
+    def _clearances_with_units(self) -> Iterator[tuple[Clearance, ClearanceResult, str]]:
+        """Each clearance of the machine with its result and its unit."""
+        for clearance, found in zip(self.machine.clear, self.clearances, strict=True):
+            yield clearance, found, clearance_unit(clearance, self.resolved)
 
     def clearance_table(self) -> Table | None:
         """A table of the clearances with their verdicts; None without any."""
         rows = [
             {
-                "clearance": each.title,
-                "least": with_unit(each.shown_upper, self._unit(each)),
-                "proved": with_unit(each.shown_lower, self._unit(each)),
-                "at_deg": each.angle,
-                "required": with_unit(each.at_least, self._unit(each)),
-                "verdict": each.verdict,
+                "clearance": found.title,
+                "least": with_unit(found.shown_upper, unit),
+                "proved": with_unit(found.shown_lower, unit),
+                "at_deg": found.angle,
+                "required": with_unit(found.at_least, unit),
+                "verdict": found.verdict,
             }
-            for each in self.clearances
+            for _, found, unit in self._clearances_with_units
         ]
         return (
             table_of(f"{self.machine.name}: clearances", rows, rows[0], units={"at_deg": "deg"}) if rows else None

@@ -1,5 +1,6 @@
 """The stations of a machine as curves over a turn of its shaft: motion of the tool, and torque on the shaft."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, radians
@@ -15,7 +16,7 @@ from camopt.model.effects.force import force_factors_with_train, force_weights_a
 from camopt.model.effects.guided_torque import guided_torque_polynomials
 from camopt.model.effects.loads import has_guide_friction
 from camopt.model.effects.torque import torque_polynomials_by_panel
-from camopt.scene.machine import Machine, Station
+from camopt.scene.machine import Clearance, Machine, Station
 from camopt.scene.problem.problem import Problem, missing_variable_mistakes, resolve
 from camopt.scene.scene import Scene
 from camopt.solve.verdicts.effect_runs import run_effects
@@ -113,7 +114,7 @@ class ResolvedStation:
             for factors in ((0.0, 0.0, mass, 0.0, 1.0), (0.0,) * 5)
         )
         series = inertial - loads
-        half = TurnCurve(panel_ends(programme.table.half_width), 2e-3 * self.station.ratio**2 * series)
+        half = TurnCurve(programme.lift_curve.ends, 2e-3 * self.station.ratio**2 * series)
         own = half.integral_from_start()
         own = own.plus_number(-own.least().value)
         return own.sped_up(self.station.ratio).shifted(radians(self.station.phase))
@@ -150,6 +151,14 @@ def panel_ends(half_width: FloatArray) -> FloatArray:
     assert abs(ends[-1] - TURN) < 1e3 * EQUAL_ENDS
     ends[-1] = TURN
     return np.asarray(ends)
+
+
+def clearance_unit(clearance: Clearance, stations: Iterable[ResolvedStation]) -> str:
+    """Unit of a clearance: mm between outlines, else that of the lifts in it; empty if these differ in unit."""
+    if clearance.along is None:
+        return "mm"
+    units = {station.unit for station in stations if station.name in clearance.between}
+    return units.pop() if len(units) == 1 else ""
 
 
 def resolve_stations(machine: Machine) -> tuple[ResolvedStation, ...]:

@@ -7,6 +7,7 @@ from support.machines import KNIFE
 import camopt
 from camopt.core.numerics.turn_curve import TURN
 from camopt.scene.machine import Machine
+from camopt.show.machines.timing_spans import TimingData
 from camopt.solve.machine.stations import resolve_stations
 
 
@@ -74,3 +75,12 @@ def test_a_station_with_an_infinite_torque_is_left_out_of_the_sum():
     both, alone = (camopt.evaluate_machine(Machine(rpm=60.0, station=rows[first:])) for first in (0, 1))
     assert both.shaft.peak == alone.shaft.peak
     assert [note for note in both.notes if note.startswith("a has no torque: it is infinite")]
+
+
+def test_lifts_of_different_units_have_none_together_in_the_table_and_on_the_sheet():
+    rows = [{"name": "a", "scene": "two-pauses"}, {"name": "b", "scene": "oscillating-roller"}]
+    machine = Machine(station=rows, clear=[{"between": ["a", "b"], "along": [-1, -1], "at_least": -80}])
+    found = camopt.evaluate_machine(machine)
+    assert [row[4].text for row in found.clearance_table().rows] == ["-80"]
+    assert "≥ −80, least" in TimingData.from_machine(found).clearances[0][1].words
+    assert [note for note in found.notes if "mm and in deg" in note]
