@@ -273,7 +273,8 @@ class QuantityLimit(Limit):
         return self.bound == 0.0 and isinstance(self.peak_or_mean, Peak) and self.peak_or_mean.open_at_zero
 
     @property
-    def _bound_sign(self) -> float:
+    def bound_sign(self) -> float:
+        """1 if the quantity must not exceed the bound, −1 if it must not fall below."""
         return QUANTITIES[self.quantities[0]].limit_sign
 
     @cached_property
@@ -299,7 +300,7 @@ class QuantityLimit(Limit):
     @cached_property
     def mean_constraint(self) -> TurnMeanConstraint | None:
         return (
-            constraint_on_mean(self.peak_or_mean, self.bound, self._bound_sign)
+            constraint_on_mean(self.peak_or_mean, self.bound, self.bound_sign)
             if isinstance(self.peak_or_mean, Mean)
             else None
         )
@@ -329,7 +330,7 @@ class QuantityLimit(Limit):
             values = [columns[name] for name in self.quantities]
             value = values[0] if len(values) == 1 else reduce(np.maximum, map(np.abs, values))
             with np.errstate(over="ignore"):  # for a bound near 0
-                excess = self._bound_sign * (value - self.bound) / self._excess_unit(designs) + np.zeros(
+                excess = self.bound_sign * (value - self.bound) / self._excess_unit(designs) + np.zeros(
                     len(designs)
                 )
         return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._bound_itself_breaks_limit else excess
@@ -441,7 +442,7 @@ class QuantityLimit(Limit):
             return self._extreme_as_share_of_allowed(
                 self.peak_or_mean, columns, designs
             )  # weights are linear in the bound
-        return np.asarray(-self._bound_sign / self._excess_unit(designs) + np.zeros(len(designs)))
+        return np.asarray(-self.bound_sign / self._excess_unit(designs) + np.zeros(len(designs)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,6 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget
-from camopt.core.quantities import AT_LEAST, QUANTITIES
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.effects.contacts import (
@@ -211,17 +210,15 @@ class ToleranceBox:
                 _worst_ends_of_numbers(limit, cams, self.nominal_and_tried_train_errors, self.train_zones)
             )
             cams.append(self._worst_cam_of_train(combined, combined.limits[limit_number]))
-        verdict = self._verdict_of_limit(limit, max(each.excess for each in cams))
         worst, gap = self._worst_cam_and_proven_gap(limit, cams[_worst_tried_cam_index(limit, cams)])
+        verdict = self._verdict_of_limit(limit, max(each.excess for each in cams), worst.value, gap)
         worst_limit = worst.problem.limits[limit_number]
         if verdict == UNDECIDED and self._excess_and_quantity(worst_limit, worst.design, worst.problem)[0][0] > 0.0:
             verdict = BROKEN
         if self.interference is not None:
-            real, side = (
-                self._worst_with_possible_interference(limit, worst, self.interference),
-                -1.0 if limit.relation == AT_LEAST else 1.0,
-            )
-            gap = None if gap is None else gap + max(side * (worst.value - real.value), 0.0)
+            real = self._worst_with_possible_interference(limit, worst, self.interference)
+            if gap is not None and isinstance(limit, QuantityLimit):
+                gap += max(limit.bound_sign * (worst.value - real.value), 0.0)
             verdict = BROKEN if real.excess > 0.0 else UNDECIDED if verdict == BROKEN else verdict
             worst = real
         name, nominal = (
@@ -301,10 +298,14 @@ class ToleranceBox:
         values, train = cam.design.values, cam.problem.nominal_numbers
         return {k: float(values[v.field][0]) if v.varies_by_design else train[k] for k, v in self.variables.items()}
 
-    def _verdict_of_limit(self, limit: Limit, excess: float) -> str:
-        """Whether all cams hold a limit, from the largest excess of the tried cams or by a proof."""
+    def _verdict_of_limit(self, limit: Limit, excess: float, worst_value: float, gap: float | None) -> str:
+        """Whether all cams hold a limit: from the largest excess of the tried cams, the proven gap, or a proof."""
         if excess > 0.0:
             return BROKEN
+        if gap and isinstance(limit, QuantityLimit):
+            side = limit.bound_sign
+            if side * (worst_value + side * gap) < side * limit.bound:
+                return HELD
         return self._certify_limit(limit, self._proof_budget(limit)).verdict
 
     def _proof_budget(self, limit: Limit) -> Budget:
@@ -328,10 +329,9 @@ class ToleranceBox:
             return worst, None
         if limit.is_decided_by_motion_alone and not self._depends_on_train(limit):
             return worst, 0.0
-        side = QUANTITIES[limit.quantities[0]].limit_sign
         question = limit.quantities, worst.value  # two limits may bound one quantity
         if question not in self._proven_gaps:
-            self._proven_gaps[question] = self._prove_gap(limit, side, worst)
+            self._proven_gaps[question] = self._prove_gap(limit, worst)
         return self._proven_gaps[question]
 
     @cached_property
@@ -339,9 +339,9 @@ class ToleranceBox:
         """Worst cams and proven gaps so far, by quantities and worst value of the tried cams."""
         return {}
 
-    def _prove_gap(self, limit: QuantityLimit, side: float, worst: TriedCam) -> tuple[TriedCam, float | None]:
+    def _prove_gap(self, limit: QuantityLimit, worst: TriedCam) -> tuple[TriedCam, float | None]:
         """The worst cam, and the least of ``MARGIN_GAPS`` that is proved with its share of the budget."""
-        gaps, budget = [*MARGIN_GAPS], self._proof_budget(limit)
+        side, gaps, budget = limit.bound_sign, [*MARGIN_GAPS], self._proof_budget(limit)
         for _ in range(WORSE_CAMS):
             gap = gaps[0] * (abs(worst.value) or 1.0)
             easier = replace(limit, bound=worst.value + side * gap)
