@@ -1,13 +1,10 @@
 """The motors of a machine's catalogue, read from a CSV file."""
 
-import csv
 from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from camopt.core.mistakes import BadInput
-from camopt.core.storage.files import decode_user_text, read_bytes
-from camopt.scene.csv_columns import MOST_SPANS
+from camopt.scene.csv_columns import read_csv_columns
 from camopt.scene.sources import path_beside_machine
 
 
@@ -34,32 +31,12 @@ def read_motors(folder: Path | None, name: str) -> tuple[MotorData, ...]:
 
     ``name`` is relative to ``folder``, that of the machine. A ValueError says what is wrong.
     """
-    wanted = MOTOR_COLUMNS
-    try:
-        rows = csv.DictReader(decode_user_text(read_bytes(path_beside_machine(folder, name))).splitlines())
-        columns = [column.strip() for column in rows.fieldnames or ()]
-        if absent := [column for column in wanted if column not in columns]:
-            raise ValueError(f"its first line has no {' and no '.join(absent)}")
-        rows.fieldnames = columns
-        motors = tuple(_motor_of_row(row, rows.line_num) for row in rows)
-    except (OSError, BadInput, ValueError, csv.Error) as trouble:
-        reason = trouble.strerror if isinstance(trouble, OSError) else trouble
-        if isinstance(trouble, BadInput):
-            reason = f"must be {trouble.mistakes[0].allowed}"
-        raise ValueError(f"must be a CSV file with the columns {', '.join(wanted)}: {reason}") from None
-    if not 1 <= len(motors) <= MOST_SPANS:
-        raise ValueError(f"has {len(motors)} motors; it must have 1 to {MOST_SPANS}")
-    return motors
-
-
-def _motor_of_row(row: dict[str, str], line: int) -> MotorData:
-    numbers = []
+    path = path_beside_machine(folder, name)
+    columns = read_csv_columns(path.parent, path.name, MOTOR_COLUMNS, text_column=MOTOR_COLUMNS[0])
+    if not columns[MOTOR_COLUMNS[0]]:
+        raise ValueError("has no motor; it must have at least one")
     for column in MOTOR_COLUMNS[1:]:
-        try:
-            number = float(row[column])
-        except (TypeError, ValueError):
-            raise ValueError(f"line {line} has no number in {column}") from None
-        if not (isfinite(number) and number > 0.0):
-            raise ValueError(f"line {line} must have a number above 0 in {column}")
-        numbers.append(number)
-    return MotorData(row["name"].strip(), *numbers)
+        for motor, number in zip(columns[MOTOR_COLUMNS[0]], columns[column], strict=True):
+            if not (isfinite(number) and number > 0.0):
+                raise ValueError(f"{column} of motor {motor} must be above 0")
+    return tuple(MotorData(*row) for row in zip(*columns.values(), strict=True))

@@ -115,8 +115,11 @@ def test_all_mistakes_are_said_at_once_with_the_file_of_the_scene(tmp_path):
     [
         ("name,rated_torque_N_m\nx,1\n", "no peak_torque_N_m"),
         ("name,rated_torque_N_m,peak_torque_N_m,rated_speed_rpm,inertia_kg_m2\nx,1,2,three,4\n", "line 2"),
-        ("name,rated_torque_N_m,peak_torque_N_m,rated_speed_rpm,inertia_kg_m2\nx,1,2,-3,4\n", "line 2"),
-        ("name,rated_torque_N_m,peak_torque_N_m,rated_speed_rpm,inertia_kg_m2\n", "has 0 motors"),
+        (
+            "name,rated_torque_N_m,peak_torque_N_m,rated_speed_rpm,inertia_kg_m2\nx,1,2,-3,4\n",
+            "rated_speed_rpm of motor x",
+        ),
+        ("name,rated_torque_N_m,peak_torque_N_m,rated_speed_rpm,inertia_kg_m2\n", "has no motor"),
     ],
 )
 def test_a_wrong_catalogue_is_said(tmp_path, text, message):
