@@ -59,14 +59,13 @@ def machine(
     files = list[Path]()
     with cli.progress(quiet, ""):
         result: Any = camopt.optimise_phases(machine) if phases else camopt.evaluate_machine(machine)
-        shown = result.best if phases else result
-        if picture and shown:
-            camopt.plot(shown, picture)
+        evaluation = result.evaluation if phases else result
+        if picture and evaluation:
+            camopt.plot(evaluation, picture)
             files.append(picture)
-        if out and shown:
-            evaluated = camopt.evaluate_machine(shown) if phases else shown
-            written, notes = library.write_machine_folder(evaluated, out)
+        if out and evaluation:
+            written, notes = library.write_machine_folder(evaluation, out)
             files += written
-    if out and shown and not quiet:
+    if out and evaluation and not quiet:
         cli.print_notes(notes)
     return cli.print_result(result, as_json, quiet, files)

@@ -22,12 +22,13 @@ from camopt.solve.tables.html import html_table
 from camopt.solve.tables.result import Table
 
 CAM_SCRIPTS = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
+SERVED_SCRIPTS = ("tables", "controls", "requests", "served_page")
 PAGE_SCRIPTS = {
     "cams": (*CAM_SCRIPTS, "cams_page", "start"),
     "machine": (*CAM_SCRIPTS, "machine_page", "start"),
-    "serve_machine": (*CAM_SCRIPTS, "machine_page", "tables", "controls", "requests", "serve_machine", "start"),
+    "serve_machine": (*CAM_SCRIPTS, "machine_page", *SERVED_SCRIPTS, "serve_machine", "start"),
     "results": (*CAM_SCRIPTS, "rows", "scatter", "parallel", "tables", "grid", "results_page", "start"),
-    "serve": (*CAM_SCRIPTS, "tables", "controls", "requests", "serve_page", "start"),
+    "serve": (*CAM_SCRIPTS, *SERVED_SCRIPTS, "serve_page", "start"),
 }
 """Scripts of each kind of page; each script uses only earlier ones."""
 
@@ -53,6 +54,7 @@ def render_page(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> 
             style_hash=Markup(_content_hash(style)),
             script_hash=Markup(_content_hash(script)),
             data=Markup(text),
+            served="served_page" in PAGE_SCRIPTS[kind],
             **more,
         )
     )

@@ -20,7 +20,7 @@ from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve, sum_curves
 from camopt.scene.machine import Machine, MachineSource, machine_from
 from camopt.solve.machine.clearances import ClearanceForm, clearance_form, jumps_at_ends
-from camopt.solve.machine.evaluation import evaluate_machine
+from camopt.solve.machine.evaluation import MachineEvaluation, evaluate_machine
 from camopt.solve.machine.outlines import TINY
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
 from camopt.solve.tables.cells import with_unit
@@ -77,6 +77,11 @@ class PhaseOptimum(Result):
         """The machine with the found phases; None without any."""
         return None if self.phases is None else self.machine.with_phases(self.phases)
 
+    @cached_property
+    def evaluation(self) -> MachineEvaluation | None:
+        """The evaluation of the machine with the found phases; None without any."""
+        return None if self.best is None else evaluate_machine(self.best)
+
     @property
     def exit_code(self) -> int:
         """0, or 1 if no phases hold the clearances."""
@@ -94,9 +99,9 @@ class PhaseOptimum(Result):
             f"have less than {bound}."
         )
         yield self.table()
-        assert self.best is not None
-        evaluated = evaluate_machine(self.best)
-        yield from filter(None, (evaluated.clearance_table(), evaluated.slack_table(), evaluated.shaft_table()))
+        assert self.evaluation is not None
+        tables = self.evaluation.clearance_table(), self.evaluation.slack_table(), self.evaluation.shaft_table()
+        yield from filter(None, tables)
 
     def table(self) -> Table:
         """A row for each phase of the search: before and after."""
@@ -110,8 +115,8 @@ class PhaseOptimum(Result):
 
     def document(self) -> dict[str, Any]:
         """The phases, the peaks and the bound."""
-        values = {name: value for name, value in vars(self).items() if name != "machine"}
-        return {"machine": self.machine.name, **values, "relative_gap": self.relative_gap}
+        names = ("phases", "peak_before", "peak", "bound", "relative_gap")
+        return {"machine": self.machine.name, **{name: getattr(self, name) for name in names}}
 
     @property
     def relative_gap(self) -> float:

@@ -1,37 +1,14 @@
 // The page of one cam with its controls.
 
-class ServePage {
+class ServePage extends ServedPage {
   constructor(data) {
-    const find = (id) => document.getElementById(id);
-    Object.assign(this, { find, label: data.label, own: data.own, values: { ...data.own }, moved: "" });
-    this.player = new Player(find("player"));
-    this.status = find("status");
-    const moved = (key, value) => this.change({ [key]: value }, key);
-    this.controls = [...document.querySelectorAll(".control")].map((each) => new Control(each, moved));
-    const question = () => ({ values: this.values, moved: this.moved });
-    this.requests = new RequestQueue(question, (...shown) => this.show(...shown), (trouble) => this.fail(trouble));
+    super(data.own, "All controls are reset.");
+    this.label = data.label;
+    this.player = new Player(this.find("player"));
     this.draw(data.answer.cam, true);
     this.player.go(0);
-    find("start").addEventListener("click", () => this.set(this.own, "All controls are reset."));
-    find("smallest").addEventListener("click", () => this.smallest().catch((trouble) => this.fail(trouble)));
-    find("report").addEventListener("click", () => this.download().catch((trouble) => this.fail(trouble)));
-    find("save").addEventListener("submit", (event) => { event.preventDefault(); this.save(false); });
-    find("overwrite").addEventListener("click", () => this.save(true));
-    find("file").addEventListener("input", () => (find("overwrite").hidden = true));
-  }
-
-  /** Change the values of controls by key; `moved` is the control that the user moves. */
-  change(values, moved = "") {
-    Object.assign(this.values, values);
-    this.moved = moved;
-    this.requests.changed();
-  }
-
-  /** Set the values of all controls, and show a sentence. */
-  set(values, told) {
-    for (const control of this.controls) control.show(values[control.key]);
-    this.change(values);
-    this.status.textContent = told;
+    this.find("smallest").addEventListener("click", () => this.smallest().catch((trouble) => this.fail(trouble)));
+    this.find("report").addEventListener("click", () => this.download().catch((trouble) => this.fail(trouble)));
   }
 
   /** Show an answer of the server; `newest` if no control has moved since its request. */
@@ -64,24 +41,6 @@ class ServePage {
     if (box) this.box = box;
   }
 
-  /** Show mistakes beside their controls, else beside the control that was moved. */
-  complain(mistakes) {
-    const texts = new Map();
-    for (const { key, text } of mistakes) {
-      const control = this.controls.find((each) => each.key === key) || this.controls.find((each) => each.key === this.moved);
-      const told = control ? (control.key === key ? text : `${key}: ${text}`) : `${key}: ${text}`;
-      texts.set(control, [...(texts.get(control) || []), told]);
-    }
-    for (const [control, found] of texts) {
-      if (control) control.complain(found.join("; "));
-      else this.status.textContent = found.join("; ");
-    }
-  }
-
-  fail(trouble) {
-    this.status.textContent = trouble instanceof TypeError ? "The server has ended: start camopt serve again." : `Error: ${trouble.message}.`;
-  }
-
   async smallest() {
     const button = this.find("smallest");
     if (this.searching) return void (await ask("stop", { values: {} }));
@@ -100,25 +59,13 @@ class ServePage {
   }
 
   async download() {
-    const found = await ask("report", { values: this.values, moved: this.moved });
+    const found = await ask("report", this.question());
     if (found.mistakes) return this.complain(found.mistakes);
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([found.text], { type: "text/html" }));
     link.download = found.name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  }
-
-  async save(overwrite) {
-    try {
-      const name = this.find("file").value;
-      const found = await ask("save", { values: this.values, moved: this.moved, name, overwrite });
-      this.find("overwrite").hidden = !found.exists;
-      if (found.mistakes) return this.complain(found.mistakes);
-      this.status.textContent = found.exists ? `${found.exists} exists already.` : `Saved ${found.saved}`;
-    } catch (trouble) {
-      this.fail(trouble);
-    }
   }
 }
 
