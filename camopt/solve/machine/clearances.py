@@ -139,8 +139,11 @@ class ClearanceForm(ABC):
         """Clearances at lifts (parts, N)."""
 
     @abstractmethod
-    def least_value(self, budget: Budget) -> LeastValue:
-        """The least clearance over the range of angles, without shifts."""
+    def least_value(self, budget: Budget, level: float | None = None) -> LeastValue:
+        """The least clearance over the range of angles, without shifts.
+
+        With a ``level`` its bounds need only say whether it is below the level.
+        """
 
     @abstractmethod
     def enclose(
@@ -189,7 +192,7 @@ class LinearClearance(ClearanceForm):
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
         return np.asarray(self.coefficients @ lifts)
 
-    def least_value(self, budget: Budget) -> LeastValue:
+    def least_value(self, budget: Budget, level: float | None = None) -> LeastValue:
         """The least clearance, exact from the sum of the curves."""
         curves = [curve * weight for curve, weight in zip(self.curves, self.coefficients.tolist(), strict=True)]
         found = sum_curves(curves).least(self.start, self.width)
@@ -220,7 +223,7 @@ class OutlineClearance(ClearanceForm):
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
         return outline_distances(*self.outlines, lifts[0], lifts[1])
 
-    def least_value(self, budget: Budget) -> LeastValue:
+    def least_value(self, budget: Budget, level: float | None = None) -> LeastValue:
         """The least distance, by branch and bound.
 
         Outlines that are apart at the start and never touch stay outside of each other.
@@ -228,14 +231,15 @@ class OutlineClearance(ClearanceForm):
         ends = np.array([self.start, self.start + self.width])
         best, angle = min(zip(self.values(ends, np.zeros((2, 2))).tolist(), ends.tolist(), strict=True))
         boxes, floor, below = first_boxes(self, 1, 0.0), best, 0.0
-        while boxes.task.size and best > 0.0 and not budget.is_spent:
+        closest, enough = (0.0, inf) if level is None else (level, level)
+        while boxes.task.size and best > closest and not budget.is_spent:
             budget.spend(BOX_WORK * boxes.task.size)
             found = enclose_boxes(self, np.zeros((1, 2)), boxes)
             nearest = int(np.argmin(found.upper))
             if found.upper[nearest] < best:
                 best = float(found.upper[nearest])
                 angle = 0.5 * float(boxes.low[0, nearest] + boxes.high[0, nearest])
-            is_open = found.lower < best - CLEARANCE_GAP * max(best, 1.0)
+            is_open = found.lower < min(best - CLEARANCE_GAP * max(best, 1.0), enough)
             floor = min(floor, found.lower[~is_open].min(initial=inf))
             below = found.lower[is_open].min(initial=inf)
             boxes = halve_boxes(self, boxes, found.rooms, is_open)

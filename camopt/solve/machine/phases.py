@@ -258,7 +258,8 @@ class PhaseClearance:
             return False
         shifts = self.shifts(phases[None, :])[:, 0].tolist()
         curves = tuple(curve.shifted(shift) for curve, shift in zip(self.form.curves, shifts, strict=True))
-        return replace(self.form, curves=curves).least_value(Budget(CLEARANCE_WORK)).lower >= self.form.required
+        form, required = replace(self.form, curves=curves), self.form.required
+        return form.least_value(Budget(CLEARANCE_WORK), required).lower >= required
 
     def may_be_held(self, low: FloatArray, high: FloatArray) -> BoolArray:
         """Whether some phases of each box (N, phases) may hold the clearance; if not, none does."""
