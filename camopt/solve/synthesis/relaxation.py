@@ -6,9 +6,10 @@ Then
 
     |Δy/h − (v₀ + v₁)/2| ≤ r·h/4 − (Δv − m·h)²/(4·r·h)            |Δv − m·h| ≤ r·h
     |Δv/h − (a₀ + a₁)/2| ≤ r·h/4 − (Δa − m·h)²/(4·r·h)            |Δa − m·h| ≤ r·h
-    |Δy − h·v₀ − h²·(2·a₀ + a₁)/6| ≤ 2·r·h³/(9·√3)
+    |Δy − h·(v₀ + v₁)/2 + h²·Δa/12| ≤ r·h³/(18·√3)
 
-The first bound is the area between the two extreme paths from v₀ to v₁: up first, or down first. Bessel's
+The first bound is the area between the two extreme paths from v₀ to v₁: up first, or down first. The last one is
+the error of the corrected trapezoidal rule, whose Peano kernel is the second Legendre polynomial. Bessel's
 inequality with the first two Legendre polynomials gives, over a panel,
 
     ∫ y''² ≥ Δv²/h + 12·(Δy − h·(v₀ + v₁)/2)²/h³
@@ -36,7 +37,7 @@ from camopt.solve.synthesis.stroke_motion import DerivativeRange, DerivativeRang
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCrossing, SynthesisProblem
 
 AREA_ERRORS = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
-CUBIC_ERROR = 2.0 / (9.0 * sqrt(3.0))
+CUBIC_ERROR = 1.0 / (18.0 * sqrt(3.0))
 LEAST_JUMP = 0.05  # least jump of the jerk that counts, as a share of the largest jerk
 LEAST_SWITCH = 0.25  # least sum of neighbouring jumps for which the motion is cut, as a share of the largest jerk
 JUMP_PANELS = 4  # jumps so many panels apart, or fewer, are one
@@ -80,16 +81,16 @@ class RelaxedMotion(StrokeMotion):
                 condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
             )
         for constraint in problem.linear_constraints:
-            if constraint.covers_kind_of_stroke(stroke):
+            if constraint.must_hold_all_along(stroke):
                 self._impose_linear(constraint, [item.scale_by(self.angle**2) for item in ranges.get(2, [])])
 
     def _impose_unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
         """A rise or return starts at one end, stops at the other and stays between them."""
         start, end = stroke.low / self.unit, stroke.high / self.unit
-        y = self.y
+        y, up = self.y, 1.0 if end > start else -1.0
         self.constraints += [y[0] == start, y[-1] == end, y >= min(start, end), y <= max(start, end)]
+        self.constraints.append(up * self.v[[0, -1]] >= 0.0)  # else it would not stay between them
         if monotone:
-            up = 1.0 if end > start else -1.0
             self.constraints += [up * self.v >= 0.0, up * cp.diff(y) >= 0.0]
 
     def _impose_range(self, order: int, limit: DerivativeRange, nodes: slice) -> None:
@@ -106,7 +107,7 @@ class RelaxedMotion(StrokeMotion):
             self._impose_second_derivative_range(y, v, h, limit)
         elif order == 3:
             self._impose_second_derivative_range(v, a, h, limit)
-            error = cp.diff(y) - cp.multiply(h, v[:-1]) - cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
+            error = cp.diff(y) - cp.multiply(h / 2, v[:-1] + v[1:]) + cp.multiply(h**2 / 12, cp.diff(a))
             self.constraints.append(cp.abs(error) <= CUBIC_ERROR * h**3 * limit.half_width * limit.unit)
 
     def _impose_second_derivative_range(

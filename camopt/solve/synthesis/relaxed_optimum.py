@@ -14,8 +14,8 @@ from camopt.solve.synthesis.solver import SOLVER_ERROR
 from camopt.solve.synthesis.synthesis_problem import SynthesisProblem, tighten_limits
 
 PANEL_COUNTS = (96, 64, 32, 16)  # panels of a stroke in the relaxation: fewer if the solver fails
-FINE_PANELS = 384  # the same for a problem without nonconvex limits, whose laws come near to the bound
-CUT_PIECES = (16, 48)  # pieces of a stroke that is also cut where its jerk jumps; more if the gap stays wide
+FINE_PANELS = (384, 288)  # the same for a problem without nonconvex limits, whose laws come near to the bound
+CUT_PIECES = (17, 48)  # pieces of a stroke that is also cut where its jerk jumps; more if the gap stays wide
 
 
 class RelaxedOptimum(NamedTuple):
@@ -38,7 +38,7 @@ def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOpt
     is_given = settings.pieces is not None or settings.continuity is not None or settings.smooth > 0.0
     if is_given or not problem.has_convex_size:
         return RelaxedOptimum(relaxation_bound(problem))
-    relaxed, bound = solve_relaxation(problem, (FINE_PANELS, *PANEL_COUNTS))
+    relaxed, bound = solve_relaxation(problem, (*FINE_PANELS, *PANEL_COUNTS))
     if relaxed is None or bound == inf:
         return RelaxedOptimum(bound)
     jumps = tuple(motion.jerk_jumps() if isinstance(motion, RelaxedMotion) else () for motion in relaxed.motions)

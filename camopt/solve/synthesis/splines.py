@@ -20,7 +20,8 @@ from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import Stroke
 
 SPAN_PARTS = 2  # parts of a span
-LEAST_PIECE = 0.25  # least length of a piece, as a share of an equal piece
+LEAST_PIECE = 0.25  # least distance of an equally spaced end from a cut, as a share of an equal piece
+LEAST_CUT = 2e-3  # least distance of a cut from other cuts and from the ends, as a share of the stroke
 LEAST_PART = 1e-9  # least length of a part, as a share of the stroke
 LEAST_ENTRY = 1e-12  # smaller entries of a matrix are rounding, as a share of the largest
 
@@ -42,10 +43,15 @@ class Splines:
     def piece_ends(self) -> FloatArray:
         """Ends of the pieces: the cuts, and equally spaced ends that are not too close to a cut."""
         ends = [0.0, 1.0]
-        for x in (*self.cuts, *(np.arange(1, self.pieces) / self.pieces)):
-            if all(abs(x - end) > LEAST_PIECE / self.pieces for end in ends):
-                ends.append(float(x))
+        for least, places in (LEAST_CUT, self.cuts), (LEAST_PIECE / self.pieces, self._equal_piece_ends):
+            for x in places:
+                if all(abs(x - end) > least for end in ends):
+                    ends.append(float(x))
         return np.array(sorted(ends))
+
+    @property
+    def _equal_piece_ends(self) -> FloatArray:
+        return np.arange(1, self.pieces) / self.pieces
 
     @cached_property
     def _continuity_at_ends(self) -> IndexArray:
