@@ -141,7 +141,7 @@ def frontier(
     >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
     >>> found = camopt.frontier(coarse, points=2, workers=1)
     >>> [round(row["size"], 1) for row in found.rows]
-    [30.6]
+    [30.7, 45.0]
     """
     scene = scene_from(scene)
     check_count("points", points, 0)

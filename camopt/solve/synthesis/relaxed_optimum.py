@@ -6,6 +6,8 @@ from functools import partial
 from math import inf
 from typing import NamedTuple
 
+import numpy as np
+
 from camopt.core.mistakes import Unsolved
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
@@ -15,7 +17,8 @@ from camopt.solve.synthesis.synthesis_problem import SynthesisProblem, tighten_l
 
 PANEL_COUNTS = (96, 64, 32, 16)  # panels of a stroke in the relaxation: fewer if the solver fails
 FINE_PANELS = (384, 288)  # the same for a problem without nonconvex limits, whose laws come near to the bound
-CUT_PIECES = (17, 48)  # pieces of a stroke that is also cut where its jerk jumps; more if the gap stays wide
+MOST_NUMBERS = 40  # numbers of a law that comes near to the bound with few pieces
+FEW_PIECES, MANY_PIECES = (8, 24), 48  # pieces of a stroke that is also cut where its jerk jumps
 
 
 class RelaxedOptimum(NamedTuple):
@@ -42,10 +45,14 @@ def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOpt
     if relaxed is None or bound == inf:
         return RelaxedOptimum(bound)
     jumps = tuple(motion.jerk_jumps() if isinstance(motion, RelaxedMotion) else () for motion in relaxed.motions)
-    cut = [
-        replace(problem, jerk_jumps=jumps, splines=replace(problem.splines, pieces=pieces)) for pieces in CUT_PIECES
-    ]
-    return RelaxedOptimum(bound, tuple(cut))
+    cut = replace(problem, jerk_jumps=jumps, splines=replace(problem.splines, pieces=MANY_PIECES))
+    all_splines = [cut.splines_of(stroke) for stroke in cut.free_strokes]
+    left = min(
+        MOST_NUMBERS - each.degree - (each.degree - each.continuity_at_cuts) * len(each.cuts)
+        for each in all_splines
+    )
+    few = replace(cut, splines=replace(cut.splines, pieces=int(np.clip(left, *FEW_PIECES))))
+    return RelaxedOptimum(bound, (few, cut))
 
 
 def relaxation_bound(problem: SynthesisProblem) -> float | None:

@@ -43,15 +43,12 @@ class Splines:
     def piece_ends(self) -> FloatArray:
         """Ends of the pieces: the cuts, and equally spaced ends that are not too close to a cut."""
         ends = [0.0, 1.0]
-        for least, places in (LEAST_CUT, self.cuts), (LEAST_PIECE / self.pieces, self._equal_piece_ends):
+        equal_ends = np.arange(1, self.pieces) / self.pieces
+        for least, places in (LEAST_CUT, self.cuts), (LEAST_PIECE / self.pieces, equal_ends):
             for x in places:
                 if all(abs(x - end) > least for end in ends):
                     ends.append(float(x))
         return np.array(sorted(ends))
-
-    @property
-    def _equal_piece_ends(self) -> FloatArray:
-        return np.arange(1, self.pieces) / self.pieces
 
     @cached_property
     def _continuity_at_ends(self) -> IndexArray:

@@ -48,7 +48,7 @@ from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.tables.designs import joined_laws
 
-GENTLE_SLACK = 1e-4  # share of the prime radius, at most of the objective's unit, given up for the least jerk
+GENTLE_SLACK = 5e-5  # share of the prime radius, at most of the objective's unit, given up for the least jerk
 LEAST_GENTLE_SHARE = 0.1  # least prime radius of which a share is given up, in units of the objective
 MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
 ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from support.convex_scenes import random_convex_scene
 
 from camopt import certify, find_scene
 from camopt.scene.problem.problem import resolve
@@ -131,6 +132,18 @@ def test_convex_scenes_come_near_to_their_bound_with_few_numbers(name):
     assert result.convex
     unit = max(stroke.high for stroke in resolve(result.scene).programme.strokes)
     assert 0.0 <= result.objective - result.bound <= SMALL_GAP * (result.objective + unit)
+    for law in result.scene.to_dict()["laws"].values():
+        assert len(law.get("coefficients") or law["positions"]) <= MOST_NUMBERS
+
+
+@pytest.mark.parametrize(
+    "seed", [2, 6, 19, 24, *(pytest.param(each, marks=pytest.mark.long) for each in (0, 13, 17, 23, 31, 41))]
+)
+def test_random_convex_scenes_come_near_to_their_bound_and_hold_every_limit(seed):
+    result = synthesise(random_convex_scene(seed))
+    prime = result.objective + build_synthesis_problem(result.scene).prime_less_cam_radius
+    assert 0.0 <= result.objective - result.bound <= SMALL_GAP * prime
+    assert {*certify(result.scene).values()} == {"held"}
     for law in result.scene.to_dict()["laws"].values():
         assert len(law.get("coefficients") or law["positions"]) <= MOST_NUMBERS
 
