@@ -102,6 +102,11 @@ class ConvexModel:
         """Largest objective that a smooth motion may have, for a least objective."""
         return least + self.problem.smooth * abs(least)
 
+    def scale(self, least: float) -> float:
+        """What small differences from a least objective are a share of: the prime radius, if the size is all."""
+        weights, roller = self.problem.objective, self.problem.prime_less_cam_radius
+        return least + weights["size"] * roller if {*weights} == {"size"} else abs(least) + self.unit
+
     @property
     def is_solved_accurately(self) -> bool:
         """Whether the solver reached its requested accuracy."""

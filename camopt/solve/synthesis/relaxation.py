@@ -38,9 +38,9 @@ from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCro
 
 AREA_ERRORS = {1: 1.0 / 4.0, 2: 1.0 / 12.0, 3: 1.0 / 192.0}
 CUBIC_ERROR = 1.0 / (18.0 * sqrt(3.0))
-LEAST_JUMP = 0.05  # least jump of the jerk that counts, as a share of the largest jerk
+LEAST_JUMP = 0.125  # least jump of the jerk that counts, as a share of the largest jerk
 LEAST_SWITCH = 0.25  # least sum of neighbouring jumps for which the motion is cut, as a share of the largest jerk
-JUMP_PANELS = 4  # jumps so many panels apart, or fewer, are one
+JUMP_PANELS = 4  # jumps so many panels apart, or fewer, are one; so many give the mean jerk beside it
 LEAST_PANEL = 0.25  # least length of a panel beside a condition, as a share of a panel
 
 
@@ -209,20 +209,26 @@ class RelaxedMotion(StrokeMotion):
     def jerk_jumps(self) -> tuple[float, ...]:
         """The x at which the jerk of the solution jumps, as it does between limits that hold over arcs.
 
-        The mean jerk over panels overshoots beside a jump, and has a middle value in the panel of the jump. So the
-        place is the mean of neighbouring jumps, weighted by their sizes.
+        The mean jerk over panels overshoots beside a jump, has a middle value in the panel of the jump, and may
+        alternate along an arc. So the place is that between the mean jerks before and after, for the same change
+        of the acceleration.
         """
         if self.a.value is None:
             return ()
-        jerk = np.diff(self.a.value) / self.h
-        jumps, x, largest = np.diff(jerk), self.x[1:-1], np.abs(jerk).max()
-        panels = np.flatnonzero(np.abs(jumps) > LEAST_JUMP * largest)
+        x, a, jerk = self.x, self.a.value, np.diff(self.a.value) / self.h
+        largest = np.abs(jerk).max()
+        nodes = 1 + np.flatnonzero(np.abs(np.diff(jerk)) > LEAST_JUMP * largest)
         places = []
-        for group in np.split(panels, np.flatnonzero(np.diff(panels) > JUMP_PANELS) + 1) if panels.size else ():
-            near = slice(max(group[0] - JUMP_PANELS // 2, 0), group[-1] + JUMP_PANELS // 2 + 1)
-            if abs(total := jumps[near].sum()) > LEAST_SWITCH * largest:
-                places.append(float(jumps[near] @ x[near] / total))
+        for group in np.split(nodes, np.flatnonzero(np.diff(nodes) > JUMP_PANELS) + 1) if nodes.size else ():
+            first, last = max(group[0] - JUMP_PANELS // 2, 1), min(group[-1] + JUMP_PANELS // 2, x.size - 2)
+            before, after = jerk[max(first - JUMP_PANELS, 0) : first].mean(), jerk[last : last + JUMP_PANELS].mean()
+            if abs(jump := after - before) > LEAST_SWITCH * largest:
+                places.append(float((after * x[last] - before * x[first] - (a[last] - a[first])) / jump))
         return tuple(places)
+
+    def cuts_beside_jerk_jumps(self) -> tuple[float, ...]:
+        """The x half a panel before and after each jump of the jerk."""
+        return tuple(place + side * self.h.max() / 2.0 for place in self.jerk_jumps() for side in (-1.0, 1.0))
 
     def lift_area(self) -> Any:
         return self.angle * self.whole

@@ -6,8 +6,6 @@ from functools import partial
 from math import inf
 from typing import NamedTuple
 
-import numpy as np
-
 from camopt.core.mistakes import Unsolved
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
@@ -17,8 +15,8 @@ from camopt.solve.synthesis.synthesis_problem import SynthesisProblem, tighten_l
 
 PANEL_COUNTS = (96, 64, 32, 16)  # panels of a stroke in the relaxation: fewer if the solver fails
 FINE_PANELS = (384, 288)  # the same for a problem without nonconvex limits, whose laws come near to the bound
-MOST_NUMBERS = 40  # numbers of a law that comes near to the bound with few pieces
-FEW_PIECES, MANY_PIECES = (8, 24), 48  # pieces of a stroke that is also cut where its jerk jumps
+# pieces, and continuous derivatives at cuts, of splines cut beside jumps of the jerk: more if the gap stays wide
+CUT_SPLINES = ((12, 3), (10, 2), (24, 3), (48, 2))
 
 
 class RelaxedOptimum(NamedTuple):
@@ -34,8 +32,9 @@ def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOpt
     """The optimum of the relaxation.
 
     An optimal motion within convex limits follows one limit after the other. Its jerk jumps where the next limit
-    takes over. Splines with knots at these places need few pieces. There are none if the scene gives the pieces or
-    the continuity, if it asks for a smooth jerk, or if the constraints on the size are not convex.
+    takes over. Splines with a knot on each side of these places need few pieces: one knot would have to be at the
+    very place, which no relaxation knows. There are none if the scene gives the pieces or the continuity, if it
+    asks for a smooth jerk, or if the constraints on the size are not convex.
     """
     settings = scene.synthesis
     is_given = settings.pieces is not None or settings.continuity is not None or settings.smooth > 0.0
@@ -44,15 +43,18 @@ def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOpt
     relaxed, bound = solve_relaxation(problem, (*FINE_PANELS, *PANEL_COUNTS))
     if relaxed is None or bound == inf:
         return RelaxedOptimum(bound)
-    jumps = tuple(motion.jerk_jumps() if isinstance(motion, RelaxedMotion) else () for motion in relaxed.motions)
-    cut = replace(problem, jerk_jumps=jumps, splines=replace(problem.splines, pieces=MANY_PIECES))
-    all_splines = [cut.splines_of(stroke) for stroke in cut.free_strokes]
-    left = min(
-        MOST_NUMBERS - each.degree - (each.degree - each.continuity_at_cuts) * len(each.cuts)
-        for each in all_splines
+    jumps = tuple(
+        motion.cuts_beside_jerk_jumps() if isinstance(motion, RelaxedMotion) else () for motion in relaxed.motions
     )
-    few = replace(cut, splines=replace(cut.splines, pieces=int(np.clip(left, *FEW_PIECES))))
-    return RelaxedOptimum(bound, (few, cut))
+    cut = [
+        replace(
+            problem,
+            jerk_jumps=jumps,
+            splines=replace(problem.splines, pieces=pieces, continuity_at_cuts=continuity),
+        )
+        for pieces, continuity in CUT_SPLINES
+    ]
+    return RelaxedOptimum(bound, tuple(cut))
 
 
 def relaxation_bound(problem: SynthesisProblem) -> float | None:

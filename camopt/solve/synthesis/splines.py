@@ -21,7 +21,7 @@ from camopt.model.motion.stroke import Stroke
 
 SPAN_PARTS = 2  # parts of a span
 LEAST_PIECE = 0.25  # least distance of an equally spaced end from a cut, as a share of an equal piece
-LEAST_CUT = 2e-3  # least distance of a cut from other cuts and from the ends, as a share of the stroke
+LEAST_CUT = 1e-3  # least distance of a cut from other cuts and from the ends, as a share of the stroke
 LEAST_PART = 1e-9  # least length of a part, as a share of the stroke
 LEAST_ENTRY = 1e-12  # smaller entries of a matrix are rounding, as a share of the largest
 

@@ -156,7 +156,7 @@ class SynthesisProblem:
     smooth: float = 0.0
     """Share of the objective that is given up for the least variation of the jerk."""
     jerk_jumps: tuple[tuple[float, ...], ...] = ()
-    """For each stroke, the x at which the jerk of an optimal motion jumps; splines are cut there."""
+    """For each stroke, the x beside which the jerk of an optimal motion jumps; splines are cut there."""
 
     @property
     def prime_less_cam_radius(self) -> float:

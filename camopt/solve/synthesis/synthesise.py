@@ -48,8 +48,7 @@ from camopt.solve.synthesis.synthesis_result import Synthesis
 from camopt.solve.synthesis.term_units import objective_unit
 from camopt.solve.tables.designs import joined_laws
 
-GENTLE_SLACK = 5e-5  # share of the prime radius, at most of the objective's unit, given up for the least jerk
-LEAST_GENTLE_SHARE = 0.1  # least prime radius of which a share is given up, in units of the objective
+GENTLE_SLACK = 5e-5  # share of the objective's unit, or of its scale if less, that is given up for the least jerk
 MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
 ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before
 SMALL_GAP = 5e-4  # relative gap to the bound at which laws with more pieces are not tried
@@ -184,7 +183,7 @@ def _convex_optimum(scene: Scene, optimum: RelaxedOptimum) -> tuple[Synthesis, I
             continue
         if best is None or cam.objective < best[0].objective:
             best = replace(cam, convex=True), laws
-        if optimum.bound is not None and cam.objective - optimum.bound <= SMALL_GAP * (abs(least) + model.unit):
+        if optimum.bound is not None and cam.objective - optimum.bound <= SMALL_GAP * model.scale(least):
             break
     return best
 
@@ -236,9 +235,8 @@ def solve_free_laws(
 def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
     """The laws of least mean square jerk at nearly the least objective; None if the solver fails."""
     programme, largest_objective = model.least_jerk_problem
-    prime = abs(least) + model.problem.prime_less_cam_radius
-    slack = GENTLE_SLACK * min(max(prime / model.unit, LEAST_GENTLE_SHARE), 1.0)
-    largest_objective.value = model.largest_accepted_objective(least) / model.unit + slack
+    slack = GENTLE_SLACK * min(model.unit, model.scale(least))
+    largest_objective.value = (model.largest_accepted_objective(least) + slack) / model.unit
     return iterate_of(model) if solve(programme) in SOLVED_STATUSES else None
 
 
