@@ -35,7 +35,7 @@ from .solve.synthesis.files import write_frontier as write_frontier
 from .solve.synthesis.files import write_known_cam_and_summary as write_known_cam_and_summary
 from .solve.synthesis.files import write_scene_and_laws as write_scene_and_laws
 from .solve.synthesis.known_law_cams import build_known_law_cams as build_known_law_cams
-from .solve.synthesis.ramps import ramps_in_words as ramps_in_words
+from .solve.synthesis.ramps import dropped_ramps_in_words as dropped_ramps_in_words
 from .solve.tables.designs import OPTIMUM as OPTIMUM
 from .solve.tables.designs import write_scenes as write_scenes
 from .solve.tolerances.plays_and_interference import notes_on_preload as notes_on_preload

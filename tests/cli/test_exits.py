@@ -11,7 +11,7 @@ from camopt.cli import exits
 from camopt.cli.main import camopt, main
 from camopt.core.mistakes import BadInput, Mistake, Stopped, printable
 from camopt.core.storage.files import expand_user_path
-from camopt.solve.tables.cells import heading
+from camopt.solve.tables.cells import column_heading
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
 
@@ -102,7 +102,7 @@ def test_a_fault_of_the_program_is_told_in_a_line_with_a_code_of_its_own(ends, f
 
 def test_a_fault_is_placed_in_the_file_of_the_package_where_it_is(capsys):
     assert (
-        exits.run_command(lambda: heading(3.5)) == exits.INTERNAL_ERROR
+        exits.run_command(lambda: column_heading(3.5)) == exits.INTERNAL_ERROR
     )  # in a folder beside that of the command line
     assert "internal error (cells.py, line" in capsys.readouterr().err
 

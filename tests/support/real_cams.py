@@ -1,7 +1,7 @@
 """Real cams a second way: the motion as a curve (θ(φ), y(φ)), for comparison with ``tolerances.real_cam``.
 
 The point that a nominal follower touches at the cam angle φ is touched with the displacement y(φ) when the cam has
-turned to the angle θ(φ), both in closed form by each mechanism (``mechanisms.contact_errors``). So
+turned to the angle θ(φ), both in closed form by each mechanism (``mechanisms.contact_errors_from_flat_errors``). So
 
     dy/dθ = y'/θ',    d²y/dθ² = (y'' − y'θ''/θ')/θ'²
 
@@ -27,10 +27,10 @@ from camopt.solve.tolerances.errors import (
     BORE,
     BORE_DIRECTION,
     CamErrors,
-    contact_errors,
+    contact_errors_from_flat_errors,
     contact_problems,
     errors_at_contact,
-    flat_errors,
+    flat_from_polar_errors,
 )
 from camopt.solve.tolerances.real_cam import RealCam
 
@@ -112,7 +112,10 @@ class RealCams:
         y = problem.programme.motion_at(self.angles_in_turn(places), order + 1)
         motion = _series(y[:-1]), _series(y[1:])
         mechanism, place = problem.setup.mechanism, _line(places, order)
-        given, angle = contact_errors({**off, "profile": self._standing(off, places, order)}), place
+        given, angle = (
+            contact_errors_from_flat_errors({**off, "profile": self._standing(off, places, order)}),
+            place,
+        )
         for _ in range(TURNS if mechanism.body.developed and BORE in off else 1):
             given = given._replace(bore=self._axis(off, angle))
             rest = mechanism.shifted_contact(problem.design, problem.programme.lift, *motion, given)
@@ -190,7 +193,7 @@ class PairCams:
                 given[BORE] = own[BORE] * np.cos(way + problem.design.sense * there)
             elif way is not None:  # in the ground
                 given[BORE_DIRECTION] = way + problem.design.sense * places
-            found = RealCam(problem).contact_error(flat_errors(given), places)
+            found = RealCam(problem).tool_error_at_contact(flat_from_polar_errors(given), places)
             places = places - (found.angle - angles)
         return found.error
 

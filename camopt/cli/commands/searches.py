@@ -250,7 +250,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     """
     refuse_scene_folder(scene, out, library.SCENE_FILE)
     if not quiet:
-        cli.print_notes(library.ramps_in_words(scene))
+        cli.print_notes(library.dropped_ramps_in_words(scene))
     with library.publication(out, "synthesise", library.SYNTHESIS) as unit:
         with cli.progress(quiet, "starts") as advance:
             result = camopt.synthesise(scene, progress=advance)
@@ -311,7 +311,7 @@ def frontier(
     names = [axis.strip() for axis in axes.split(",")]
     tell = None if quiet else cli.print_note
     if not quiet:
-        cli.print_notes(library.ramps_in_words(scene))
+        cli.print_notes(library.dropped_ramps_in_words(scene))
     with (
         library.publication(out, "frontier", library.FRONTIER_FILES) as unit,
         cli.progress(quiet, "points") as advance,

@@ -1,8 +1,8 @@
 """The response of the motion to small errors of cam and follower, to first order.
 
 A nominal follower touches a point of the cam at the cam angle φ. The real follower touches the same point when the
-cam has turned on by τ, and has moved further by m (``mechanisms.contact_errors``). At that cam angle its error is
-m − (y(φ + τ) − y(φ)), and to first order
+cam has turned on by τ, and has moved further by m (``mechanisms.contact_errors_from_flat_errors``). At that cam
+angle its error is m − (y(φ + τ) − y(φ)), and to first order
 
     δ = m − y'·τ
 

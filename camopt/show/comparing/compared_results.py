@@ -25,7 +25,7 @@ from camopt.solve.front.pareto import is_non_dominated
 from camopt.solve.front.result import Sweep
 from camopt.solve.synthesis.files import KNOWN_FILE, SCENE_FILE, frontier_table
 from camopt.solve.synthesis.frontier_result import Frontier
-from camopt.solve.tables.designs import OPTIMUM, frontier_axes
+from camopt.solve.tables.designs import OPTIMUM, frontier_axes_among_columns
 from camopt.solve.tables.table import read_scene_metadata
 
 LAW_COLUMN, SCENE_COLUMN, FREE_COLUMN = "law_rise", "scene", "free"
@@ -80,7 +80,7 @@ class DesignTable:
     @property
     def objectives(self) -> dict[str, float]:
         """Objectives with the sign that makes each a cost; the axes of a frontier."""
-        axes = frontier_axes(self.names)
+        axes = frontier_axes_among_columns(self.names)
         signs = dict.fromkeys(axes, 1.0) if axes else self.scene.search.objectives
         numbers = {field.name for field in self.layout if pa.types.is_floating(field.type)}
         return signs if {*signs} <= numbers else {}

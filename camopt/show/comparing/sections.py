@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.show.comparing.scenes import shown_settings
 from camopt.solve.tables.cells import number_text, shown_column_name, unit_of_column
-from camopt.solve.tables.designs import LAW_COLUMNS, shown_law_columns, with_law_column
+from camopt.solve.tables.designs import LAW_COLUMNS, shown_law_columns, with_rise_law_as_law_column
 from camopt.solve.tables.result import Table, table_of
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | st
             title = f"Designs only in {side}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
             yield ""
             numbers = [name for name in rows[0] if name not in ("row", *LAW_COLUMNS)]
-            yield table_of(title, with_law_column(rows), ["row", *shown_law_columns(rows), *numbers])
+            yield table_of(title, with_rise_law_as_law_column(rows), ["row", *shown_law_columns(rows), *numbers])
 
 
 def _front_sections(table: "TableComparison") -> Iterator[Table | str]:

@@ -103,7 +103,7 @@ def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionErr
         where = f"between jumps; infinite at {turn.impulse_angles_text(order)}"
         axes.set_title(where, loc="right", color=MUTED, fontsize="small", fontweight="normal")
     elif np.isinf(error.worst):
-        keys = [key for key, at in turn.unbounded_tolerances(order).items() if at is None]
+        keys = [key for key, at in turn.angles_of_unbounded_tolerances(order).items() if at is None]
         waves = "unbounded: the profile error may have any slope\n(set tolerances.waves)"
         text = waves if "profile" in keys else f"no bound: {', '.join(keys)}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=MUTED)

@@ -26,8 +26,8 @@ from camopt.show.reporting.cam_data import (
 from camopt.show.reporting.cams import Chapter
 from camopt.show.reporting.page import deflate_to_text, render_page
 from camopt.show.reporting.sections import signed_text
-from camopt.solve.tables.cells import heading, shown_column_name, unit_of_column
-from camopt.solve.tables.designs import DESIGNS, PARETO, frontier_axes, scene_of_row
+from camopt.solve.tables.cells import column_heading, shown_column_name, unit_of_column
+from camopt.solve.tables.designs import DESIGNS, PARETO, frontier_axes_among_columns, scene_of_row
 from camopt.solve.tables.result import NUMERIC, Cell, Table
 
 if TYPE_CHECKING:
@@ -73,7 +73,9 @@ class ResultRows:
     def objectives(self) -> list[str]:
         """Columns that were minimised or maximised; the axes of a frontier."""
         names, search = list(self.frame.columns), self.scene.search
-        return frontier_axes(names) or [name for name in (*search.minimise, *search.maximise) if name in names]
+        return frontier_axes_among_columns(names) or [
+            name for name in (*search.minimise, *search.maximise) if name in names
+        ]
 
 
 RADIUS_COLUMNS = ("base_radius_mm", "mean_radius_mm")
@@ -263,7 +265,7 @@ def _column_title(name: str, unit: str, duplicates: Collection[str]) -> str:
     """The name of a column in words, with its unit."""
     if duplicates and name == "law_rise":
         return "law"
-    words = heading(name, unit).split("\n")
+    words = column_heading(name, unit).split("\n")
     name = " ".join(words[:-1] if unit else words)
     return f"{name}, {words[-1]}" if unit and unit != name else name or words[-1]
 

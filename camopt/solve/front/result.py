@@ -21,7 +21,7 @@ from camopt.solve.tables.designs import (
     nearest_miss_sections,
     own_quantity_units,
     shown_law_columns,
-    with_law_column,
+    with_rise_law_as_law_column,
 )
 from camopt.solve.tables.result import Result, Table, table_of
 from camopt.solve.tables.table_writers import TableInMemory, import_table_module
@@ -203,7 +203,7 @@ class Sweep(Result, Drawable):
         """The best design of each law."""
         if not self.best:
             return None
-        rows, search = with_law_column(self.best.values()), self.scene.search
+        rows, search = with_rise_law_as_law_column(self.best.values()), self.scene.search
         where = " on the front" if self.feasible is None else ""
         if search.refine:
             where += " of the grid" if where else " on the grid"
@@ -216,11 +216,15 @@ class Sweep(Result, Drawable):
             return None
         knee, search, problem = [self.front.knee], self.scene.search, resolve(self.scene)
         columns = design_table_columns(
-            problem, with_law_column(self.best.values()), (*search.minimise, *search.maximise)
+            problem, with_rise_law_as_law_column(self.best.values()), (*search.minimise, *search.maximise)
         )
         names = [*shown_law_columns(knee), *(name for name in columns if not name.startswith("law"))]
         return table_of(
-            "Its knee", with_law_column(knee), names, limit_texts_by_quantity(problem), own_quantity_units(problem)
+            "Its knee",
+            with_rise_law_as_law_column(knee),
+            names,
+            limit_texts_by_quantity(problem),
+            own_quantity_units(problem),
         )
 
     def sections(self) -> Iterator[Table | str]:

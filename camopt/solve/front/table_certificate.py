@@ -20,7 +20,7 @@ from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.certified_front import PROOF_COLUMN
 from camopt.solve.front.designs import check_columns_that_define_designs
 from camopt.solve.tables.result import Result
-from camopt.solve.tables.table import read_checked_arrow_table, read_scene_metadata, schema_of
+from camopt.solve.tables.table import read_arrow_table_checking_types, read_scene_metadata, schema_of
 from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
@@ -59,7 +59,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         If there is no such file, it cannot be read or written, or another run writes to its folder.
     """
     finish_publishing(Path(path).parent)
-    table = read_checked_arrow_table(path)
+    table = read_arrow_table_checking_types(path)
     if PROOF_COLUMN in table.column_names:
         table = table.drop_columns([PROOF_COLUMN])
     scene = read_scene_metadata(table.schema, path)

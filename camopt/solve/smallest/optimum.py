@@ -16,7 +16,7 @@ from camopt.solve.tables.designs import (
     designs_table,
     nearest_miss_sections,
     shown_law_columns,
-    with_law_column,
+    with_rise_law_as_law_column,
 )
 from camopt.solve.tables.result import Result, Table, to_json_values
 
@@ -87,7 +87,7 @@ class Optimum(Result):
 
     def table(self) -> Table | None:
         """The smallest cam of each law with its active limits; with its gap, if some cam is not proved."""
-        rows = with_law_column(self.by_law.values())
+        rows = with_rise_law_as_law_column(self.by_law.values())
         if not rows:
             return None
         for row in rows:

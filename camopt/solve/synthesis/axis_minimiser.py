@@ -33,7 +33,11 @@ from camopt.solve.synthesis.nonconvex_constraints import (
     load_limit_keys_by_quantity,
     nonconvex_constraints_of,
 )
-from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_lead
+from camopt.solve.synthesis.problem_from_scene import (
+    build_synthesis_problem,
+    objective_weights,
+    split_by_listed_lead,
+)
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.relaxed_optimum import PANEL_COUNTS, RelaxedOptimum, subtract_solver_error
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -131,7 +135,7 @@ class AxisMinimiser:
         """The best cam with the other axes held at values; None if none is found."""
         if not held_values and self.first in AXIS_TERMS:
             # nothing is held: as ``synthesise``, with the pieces of all cams of the frontier
-            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_lead(self.problem)]
+            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_listed_lead(self.problem)]
             cam, laws_found = best_synthesis(self.scene, problems, lambda done, most: None)
             terms = self._cam_row(cam, laws_found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, laws_found)
@@ -141,7 +145,7 @@ class AxisMinimiser:
             None,
         )
         self.is_margin_too_small = False
-        for laws, is_last_resort in self._candidate_laws(problem, held_values, starts):
+        for laws, is_last_resort in self._laws_and_whether_last_resort(problem, held_values, starts):
             # apart from margins, the cam is no smaller than the size of the programme
             if best and (
                 is_last_resort
@@ -196,7 +200,7 @@ class AxisMinimiser:
                 raise
             return inf
 
-    def _candidate_laws(
+    def _laws_and_whether_last_resort(
         self, problem: SynthesisProblem, held_values: Mapping[str, float], starts: Sequence[Iterate]
     ) -> Iterator[tuple[Iterate, bool]]:
         """Candidate laws for held values: the convex optimum, then local optima under the nonconvex constraints.
@@ -219,7 +223,7 @@ class AxisMinimiser:
         )
         if not (is_last_resort or self.minimised_constraints):
             yield least_jerk, False
-        candidates = [least_jerk, *starts, *known_starts(self.scene.to_toml(), self.axes)]
+        candidates = [least_jerk, *starts, *known_law_starts(self.scene.to_toml(), self.axes)]
         if held_values:  # at the end of an axis every start is tried, as in ``synthesise``
             candidates = self.convex_steps.rank_starts(
                 [optimum, *candidates], constraints, self.minimised_constraints
@@ -275,7 +279,9 @@ class AxisMinimiser:
     def _solved_prime_radius(self, laws: Iterate) -> float:
         """Prime radius at which the programme found the laws [mm]."""
         problem, (lead, height) = self.problem, (self.problem.size_unit * size for size in laws[:2])
-        return max(float(np.hypot(lead, height)) if problem.has_trace_point else height, problem.prime_range[0])
+        return max(
+            float(np.hypot(lead, height)) if problem.has_lead_in_prime_radius else height, problem.prime_range[0]
+        )
 
     def _feasible_cam_near_solved_size(self, laws: Iterate) -> Synthesis | None:
         """The cam at the sizes of the programme's solution, or slightly larger, if it meets every limit.
@@ -295,7 +301,7 @@ class AxisMinimiser:
 
     def _lower_bound(self, held_values: Mapping[str, float], best: FrontierCam) -> float | None:
         """Lower bound of the axis for any motion at held values; None for a quantity, or if the solver fails."""
-        if self.minimised_constraints or (self.first == "size" and not self.problem.has_convex_size):
+        if self.minimised_constraints or (self.first == "size" and not self.problem.has_convex_size_constraints):
             return None
         bound = subtract_solver_error(
             self.relaxed_model, self._least_objective(self.relaxed_model, held_values, -SOLVER_ERROR)
@@ -310,8 +316,8 @@ def _has_listed_sizes(scene: Scene) -> bool:
 
 
 @lru_cache(maxsize=1)
-def known_starts(toml: str, axes: tuple[str, ...]) -> list[Iterate]:
+def known_law_starts(scene_toml: str, axes: tuple[str, ...]) -> list[Iterate]:
     """Known laws on their smallest cams, from which convex steps start; the same for all axes and held values."""
-    scene = Scene.from_dict(tomllib.loads(toml))
+    scene = Scene.from_dict(tomllib.loads(scene_toml))
     problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
     return starting_laws(problem, None, objective_weights(scene.synthesis))

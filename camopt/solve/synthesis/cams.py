@@ -28,7 +28,7 @@ from camopt.solve.smallest.optimise import OPTIMISE_WORK, optimise
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.synthesis import residual
-from camopt.solve.synthesis.crossing_jerk import crossing_jerk
+from camopt.solve.synthesis.crossing_jerk import largest_jerk_after_crossings
 from camopt.solve.synthesis.problem_from_scene import objective_weights
 from camopt.solve.synthesis.synthesis_problem import (
     CROSSING_JERK,
@@ -67,10 +67,10 @@ def smallest_designs_by_known_law(scene: Scene) -> dict[str, Design]:
     search_scene = (
         scene if names_laws or not chosen_by_law else scene.with_values({"search.law": tuple(smooth_laws)})
     )
-    cams = smallest_cams_or_own_size(search_scene).by_law
+    cams = optimise_or_keep_irrelevant_size(search_scene).by_law
     own_scene = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
     if not any(law_names_set_in_scene(scene) == law_names_of(row) for row in cams.values()):
-        cams = {**cams, **smallest_cams_or_own_size(own_scene).by_law}
+        cams = {**cams, **optimise_or_keep_irrelevant_size(own_scene).by_law}
     return cams
 
 
@@ -116,7 +116,7 @@ def _programme_of_design(problem: SynthesisProblem, row: Design) -> Programme:
     )
 
 
-def smallest_cams_or_own_size(scene: Scene) -> Optimum:
+def optimise_or_keep_irrelevant_size(scene: Scene) -> Optimum:
     """Smallest cam of each law (``optimise``).
 
     The scene's own size is kept if no limit or objective depends on it.
@@ -127,14 +127,14 @@ def smallest_cams_or_own_size(scene: Scene) -> Optimum:
     return optimise(scene)
 
 
-def smallest_or_nearest_design(scene_problem: Problem, objective: Collection[str]) -> Designs | None:
+def smallest_or_nearest_design(scene_problem: Problem, objective_terms: Collection[str]) -> Designs | None:
     """The smallest design that meets all limits, else one that breaks them by little; None if neither is found.
 
     If nothing depends on the size, the design has the scene's own.
     """
     budget, own_size = Budget(OPTIMISE_WORK), float(scene_problem.design.size[0])
     fixed_size: SizeBounds = (
-        {"size": (own_size, own_size)} if nothing_depends_on_size(scene_problem, objective) else {}
+        {"size": (own_size, own_size)} if nothing_depends_on_size(scene_problem, objective_terms) else {}
     )
     boxes = [{**bounds, **fixed_size} for bounds in search_boxes(scene_problem)]
     optima = sorted(
@@ -144,10 +144,10 @@ def smallest_or_nearest_design(scene_problem: Problem, objective: Collection[str
     return next((design for design in designs if design is not None), None)
 
 
-def nothing_depends_on_size(scene_problem: Problem, objective: Collection[str]) -> bool:
+def nothing_depends_on_size(scene_problem: Problem, objective_terms: Collection[str]) -> bool:
     """Whether the size stays the scene's own: no search, no limit and no objective depends on it."""
     is_limited = any(limit.set_by_scene and not limit.is_decided_by_motion_alone for limit in scene_problem.limits)
-    is_variable = "size" in scene_problem.search_space.variables or "size" in objective
+    is_variable = "size" in scene_problem.search_space.variables or "size" in objective_terms
     return not (is_limited or is_variable or isnan(scene_problem.design.size[0]))
 
 
@@ -227,10 +227,10 @@ def _meets_condition(problem: SynthesisProblem, stroke: Stroke, origin_shift: fl
 def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws under every limit of the scene; None if there is none."""
     scene = scene_with_laws(original_scene, problem, iterate)
-    best, size = smallest_cams_or_own_size(scene).best, problem.scene_problem.size_quantity_name
-    if best is not None and problem.has_convex_size and _is_undecided(scene.with_row(best)):
+    best, size = optimise_or_keep_irrelevant_size(scene).best, problem.scene_problem.size_quantity_name
+    if best is not None and problem.has_convex_size_constraints and _is_undecided(scene.with_row(best)):
         larger = scene.replace(**{f"search.{size.removesuffix('_mm')}": [best[size] * (1.0 + STEP_BACK)]})
-        best = smallest_cams_or_own_size(larger).best or best
+        best = optimise_or_keep_irrelevant_size(larger).best or best
     if best is None or best[size] > largest_cam_size(problem):
         return None
     # evaluated from the motion itself, not taken from the solver
@@ -261,12 +261,12 @@ def objective_term_value(problem: SynthesisProblem, programme: Programme, name: 
             * vibration_extremes(programme, *problem.train_frequency_and_damping).residual
         )
     if name == CROSSING_JERK:
-        return problem.term_unit_factors[name] * crossing_jerk(
+        return problem.term_unit_factors[name] * largest_jerk_after_crossings(
             programme, problem.crossing_window, problem.crossings
         )
     if name == LOST_AREA:
         area = 2.0 * pi * derivative_power_mean(programme, 0, 1)
-        return problem.term_unit_factors[name] * (problem.area_under_highest_displacement - area)
+        return problem.term_unit_factors[name] * (problem.lift_times_turn_angle - area)
     if name in TERM_ORDERS:
         return problem.term_unit_factors[name] * derivative_peak(programme, TERM_ORDERS[name], ALL_STROKES)
     return problem.term_unit_factors[name] * derivative_root_mean_square(programme, RMS_TERM_ORDERS[name])

@@ -34,7 +34,7 @@ class DisplacementOrigin(NamedTuple):
     """Cam angle where the motion is lowest [rad], if no given position is the lowest; None otherwise."""
 
 
-def displacements_from_lowest_position(scene_problem: Problem) -> DisplacementOrigin:
+def origin_at_lowest_position(scene_problem: Problem) -> DisplacementOrigin:
     """The lowest position that the scene gives, or else that of the scene's own motion."""
     programme, unit = scene_problem.programme.tool, scene_problem.programme.tool.unit
     zero = start_position(scene_problem.segments) - programme.start
@@ -85,14 +85,14 @@ def _displacements_given_by_scene(programme: Programme) -> GivenLevels:
             if condition.order == 0 and condition.low == condition.high:
                 levels.given_levels.append(condition.low)
                 levels.moving_levels.extend(
-                    [] if _conditions_allow_rest(conditions, condition.start) else [condition.low]
+                    [] if _conditions_allow_zero_velocity(conditions, condition.start) else [condition.low]
                 )
             elif condition.order == 0 and isfinite(condition.low):
                 levels.range_minima.append(condition.low)
     return levels
 
 
-def _conditions_allow_rest(conditions: Sequence[Condition], angle: float) -> bool:
+def _conditions_allow_zero_velocity(conditions: Sequence[Condition], angle: float) -> bool:
     """Whether no condition at a cam angle requires a velocity there."""
     velocities = [
         condition for condition in conditions if condition.order == 1 and condition.start <= angle <= condition.end

@@ -118,7 +118,7 @@ def build_convex_model(
 ) -> ConvexModel:
     """The convex programme of a problem, with motions made by a factory.
 
-    ``held`` bounds further objective terms, in their units, by numbers or cvxpy parameters.
+    ``term_bounds`` bounds further objective terms, in their units, by numbers or cvxpy parameters.
     """
     term_bounds = term_bounds or {}
     sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
@@ -135,12 +135,12 @@ def build_convex_model(
     lowest = _lowest_displacement(problem, motions)
     terms = {name: _term_expression(problem, name, sizes, motions, lowest, peak_variables) for name in names}
     constraints = [variable >= 0.0 for variable in (sizes.height, *peak_variables.values())]
-    constraints += _size_constraints(problem, sizes, lowest) + _joint_constraints(problem, motions)
+    constraints += _lead_and_prime_radius_constraints(problem, sizes, lowest) + _joint_constraints(problem, motions)
     for number, partner in enumerate(problem.mirror_strokes or ()):
         if number <= partner:
             motions[number].impose_mirror(motions[partner])
     for crossing in problem.crossings if CROSSING_JERK in peak_variables else ():
-        motions[crossing.stroke].impose_crossing(crossing, peak_variables[CROSSING_JERK])
+        motions[crossing.stroke].impose_acceleration_sign_change(crossing, peak_variables[CROSSING_JERK])
         for jerk_limit in problem.derivative_ranges[crossing.stroke].get(
             3, ()
         ):  # a larger jerk would allow no more
@@ -174,13 +174,15 @@ def _stroke_derivative_ranges(
     return ranges
 
 
-def _size_constraints(problem: SynthesisProblem, sizes: Sizes, lowest: Any) -> list[cp.Constraint]:
+def _lead_and_prime_radius_constraints(
+    problem: SynthesisProblem, sizes: Sizes, lowest_displacement: Any
+) -> list[cp.Constraint]:
     """Constraints on the ranges of the sizes, and on the prime radius where the follower is lowest."""
     unit = problem.size_unit
-    height = sizes.height + problem.motion_unit / unit * lowest
+    height = sizes.height + problem.motion_unit / unit * lowest_displacement
     constraints = [
         cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime
-        if problem.has_trace_point
+        if problem.has_lead_in_prime_radius
         else sizes.prime >= height
     ]
     for size, (low, high) in ((sizes.lead, problem.lead_range), (sizes.prime, problem.prime_range)):
@@ -221,7 +223,7 @@ def _term_magnitude(problem: SynthesisProblem, name: str) -> float:
     if name == "size":
         return problem.size_unit
     if name == LOST_AREA:
-        return problem.area_under_highest_displacement * problem.term_unit_factors[name]
+        return problem.lift_times_turn_angle * problem.term_unit_factors[name]
     shortest = min(stroke.angle for stroke in problem.free_strokes)
     if name == residual.RESIDUAL_TERM:
         return (
@@ -250,9 +252,9 @@ def _term_expression(
     if name in peak_variables:
         return factor * peak_variables[name]
     if name == LOST_AREA:
-        return problem.area_under_highest_displacement * problem.term_unit_factors[
-            name
-        ] - factor * _lift_area_expression(motions, lowest)
+        return problem.lift_times_turn_angle * problem.term_unit_factors[name] - factor * _lift_area_expression(
+            motions, lowest
+        )
     return factor / sqrt(2.0 * pi) * _root_integral_of_squares(motions, RMS_TERM_ORDERS[name])
 
 

@@ -37,7 +37,7 @@ def check_crossing_jerk_applies(scene_problem: Problem) -> None:
         raise BadInput([Mistake(scene_problem.file, key, CROSSING_JERK, what, bare=True)])
 
 
-def crossing_jerk(
+def largest_jerk_after_crossings(
     programme: Programme, window_angle: float, known_crossings: Sequence[StrokeCrossing] = ()
 ) -> float:
     """Largest |y'''|, per rad³, within an angle after the force of a mass changes its sign in each stroke.
@@ -49,12 +49,12 @@ def crossing_jerk(
     jerks = [0.0]
     for number, stroke in enumerate(programme.strokes):
         if stroke.kind in (RISE, RETURN):
-            starts = [known_starts[number]] if number in known_starts else _force_reversals(stroke)
-            jerks += [_largest_jerk_in_window(programme, stroke, x, window_angle) for x in starts]
+            starts = [known_starts[number]] if number in known_starts else _x_of_acceleration_sign_changes(stroke)
+            jerks += [_largest_jerk_in_window_after_x(programme, stroke, x, window_angle) for x in starts]
     return max(jerks)
 
 
-def _force_reversals(stroke: Stroke) -> list[float]:
+def _x_of_acceleration_sign_changes(stroke: Stroke) -> list[float]:
     """The x at which the acceleration of a stroke changes its sign."""
     x = np.linspace(0.0, 1.0, JERK_SAMPLES)
     y2 = stroke.motion(stroke.start + x * stroke.angle)[2]
@@ -64,7 +64,7 @@ def _force_reversals(stroke: Stroke) -> list[float]:
     return [float(x[index - 1]) for index in changes]
 
 
-def _largest_jerk_in_window(programme: Programme, stroke: Stroke, x: float, window_angle: float) -> float:
+def _largest_jerk_in_window_after_x(programme: Programme, stroke: Stroke, x: float, window_angle: float) -> float:
     """Largest |y'''| from x of a stroke over a cam angle ``window_angle``; infinite if y'' jumps there."""
     start = stroke.start + x * stroke.angle
     end = min(start + window_angle, stroke.end)

@@ -183,7 +183,7 @@ def _frontier_rows(
         for axis, other in combinations(axes, 2)
         for share in START_SHARES
     )
-    grids = [_axis_values(*_axis_range(ends, axis), points) for axis in axes[1:]]
+    grids = [_axis_values_denser_near_least(*_axis_range(ends, axis), points) for axis in axes[1:]]
     values = [dict(zip(axes[1:], map(float, point), strict=True)) for point in product(*grids)]
     tasks = [FrontierTask(axes[0], value, starts, with_bound=True) for value in values]
     for done, cam in enumerate(_task_results(scene, axes, tasks, engine), start=1):
@@ -292,7 +292,7 @@ def _axis_range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
     return max(_widened_least_value(ends[axis, axis], axis), LEAST_AXIS_SHARE * most), most
 
 
-def _axis_values(low: float, high: float, points: int) -> FloatArray:
+def _axis_values_denser_near_least(low: float, high: float, points: int) -> FloatArray:
     """Values of an axis, closer together near its least value, where a frontier bends most."""
     return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points) ** 2)
 

@@ -12,8 +12,8 @@ from camopt.scene.scene import Scene
 from camopt.solve.synthesis.problem_from_scene import default_peak_factors
 from camopt.solve.synthesis.result_sentences import (
     OWN_MOVES,
-    default_limit_differences_in_words,
     default_limits_in_words,
+    defaults_unlike_synthesise_in_words,
 )
 from camopt.solve.synthesis.term_units import term_unit
 from camopt.solve.tables.cells import number_text, with_unit
@@ -95,7 +95,7 @@ class Frontier(Result, Drawable):
         if not all(row["within"] for row in self.known):
             yield "* breaks a limit of the free laws"
         yield from default_limits_in_words(self.scene, defaults)
-        yield from default_limit_differences_in_words(self.scene, defaults)
+        yield from defaults_unlike_synthesise_in_words(self.scene, defaults)
         for term, (least, bound) in self.least.items():
             unit = self.units[term]
             below = "lower bound for any motion within the other limits:"

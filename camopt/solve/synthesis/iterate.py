@@ -102,7 +102,7 @@ def _join_strokes(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeL
     if before.coefficients is None and after.coefficients is None:
         return
     count = 1 + problem.required_continuity_at_joint(before.stroke.end)
-    state = _state_at_joint(problem, before, after, count)
+    state = _required_state_at_joint(problem, before, after, count)
     for side, last in ((before, True), (after, False)):
         if side.coefficients is not None:
             # y, y', y'' … by x of the unit stroke
@@ -114,24 +114,29 @@ def _join_strokes(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeL
             _set_end_state(problem.splines_of(side.stroke), side.coefficients, law_state, last)
 
 
-def _state_at_joint(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeLaw, count: int) -> FloatArray:
+def _required_state_at_joint(
+    problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeLaw, derivative_count: int
+) -> FloatArray:
     """y, y', y'' … where two strokes meet: those of the stroke that keeps its law, or else as required there."""
     if before.coefficients is None or after.coefficients is None:
         fixed = before.stroke if before.coefficients is None else after.stroke
         velocity = (fixed.high - fixed.low) / fixed.angle
-        return np.array([fixed.high if before.coefficients is None else fixed.low, velocity, 0.0, 0.0])[:count]
+        return np.array([fixed.high if before.coefficients is None else fixed.low, velocity, 0.0, 0.0])[
+            :derivative_count
+        ]
     if {before.stroke.kind, after.stroke.kind} == {RISE, RETURN}:
         before.coefficients[-2] = before.coefficients[-1]  # no velocity: neither leaves its stroke
     low, change = problem.law_offset_and_scale(before.stroke)
     splines = problem.splines_of(before.stroke)
     values = [
-        splines.value_matrix(np.array([1.0]), order).toarray()[0] @ before.coefficients for order in range(count)
+        splines.value_matrix(np.array([1.0]), order).toarray()[0] @ before.coefficients
+        for order in range(derivative_count)
     ]
-    state = change * np.array(values) / before.stroke.angle ** np.arange(count)
+    state = change * np.array(values) / before.stroke.angle ** np.arange(derivative_count)
     state[0] += low
     state *= problem.motion_unit
     for condition in problem.conditions:
-        if condition.start == condition.end == before.stroke.end and condition.order < count:
+        if condition.start == condition.end == before.stroke.end and condition.order < derivative_count:
             state[condition.order] = np.clip(state[condition.order], condition.low, condition.high)
     if not after.stroke.is_move:
         state[0] = after.stroke.low

@@ -35,7 +35,7 @@ from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint, MeanConstraint, SynthesisProblem
-from camopt.solve.synthesis.through_train import constant_train_ratio, linear_constraint_on_tool_motion
+from camopt.solve.synthesis.through_train import constant_tool_to_follower_ratio, linear_constraint_on_tool_motion
 
 
 def linear_constraints_of(scene_problem: Problem) -> list[LinearConstraint]:
@@ -43,7 +43,7 @@ def linear_constraints_of(scene_problem: Problem) -> list[LinearConstraint]:
     merged: dict[LinearConstraint, LinearConstraint] = {}
     for constraint in map(
         partial(linear_constraint_on_tool_motion, scene_problem),
-        _linear_constraints_by_limit(scene_problem) if constant_train_ratio(scene_problem) else (),
+        _linear_constraints_by_limit(scene_problem) if constant_tool_to_follower_ratio(scene_problem) else (),
     ):
         unnamed = replace(constraint, name="", kinds=0)
         same = merged.get(unnamed, constraint)
@@ -95,10 +95,10 @@ def is_linear(scene_problem: Problem, constraint: Constraint) -> bool:
     """
     curve, second = constraint.curve, _linear_second_contact(scene_problem)
     if isinstance(curve, MotionDerivative):
-        return not curve.at_follower or constant_train_ratio(scene_problem) is not None
+        return not curve.at_follower or constant_tool_to_follower_ratio(scene_problem) is not None
     if second and second.first_contact_curve(constraint) in LINEAR_CURVES:
         return True
-    return curve in LINEAR_CURVES and constant_train_ratio(scene_problem) is not None
+    return curve in LINEAR_CURVES and constant_tool_to_follower_ratio(scene_problem) is not None
 
 
 def repeats_first_contact(scene_problem: Problem, constraint: Constraint) -> bool:
@@ -243,9 +243,9 @@ def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) ->
         _, size_shifts = shifts.setdefault(id(scene_problem), (scene_problem, []))
         lead_shift = problem.scene_problem.design.sense * errors.get("offset", 0.0)
         size_shifts.append((lead_shift, _height_shift(problem, errors, lead, lead_shift, height)))
-    unit, linear_constraints = abs(constant_train_ratio(nominal) or 1.0), list[LinearConstraint]()
+    unit, linear_constraints = abs(constant_tool_to_follower_ratio(nominal) or 1.0), list[LinearConstraint]()
     for scene_problem, size_shifts in shifts.values():
-        ratio = abs(constant_train_ratio(scene_problem) or 1.0)
+        ratio = abs(constant_tool_to_follower_ratio(scene_problem) or 1.0)
         linear_constraints += (
             _tighten_by_worst_shift(each, size_shifts, ratio, unit) for each in linear_constraints_of(scene_problem)
         )
@@ -273,7 +273,7 @@ def _height_shift(
 ) -> float:
     """Height shift δs of a cam with size errors, at the nominal lead, its shift and the nominal height [mm]."""
     size_error = errors.get("size", 0.0)
-    if not problem.has_trace_point:
+    if not problem.has_lead_in_prime_radius:
         return size_error
     prime = sqrt(height**2 + lead**2) + size_error + errors.get("roller_radius", 0.0)
     return sqrt(max(prime**2 - (lead + lead_shift) ** 2, 0.0)) - height

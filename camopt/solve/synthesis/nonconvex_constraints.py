@@ -116,7 +116,7 @@ class SampledConstraints:
         constraints: Sequence[Constraint],
         state: FloatArray,
         sizes: LeadAndHeight,
-        direction_state: FloatArray | None = None,
+        state_giving_direction: FloatArray | None = None,
     ) -> FloatArray:
         """Ratio of each curve to its bound (rows, n).
 
@@ -131,13 +131,13 @@ class SampledConstraints:
             self.scene_problem.programme,
             self._follower_state(state),
         )
-        outward = (state if direction_state is None else direction_state)[1] >= 0.0
+        outward = (state if state_giving_direction is None else state_giving_direction)[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
             for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
-                value = _curve_value(constraint.curve, designs, programme, follower_state) * constraint.factor(
-                    designs
-                )
+                value = _curve_or_motion_derivative_value(
+                    constraint.curve, designs, programme, follower_state
+                ) * constraint.factor(designs)
                 if constraint.upper_bound_of_each_side() <= 0.0:  # a lower bound, which may be 0
                     value = 1.0 - (constraint.upper_bound_of_each_side() + value) / self.problem.size_unit
                 else:
@@ -188,7 +188,7 @@ class SampledConstraints:
         )
 
 
-def _curve_value(curve: Any, designs: Designs, programme: Programme, state: State) -> Any:
+def _curve_or_motion_derivative_value(curve: Any, designs: Designs, programme: Programme, state: State) -> Any:
     """Value of a curve, or of a derivative of the follower, in a state."""
     return (
         state[curve.order]

@@ -34,9 +34,9 @@ from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
     default_peak_factors,
     objective_weights,
-    split_by_lead,
+    split_by_listed_lead,
 )
-from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, solve_relaxed_optimum
+from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxed_optimum_with_jerk_cuts
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import CROSSING_JERK, LIMIT_MARGINS, SynthesisProblem, tighten_limits
@@ -107,7 +107,7 @@ class PricedOptimum(NamedTuple):
         None if that scene has another number of curves, which happens at a bound that no motion meets.
         """
         own = self.model.problem
-        problem = _robust_problem_per_lead(scene, self.sizes)[self.number]
+        problem = _robust_problem_per_listed_lead(scene, self.sizes)[self.number]
         problem = replace(problem, splines=own.splines, jerk_jumps=own.jerk_jumps)
         model = _tightened_convex_model(problem, self.margin)
         for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
@@ -121,11 +121,11 @@ class PricedOptimum(NamedTuple):
         return model.unit * float(model.objective.value), values
 
 
-def _robust_problem_per_lead(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
+def _robust_problem_per_listed_lead(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
     """The problem for each listed offset or arm; for robust cams with limits tightened at these sizes."""
     return [
         with_robust_limits(problem, *sizes) if problem.scene_problem.robust_errors else problem
-        for problem in split_by_lead(build_synthesis_problem(scene))
+        for problem in split_by_listed_lead(build_synthesis_problem(scene))
     ]
 
 
@@ -137,13 +137,14 @@ def _tightened_convex_model(problem: SynthesisProblem, margin: float) -> ConvexM
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The solved convex programme of a result, with its multipliers; None if no margin gives a solution."""
     # e and s₀ of the cam of free laws [mm]
-    first = split_by_lead(build_synthesis_problem(scene))[0]
+    first = split_by_listed_lead(build_synthesis_problem(scene))[0]
     iterate = iterate_of_result(first, result)
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
-    problems = _robust_problem_per_lead(scene, sizes)
+    problems = _robust_problem_per_listed_lead(scene, sizes)
     if result.convex:
         problems = [
-            _problem_with_splines_of(result, problem, solve_relaxed_optimum(scene, problem)) for problem in problems
+            _problem_with_splines_of(result, problem, relaxed_optimum_with_jerk_cuts(scene, problem))
+            for problem in problems
         ]
     for margin in LIMIT_MARGINS:
         models = [_tightened_convex_model(problem, margin) for problem in problems]
@@ -208,7 +209,7 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
         row.get("offset_mm", 0.0),
         row.get("arm_length_mm", own_arm),
     )
-    return Iterate(*problem.sizes_of_cam(*sizes), tuple(coefficients))
+    return Iterate(*problem.lead_and_height_of_cam(*sizes), tuple(coefficients))
 
 
 def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> float:

@@ -22,7 +22,7 @@ from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.conditions import (
     DisplacementOrigin,
     conditions_on_free_moves,
-    displacements_from_lowest_position,
+    origin_at_lowest_position,
 )
 from camopt.solve.synthesis.crossing_jerk import check_crossing_jerk_applies
 from camopt.solve.synthesis.linear_constraints import convex_mean_constraints, is_linear, linear_constraints_of
@@ -36,7 +36,7 @@ from camopt.solve.synthesis.synthesis_problem import (
     prime_less_cam_radius,
 )
 from camopt.solve.synthesis.through_train import (
-    constant_train_ratio,
+    constant_tool_to_follower_ratio,
     constraint_with_tool_stroke_kinds,
     reverses_motion,
 )
@@ -65,7 +65,7 @@ def problem_from_settings(
     """As ``build_synthesis_problem``, for a resolved scene and its ``[synthesis]``."""
     objective = objective_weights(settings) if objective is None else dict(objective)
     _check_rest_for_finite_jerk(scene_problem, settings, objective)
-    _check_peaks_have_unit_strokes(scene_problem, settings)
+    _check_peaks_have_rise_or_return(scene_problem, settings)
     _check_residual_vibration_applies(scene_problem, objective)
     if CROSSING_JERK in objective:
         check_crossing_jerk_applies(scene_problem)
@@ -82,7 +82,7 @@ def problem_from_settings(
     if not any(stroke.is_law_replaceable for stroke in scene_problem.programme.tool.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
         raise BadInput([Mistake(scene_problem.file, "motion", None, why, bare=True)])
-    origin = displacements_from_lowest_position(scene_problem)
+    origin = origin_at_lowest_position(scene_problem)
     # behind a train, the lowest position of the follower must not depend on the free laws
     has_free_moves = any(stroke.is_move and stroke.is_law_replaceable for stroke in origin.strokes)
     if (
@@ -94,7 +94,7 @@ def problem_from_settings(
         raise BadInput([Mistake(scene_problem.file, "train", None, reason, bare=True)])
     strokes, largest_roller = origin.strokes, _largest_roller(scene_problem)
     roller = prime_less_cam_radius(scene_problem, largest_roller)
-    size = _size_range(scene_problem, objective)
+    size = _searched_or_own_size_range(scene_problem, objective)
     smallest = size_lower_bound(scene_problem, {"size": size})
     # limits that no size meets, for any motion
     limits = [limit for limit in scene_problem.limits if limit.least_size > size[1] or limit.most_size < smallest]
@@ -115,7 +115,9 @@ def problem_from_settings(
         prime_range=(smallest + roller, size[1] + roller),
         largest_roller=largest_roller,
         derivative_ranges=tuple(
-            _derivative_ranges_by_stroke(scene_problem, settings, strokes, _derivative_orders(objective))
+            _derivative_ranges_by_stroke(
+                scene_problem, settings, strokes, _derivative_orders_in_objective(objective)
+            )
         ),
         linear_constraints=tuple(linear_constraints_of(scene_problem)),
         mean_constraints=tuple(convex_mean_constraints(scene_problem)),
@@ -125,8 +127,8 @@ def problem_from_settings(
         or (isinstance(settings.peak_velocity, tuple) and settings.peak_velocity[0] == 0.0),
         conditions=(*conditions_on_free_moves(origin), *_point_conditions(scene_problem, settings, origin)),
         objective=objective,
-        mirror_strokes=_mirror_stroke_numbers(scene_problem, origin) if settings.symmetric else None,
-        opposed_strokes=_opposed_stroke_numbers(scene_problem, origin)
+        mirror_strokes=_require_mirror_stroke_numbers(scene_problem, origin) if settings.symmetric else None,
+        opposed_strokes=_require_opposed_stroke_numbers(scene_problem, origin)
         if scene_problem.setup.mechanism.drive.one_disc
         else None,
         crossing_window=radians(settings.crossing_window),
@@ -134,7 +136,7 @@ def problem_from_settings(
     )
 
 
-def split_by_lead(problem: SynthesisProblem) -> list[SynthesisProblem]:
+def split_by_listed_lead(problem: SynthesisProblem) -> list[SynthesisProblem]:
     """One problem for each offset or arm that the scene lists; a single one for a range of them."""
     scene_problem = problem.scene_problem
     variables, design = scene_problem.search_space.variables, scene_problem.design
@@ -155,12 +157,14 @@ def _check_rest_for_finite_jerk(
         for constraint in scene_problem.constraints
     )
     bounded = limited or settings.peak_jerk is not None
-    if settings.rest == 1 and (bounded or 3 in _derivative_orders(objective) or CROSSING_JERK in objective):
+    if settings.rest == 1 and (
+        bounded or 3 in _derivative_orders_in_objective(objective) or CROSSING_JERK in objective
+    ):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
         raise BadInput([Mistake(scene_problem.file, "synthesis.rest", settings.rest, what)])
 
 
-def _check_peaks_have_unit_strokes(scene_problem: Problem, settings: SynthesisSettings) -> None:
+def _check_peaks_have_rise_or_return(scene_problem: Problem, settings: SynthesisSettings) -> None:
     """BadInput if ``[synthesis]`` limits peaks of unit strokes and the motion has no rise or return."""
     peaks = [name for name in LAW_PEAKS if getattr(settings, name) is not None]
     if peaks and not any(stroke.kind in (RISE, RETURN) for stroke in scene_problem.programme.tool.strokes):
@@ -198,7 +202,7 @@ def objective_weights(settings: SynthesisSettings) -> dict[str, float]:
     return {settings.minimise: 1.0} if isinstance(settings.minimise, str) else dict(settings.minimise)
 
 
-def _size_range(scene_problem: Problem, objective: Mapping[str, float]) -> LowHigh:
+def _searched_or_own_size_range(scene_problem: Problem, objective: Mapping[str, float]) -> LowHigh:
     """Range of the cam radius [mm].
 
     It is that of [search]. Without one, it has no upper bound if the size is minimised; otherwise it ends at the
@@ -215,7 +219,7 @@ def _size_range(scene_problem: Problem, objective: Mapping[str, float]) -> LowHi
     return 0.0, own_size
 
 
-def _mirror_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
+def _require_mirror_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
     """For each stroke, the number of the stroke that mirrors it."""
     numbers = find_mirror_strokes(origin.strokes)
     if numbers is None:
@@ -224,7 +228,7 @@ def _mirror_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -
     return numbers
 
 
-def _opposed_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
+def _require_opposed_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
     """For each stroke, the number of the stroke half a turn later, for a yoke on one disc."""
     numbers = find_opposed_strokes(origin.strokes)
     if numbers is None:
@@ -327,7 +331,7 @@ def _derivative_ranges_by_stroke(
 def _derivative_limits(scene_problem: Problem, stroke_kind: int) -> dict[int, LowHigh]:
     """The ranges that [limits] set for derivatives, over strokes of one kind."""
     bounds: dict[int, LowHigh] = {}
-    ratio = constant_train_ratio(scene_problem)
+    ratio = constant_tool_to_follower_ratio(scene_problem)
     for constraint in (
         constraint_with_tool_stroke_kinds(scene_problem, candidate)
         for candidate in scene_problem.constraints
@@ -367,7 +371,7 @@ def _default_move_ranges(
     least_jerk_moves = Programme(tuple(stroke for stroke in strokes_with_move_laws(strokes) if stroke.is_move))
     orders = (
         []
-        if _has_motion_limits(scene_problem)
+        if _has_acceleration_or_jerk_limits(scene_problem)
         else [order for order in PEAK_ORDERS.values() if order not in minimised]
     )
     orders = [order for order in orders if order <= settings.rest + 1]
@@ -378,7 +382,7 @@ def _default_move_ranges(
     return {order: (-peak, peak) for order, peak in largest.items() if peak > 0.0}
 
 
-def _has_motion_limits(scene_problem: Problem) -> bool:
+def _has_acceleration_or_jerk_limits(scene_problem: Problem) -> bool:
     """Whether [limits] bounds an acceleration or a jerk."""
     return any(
         isinstance(constraint.curve, MotionDerivative) and constraint.curve.order > 1
@@ -388,7 +392,9 @@ def _has_motion_limits(scene_problem: Problem) -> bool:
 
 def _default_peak_names(scene_problem: Problem, settings: SynthesisSettings, minimised: set[int]) -> list[str]:
     """The peaks that a gentle law limits by default, because the scene limits none of them."""
-    if _has_motion_limits(scene_problem) or any(getattr(settings, name) is not None for name in PEAK_ORDERS):
+    if _has_acceleration_or_jerk_limits(scene_problem) or any(
+        getattr(settings, name) is not None for name in PEAK_ORDERS
+    ):
         return []
     return [name for name, order in PEAK_ORDERS.items() if order <= settings.rest + 1 and order not in minimised]
 
@@ -399,11 +405,11 @@ def default_peak_factors(scene: Scene, terms: Iterable[str] | None = None) -> di
     ``terms`` are the minimised terms, in place of the scene's objective.
     """
     objective = dict.fromkeys(terms, 1.0) if terms is not None else objective_weights(scene.synthesis)
-    names = _default_peak_names(resolve(scene), scene.synthesis, _derivative_orders(objective))
+    names = _default_peak_names(resolve(scene), scene.synthesis, _derivative_orders_in_objective(objective))
     return {name: float(law_peaks(LAWS[GENTLE_LAW])[name]) for name in names}
 
 
-def _derivative_orders(objective: Mapping[str, float]) -> set[int]:
+def _derivative_orders_in_objective(objective: Mapping[str, float]) -> set[int]:
     """The orders of the derivatives in an objective."""
     return {TERM_ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in TERM_ORDERS}
 

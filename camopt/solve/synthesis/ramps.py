@@ -18,19 +18,19 @@ A shorter stretch lies about a turning point of the velocity, as in a harmonic l
 """
 
 
-def ramps_in_words(scene: Scene) -> Iterator[str]:
+def dropped_ramps_in_words(scene: Scene) -> Iterator[str]:
     """A sentence on each rise and return whose own law has a ramp, which a free law has not."""
     rows = {f"motion.{number}": row for number, row in enumerate(scene.motion, start=1)}
     for stroke in resolve(scene).programme.tool.strokes:
         row = rows.get(stroke.key)
         if stroke.is_law_replaceable and row and row.law in scene.laws:
-            start, end = (degrees(angle) for angle in longest_constant_velocity_range(stroke))
+            start, end = (degrees(angle) for angle in longest_constant_velocity_angles(stroke))
             if end - start > LEAST_RAMP_SHARE * degrees(stroke.angle):
                 ramp = f"from {start:.3g} to {end:.3g} deg the law of {stroke.key} has a ramp of constant velocity"
                 yield f"{ramp}, which a free law drops; to keep it, give it a constant-velocity segment"
 
 
-def longest_constant_velocity_range(stroke: Stroke) -> tuple[float, float]:
+def longest_constant_velocity_angles(stroke: Stroke) -> tuple[float, float]:
     """The longest stretch of a stroke without acceleration, as two cam angles [rad], from samples."""
     angles = np.linspace(stroke.start, stroke.end, RAMP_SAMPLES + 1)[1:-1]
     _, y1, y2, *_ = np.abs(stroke.motion(angles))

@@ -81,7 +81,7 @@ class RelaxedMotion(StrokeMotion):
                 condition.order, DerivativeRange(condition.low / self.unit, condition.high / self.unit), nodes
             )
         for constraint in problem.linear_constraints:
-            if constraint.must_hold_all_along(stroke):
+            if constraint.must_hold_on_stroke_or_move(stroke):
                 self._impose_linear(constraint, [item.scale_by(self.angle**2) for item in ranges.get(2, [])])
 
     def _impose_unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
@@ -125,7 +125,7 @@ class RelaxedMotion(StrokeMotion):
             cp.abs(error) <= largest_change / 4 - slack,
         ]
 
-    def _impose_linear(self, constraint: LinearConstraint, ranges: list[DerivativeRange]) -> None:
+    def _impose_linear(self, constraint: LinearConstraint, acceleration_ranges: list[DerivativeRange]) -> None:
         """A linear constraint at the nodes and over each panel; ``ranges`` are those of a."""
         displacement, velocity = constraint.displacement, constraint.velocity / self.angle
         acceleration = constraint.acceleration / self.angle**2
@@ -144,7 +144,7 @@ class RelaxedMotion(StrokeMotion):
                 self.constraints.append(grown + (1.0 - decay) * size_part >= 0.0)
             return
         self.constraints.append(node_values + acceleration * a + size_part >= 0.0)
-        for derivative_range in ranges:
+        for derivative_range in acceleration_ranges:
             mean = displacement * cp.multiply(h / 2, y[:-1] + y[1:])
             area_error = (
                 abs(displacement)
@@ -163,28 +163,30 @@ class RelaxedMotion(StrokeMotion):
         else:
             self.constraints += limit.constraints(values)
 
-    def end_derivative(self, order: int, last: bool) -> Any:
+    def end_derivative(self, order: int, at_stroke_end: bool) -> Any:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
-        return None if values is None else values[-1 if last else 0] / self.angle**order
+        return None if values is None else values[-1 if at_stroke_end else 0] / self.angle**order
 
-    def impose_rest(self, rest: int, last: bool) -> None:
-        self.constraints += [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
+    def impose_rest(self, zero_derivatives: int, at_stroke_end: bool) -> None:
+        self.constraints += [
+            values[-1 if at_stroke_end else 0] == 0.0 for values in (self.v, self.a)[:zero_derivatives]
+        ]
 
     def displacement_at(self, x: float) -> Any:
         """A free variable: another motion may be lower elsewhere, so the size has no bound."""
         return cp.Variable()
 
-    def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
+    def impose_acceleration_sign_change(self, crossing: StrokeCrossing, jerk_bound: Any) -> None:
         low, high, soon, late = (int(np.abs(self.x - end).argmin()) for end in crossing.ends)
         self._impose_acceleration_sign(slice(0, low), self.up)
         self._impose_acceleration_sign(slice(high, self.x.size - 1), -self.up)
         if high < soon:
-            self._impose_range(3, DerivativeRange(-1.0, 1.0, jerk), slice(high, soon + 1))
+            self._impose_range(3, DerivativeRange(-1.0, 1.0, jerk_bound), slice(high, soon + 1))
         fall = self.y[high] - self.y[late] + crossing.window * self.v[high]
         self.constraints += [
-            self.up / self.angle**2 * self.a[high] + crossing.acceleration_allowance * jerk >= 0.0,
-            self.up * fall + crossing.clearance_allowance * jerk >= crossing.gap,
-            crossing.angle**3 / 6.0 * jerk >= crossing.gap,
+            self.up / self.angle**2 * self.a[high] + crossing.acceleration_allowance * jerk_bound >= 0.0,
+            self.up * fall + crossing.clearance_allowance * jerk_bound >= crossing.gap,
+            crossing.angle**3 / 6.0 * jerk_bound >= crossing.gap,
         ]
 
     def _impose_acceleration_sign(self, panels: slice, way: float) -> None:

@@ -28,7 +28,7 @@ class RelaxedOptimum(NamedTuple):
     """The problem with splines whose optimum comes near to the bound, with few pieces first."""
 
 
-def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOptimum:
+def relaxed_optimum_with_jerk_cuts(scene: Scene, problem: SynthesisProblem) -> RelaxedOptimum:
     """The optimum of the relaxation.
 
     An optimal motion within convex limits follows one limit after the other. Its jerk jumps where the next limit
@@ -38,9 +38,9 @@ def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOpt
     """
     settings = scene.synthesis
     is_given = settings.pieces is not None or settings.continuity is not None or settings.smooth > 0.0
-    if is_given or not problem.has_convex_size:
+    if is_given or not problem.has_convex_size_constraints:
         return RelaxedOptimum(relaxation_bound(problem))
-    relaxed, bound = solve_relaxation(problem, (*FINE_PANELS, *PANEL_COUNTS))
+    relaxed, bound = first_solved_relaxation_and_bound(problem, (*FINE_PANELS, *PANEL_COUNTS))
     if relaxed is None or bound == inf:
         return RelaxedOptimum(bound)
     jumps = tuple(
@@ -59,10 +59,10 @@ def solve_relaxed_optimum(scene: Scene, problem: SynthesisProblem) -> RelaxedOpt
 
 def relaxation_bound(problem: SynthesisProblem) -> float | None:
     """Lower bound of the objective for any motion; infinite if no motion meets the limits, None without a bound."""
-    return solve_relaxation(problem, PANEL_COUNTS)[1]
+    return first_solved_relaxation_and_bound(problem, PANEL_COUNTS)[1]
 
 
-def solve_relaxation(
+def first_solved_relaxation_and_bound(
     problem: SynthesisProblem, panel_counts: Sequence[int]
 ) -> tuple[ConvexModel | None, float | None]:
     """The relaxation with the first number of panels that the solver manages, and its bound of the objective.
@@ -77,7 +77,7 @@ def solve_relaxation(
         except Unsolved:
             continue
         if relaxed.is_solved_accurately:
-            has_no_bound = "size" in problem.objective and not problem.has_convex_size and value < inf
+            has_no_bound = "size" in problem.objective and not problem.has_convex_size_constraints and value < inf
             return relaxed, None if has_no_bound else subtract_solver_error(relaxed, value)
     return None, None
 

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import Scene
-from camopt.solve.synthesis.conditions import displacements_from_lowest_position
+from camopt.solve.synthesis.conditions import origin_at_lowest_position
 from camopt.solve.synthesis.problem_from_scene import MOVE_PEAK_FACTOR, default_peak_factors, objective_weights
 from camopt.solve.synthesis.term_units import objective_unit
-from camopt.solve.synthesis.through_train import constant_train_ratio
+from camopt.solve.synthesis.through_train import constant_tool_to_follower_ratio
 from camopt.solve.tables.cells import with_unit
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def bound_in_words(result: "Synthesis") -> str:
     return what
 
 
-def size_limit_in_words(result: "Synthesis") -> str:
+def own_size_limit_in_words(result: "Synthesis") -> str:
     """Sentence that the cam may not be larger than in the scene; empty if the size is searched or minimised."""
     scene_problem = resolve(result.asked)
     if "size" in scene_problem.search_space.variables or "size" in objective_weights(result.asked.synthesis):
@@ -46,7 +46,7 @@ def size_limit_in_words(result: "Synthesis") -> str:
 def reason_for_local_optimum(result: "Synthesis") -> str:
     """Why laws are only a local optimum."""
     scene_problem = resolve(result.asked)
-    if constant_train_ratio(scene_problem) is None:
+    if constant_tool_to_follower_ratio(scene_problem) is None:
         return "The limits of a cam behind a train whose ratio changes are not convex"
     swung = scene_problem.setup.angular
     return "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
@@ -54,11 +54,11 @@ def reason_for_local_optimum(result: "Synthesis") -> str:
 
 def _reason_for_no_size_bound(scene_problem: Problem) -> str:
     """Why the size has no bound; empty if the follower merely oscillates."""
-    if displacements_from_lowest_position(scene_problem).lowest_angle is not None:
+    if origin_at_lowest_position(scene_problem).lowest_angle is not None:
         return "the follower is lowest in a move, where the scene gives no position"
     return (
         ""
-        if constant_train_ratio(scene_problem)
+        if constant_tool_to_follower_ratio(scene_problem)
         else "through a train whose ratio changes nothing convex bounds the size"
     )
 
@@ -116,11 +116,11 @@ def best_known_in_words(result: "Synthesis", known: "KnownLawCams") -> str:
     )
 
 
-def default_limit_differences_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:
+def defaults_unlike_synthesise_in_words(scene: Scene, frontier_defaults: Mapping[str, float]) -> Iterator[str]:
     """Sentences on default limits that ``synthesise`` and a frontier of the same scene do not share."""
     why = "Axes and minimised terms have no default limit. So synthesise, which minimises"
     minimised, alone = " and ".join(objective_weights(scene.synthesis)), default_peak_factors(scene)
-    more, fewer = alone.keys() - defaults.keys(), defaults.keys() - alone.keys()
+    more, fewer = alone.keys() - frontier_defaults.keys(), frontier_defaults.keys() - alone.keys()
     for peaks, words in ((more, "also limits"), (fewer, "does not limit")):
         if peaks:
             which = " and ".join(sorted(name.removeprefix("peak_") for name in peaks))

@@ -139,7 +139,7 @@ class SequentialConvex:
         )
         radius = FIRST_TRUST_RADIUS
         for self.penalty.value in PENALTIES:
-            iterate, radius, is_done = self._descend_at_penalty(
+            iterate, radius, is_done = self._descend_and_check_penalty(
                 iterate, radius, held_constraints, minimised_constraints
             )
             if is_done:
@@ -147,7 +147,7 @@ class SequentialConvex:
         self.penalty.value = PENALTIES[0]
         return iterate
 
-    def _descend_at_penalty(
+    def _descend_and_check_penalty(
         self,
         iterate: Iterate,
         radius: float,
@@ -159,7 +159,7 @@ class SequentialConvex:
         It is too low if the steps end above a bound. It is too low as well if a step exceeds a bound although the
         last iterate holds all bounds, or although the trust region does not hold it back.
         """
-        cost, top = self._penalised_objective_and_top_ratio(iterate, held_constraints, minimised_constraints)
+        cost, top = self._penalised_objective_and_held_ratio(iterate, held_constraints, minimised_constraints)
         if cost == inf:
             return iterate, radius, False
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
@@ -176,7 +176,7 @@ class SequentialConvex:
             if exceeds and (top <= 1.0 or self._step_length(iterate) < HELD_BACK * radius):
                 return iterate, radius, False
             trial = iterate_of(self.model)
-            trial_cost, trial_top = self._penalised_objective_and_top_ratio(
+            trial_cost, trial_top = self._penalised_objective_and_held_ratio(
                 trial, held_constraints, minimised_constraints
             )
             ratio = (cost - trial_cost) / predicted_fall
@@ -234,7 +234,7 @@ class SequentialConvex:
         )
 
         def penalised_objective_of_start(start: Iterate) -> float:
-            cost, _ = self._penalised_objective_and_top_ratio(start, held_constraints, minimised_constraints)
+            cost, _ = self._penalised_objective_and_held_ratio(start, held_constraints, minimised_constraints)
             return cost + PENALTIES[0] * max(
                 float(np.max(constraint.violation())) for constraint in self.model.constraints
             )
@@ -283,7 +283,7 @@ class SequentialConvex:
         iterate: Iterate,
         radius: float,
         planes: tuple[sparse.csr_array, FloatArray],
-        near: float = NEAR_PLANES,
+        plane_distance: float = NEAR_PLANES,
     ) -> str:
         """Solve a step from a solution, within the trust radius and below the planes: the solver's status.
 
@@ -291,7 +291,7 @@ class SequentialConvex:
         """
         (rows, upper_bounds), vector = planes, _solution_vector(iterate)
         identity = sparse.eye_array(vector.size, rows.shape[1], format="csr")
-        is_taken = rows[:, : vector.size] @ vector > upper_bounds - near
+        is_taken = rows[:, : vector.size] @ vector > upper_bounds - plane_distance
         while True:
             taken_rows = sparse.vstack([rows[is_taken], identity, -identity], format="csr")
             taken_bounds = np.concatenate([upper_bounds[is_taken], radius + vector, radius - vector])
@@ -301,7 +301,7 @@ class SequentialConvex:
             excesses = rows @ self.step.point - upper_bounds
             if not np.any(excesses[~is_taken] > PLANE_ERROR):
                 return status
-            is_taken |= excesses > -near
+            is_taken |= excesses > -plane_distance
 
     def _step_length(self, iterate: Iterate) -> float:
         """Largest change of a variable in the last step, from a solution."""
@@ -335,7 +335,7 @@ class SequentialConvex:
         if term == CROSSING_JERK:
             crossing_motions = [(motions[crossing.stroke], crossing) for crossing in self.model.problem.crossings]
             return max(
-                motion.jerk_at_crossing(crossing)
+                motion.solved_jerk_bound_after_crossing(crossing)
                 for motion, crossing in crossing_motions
                 if isinstance(motion, SplineMotion)
             )
@@ -346,14 +346,16 @@ class SequentialConvex:
             )
         )
 
-    def _penalised_objective_and_top_ratio(
+    def _penalised_objective_and_held_ratio(
         self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[float, float]:
         """The penalised objective at a solution, and the largest ratio of a held curve to its bound."""
         self._set_variables_to_iterate(iterate)
         top, level = self._largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)
         model, problem = self.model, self.model.problem
-        trace_radius = np.hypot(iterate.lead, iterate.height) if problem.has_trace_point else iterate.height
+        trace_radius = (
+            np.hypot(iterate.lead, iterate.height) if problem.has_lead_in_prime_radius else iterate.height
+        )
         model.sizes.prime.value = max(trace_radius, problem.prime_range[0] / problem.size_unit)
         for name, variable in model.peak_variables.items():
             variable.value = self._largest_derivative(name)

@@ -44,7 +44,7 @@ class SplineMotion(StrokeMotion):
                 else:
                     self._impose_range(matrix, order, DerivativeRange(low, high))
         for constraint in problem.linear_constraints:
-            if constraint.must_hold_all_along(stroke):
+            if constraint.must_hold_on_stroke_or_move(stroke):
                 self._impose_linear(constraint, sizes.sizes_and_constant_part(constraint, self.unit))
 
     def _derivative_matrix_on_part(self, order: int, low: float, high: float) -> Any:
@@ -99,34 +99,38 @@ class SplineMotion(StrokeMotion):
         """A derivative at x of the unit stroke, in units of the lift."""
         return cp.sum(self._derivative_expression(self.splines.value_matrix(np.array([x]), order), order))
 
-    def end_derivative(self, order: int, last: bool) -> cp.Expression:
-        return self._derivative_at(1.0 if last else 0.0, order)
+    def end_derivative(self, order: int, at_stroke_end: bool) -> cp.Expression:
+        return self._derivative_at(1.0 if at_stroke_end else 0.0, order)
 
-    def impose_rest(self, rest: int, last: bool) -> None:
+    def impose_rest(self, zero_derivatives: int, at_stroke_end: bool) -> None:
         """Make its first or last coefficients equal."""
         c = self.coefficients
-        self.constraints.append(c[-1 - rest : -1] == c[-1] if last else c[1 : rest + 1] == c[0])
+        self.constraints.append(
+            c[-1 - zero_derivatives : -1] == c[-1] if at_stroke_end else c[1 : zero_derivatives + 1] == c[0]
+        )
 
     def impose_mirror(self, other: "SplineMotion") -> None:
         image = other.change * other.coefficients[::-1] + other.low
         self.constraints.append(self.change * self.coefficients + self.low == image)
 
-    def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
+    def impose_acceleration_sign_change(self, crossing: StrokeCrossing, jerk_bound: Any) -> None:
         up, (low, high, soon, late) = np.sign(self.change), crossing.ends
         positive, negative = DerivativeRange(0.0, inf), DerivativeRange(-inf, 0.0)
         before, after = (positive, negative) if up > 0.0 else (negative, positive)
         self._impose_range(self._derivative_matrix_on_part(2, 0.0, low), 2, before)
         self._impose_range(self._derivative_matrix_on_part(2, high, 1.0), 2, after)
         if high < soon:
-            self._impose_range(self._derivative_matrix_on_part(3, high, soon), 3, DerivativeRange(-1.0, 1.0, jerk))
+            self._impose_range(
+                self._derivative_matrix_on_part(3, high, soon), 3, DerivativeRange(-1.0, 1.0, jerk_bound)
+            )
         fall = (
             self._derivative_at(high, 0)
             + crossing.angle * self._derivative_at(high, 1)
             - self._derivative_at(late, 0)
         )
-        self.constraints.append(up * fall + crossing.clearance_allowance * jerk >= crossing.gap)
+        self.constraints.append(up * fall + crossing.clearance_allowance * jerk_bound >= crossing.gap)
 
-    def jerk_at_crossing(self, crossing: StrokeCrossing) -> float:
+    def solved_jerk_bound_after_crossing(self, crossing: StrokeCrossing) -> float:
         """Upper bound of the jerk until the clearance is crossed, in units of the lift, after a solution."""
         _, high, soon, _ = crossing.ends
         return float(np.abs(self._solved_derivative(self._derivative_matrix_on_part(3, high, soon), 3)).max())

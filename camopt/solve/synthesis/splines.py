@@ -102,7 +102,7 @@ class Splines:
         """As ``bernstein_matrix``, with a derivative as polynomials of ``degree`` and without repeated rows."""
         return _distinct_bernstein(self, order, degree)
 
-    def distinct_coefficient_indices(self, order: int, degree: int) -> IndexArray:
+    def indices_of_distinct_coefficients(self, order: int, degree: int) -> IndexArray:
         """Numbers of the Bernstein coefficients of a derivative that do not repeat the one before.
 
         Where the derivative is continuous, the first coefficient of a part equals the last of the part before.
@@ -161,13 +161,13 @@ def drop_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
 def _distinct_bernstein(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
     own = splines.degree - order
     return elevate_degree(splines.bernstein_matrix(order), own, degree - own)[
-        splines.distinct_coefficient_indices(order, degree)
+        splines.indices_of_distinct_coefficients(order, degree)
     ]
 
 
-def elevate_degree(rows: "scipy.sparse.csr_array", degree: int, up: int) -> "scipy.sparse.csr_array":
+def elevate_degree(rows: "scipy.sparse.csr_array", degree: int, added_degrees: int) -> "scipy.sparse.csr_array":
     """Bernstein coefficients of polynomials of a degree, as those of degree + ``up``."""
-    for _ in range(up):
+    for _ in range(added_degrees):
         degree += 1
         share = np.arange(degree + 1) / degree
         once = np.diag(1.0 - share)[:, :-1] + np.diag(share)[:, 1:]

@@ -62,10 +62,10 @@ class StrokeMotion:
 
     constraints: list[Constraint]
 
-    def end_derivative(self, order: int, last: bool) -> Any:
+    def end_derivative(self, order: int, at_stroke_end: bool) -> Any:
         """y or a derivative of it at an end of the stroke; None if the representation does not have it."""
 
-    def impose_rest(self, rest: int, last: bool) -> None:
+    def impose_rest(self, zero_derivatives: int, at_stroke_end: bool) -> None:
         """Make the first ``rest`` derivatives zero at an end, beside a dwell."""
 
     def displacement_at(self, x: float) -> Any:
@@ -74,7 +74,7 @@ class StrokeMotion:
     def impose_mirror(self, other: Any) -> None:
         """Make this motion the mirror image of another. A relaxation ignores it: it bounds all motions."""
 
-    def impose_crossing(self, crossing: StrokeCrossing, jerk: Any) -> None:
+    def impose_acceleration_sign_change(self, crossing: StrokeCrossing, jerk_bound: Any) -> None:
         """Change the sign of the force at a crossing, with a bounded jerk until the clearance is crossed."""
 
     def impose_displacement_sum(self, other: Any, total: float) -> None:
@@ -120,8 +120,8 @@ class FixedMotion(StrokeMotion):
                     cp.Constant(along) + sizes.sizes_and_constant_part(constraint, problem.motion_unit) >= 0.0
                 )
 
-    def end_derivative(self, order: int, last: bool) -> float:
-        return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]
+    def end_derivative(self, order: int, at_stroke_end: bool) -> float:
+        return (self.low + self.change * at_stroke_end, self.velocity, 0.0, 0.0)[order]
 
     def displacement_at(self, x: float) -> float:
         return self.low + self.change * x

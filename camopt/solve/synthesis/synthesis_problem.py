@@ -62,7 +62,7 @@ class LinearConstraint:
         kinds = stroke.kind & (RISE | RETURN) if stroke.is_move else stroke.kind
         return self.kinds & kinds == kinds
 
-    def must_hold_all_along(self, stroke: Stroke) -> bool:
+    def must_hold_on_stroke_or_move(self, stroke: Stroke) -> bool:
         """Whether a free stroke must hold the constraint everywhere.
 
         A move must also hold a constraint on rises that bounds y' from above, and one on returns that bounds y'
@@ -181,22 +181,25 @@ class SynthesisProblem:
         return radius * lift if self.scene_problem.setup.angular else lift
 
     @property
-    def has_trace_point(self) -> bool:
+    def has_lead_in_prime_radius(self) -> bool:
         """Whether the lead is part of the size, as for a follower with a trace point on a disc cam."""
         return self.scene_problem.setup.mechanism.moves_as(translating.MECHANISM)
 
-    def sizes_of_cam(self, size: float, offset: float, arm_length: float) -> tuple[float, float]:
+    def lead_and_height_of_cam(self, size: float, offset: float, arm_length: float) -> tuple[float, float]:
         """The lead (or the change of the arm) and the height of a cam, in units of the sizes."""
         design, prime = self.scene_problem.design, size + self.prime_less_cam_radius
         lead = (
             arm_length - float(design.arm_length[0]) if self.scene_problem.setup.angular else design.sense * offset
         )
-        height = float(difference_of_squares_root(prime, lead)) if self.has_trace_point else prime
+        height = float(difference_of_squares_root(prime, lead)) if self.has_lead_in_prime_radius else prime
         return lead / self.size_unit, height / self.size_unit
 
     def design_of_sizes(self, lead: float | FloatArray, height: float | FloatArray) -> Designs:
         """The designs of leads (or changes of the arm) and heights [mm], with the largest roller."""
-        prime, design = np.hypot(lead, height) if self.has_trace_point else height, self.scene_problem.design
+        prime, design = (
+            np.hypot(lead, height) if self.has_lead_in_prime_radius else height,
+            self.scene_problem.design,
+        )
         offset, change = (0.0, lead) if self.scene_problem.setup.angular else (design.sense * lead, 0.0)
         return replace(
             design,
@@ -207,7 +210,7 @@ class SynthesisProblem:
         )
 
     @property
-    def has_convex_size(self) -> bool:
+    def has_convex_size_constraints(self) -> bool:
         """Whether the constraints that make the cam large are convex.
 
         They are not if the follower oscillates, is lowest within a move, or drives its tool at a changing ratio.
@@ -305,13 +308,13 @@ class SynthesisProblem:
             None if self.mirror_strokes is None else self.strokes[self.mirror_strokes[self.strokes.index(stroke)]]
         )
 
-    def stroke_crossing(self, stroke: int, low: float, high: float) -> StrokeCrossing:
+    def stroke_crossing(self, stroke_number: int, low: float, high: float) -> StrokeCrossing:
         """The crossing of a stroke whose force changes its sign between two x."""
-        angle, window, scene_problem = self.strokes[stroke].angle, self.crossing_window, self.scene_problem
+        angle, window, scene_problem = self.strokes[stroke_number].angle, self.crossing_window, self.scene_problem
         steepest = [
             slope
             for slope, kinds in pressure_tangents_by_stroke(scene_problem)
-            if kinds & self.strokes[stroke].kind
+            if kinds & self.strokes[stroke_number].kind
         ]
         clearance = float(scene_problem.setup.given.drive.clearance or 0.0) * hypot(1.0, min(steepest, default=0.0))
         arm = scene_problem.search_space.variables.get("arm_length")
@@ -320,7 +323,14 @@ class SynthesisProblem:
         angle_range = (high - low) * angle
         clearance_allowance = window * angle_range**2 / 2.0
         return StrokeCrossing(
-            stroke, low, high, window / angle, window, angle_range, clearance_allowance, gap / self.motion_unit
+            stroke_number,
+            low,
+            high,
+            window / angle,
+            window,
+            angle_range,
+            clearance_allowance,
+            gap / self.motion_unit,
         )
 
     def crossings_in(self, stroke: Stroke) -> list[StrokeCrossing]:
@@ -374,7 +384,7 @@ class SynthesisProblem:
         return {"size": 1.0, **factors, residual.RESIDUAL_TERM: displacement, LOST_AREA: degrees(displacement)}
 
     @property
-    def area_under_highest_displacement(self) -> float:
+    def lift_times_turn_angle(self) -> float:
         """Area under the highest displacement of the scene's own motion, over the whole turn [mm·rad or rad²]."""
         return 2.0 * pi * self.scene_problem.programme.tool.lift
 

@@ -20,12 +20,12 @@ from camopt.solve.synthesis.result_sentences import (
     bound_in_words,
     broken_limits_in_words,
     default_limits_in_words,
+    own_size_limit_in_words,
     reason_for_local_optimum,
     robust_verdict_and_cost_in_words,
-    size_limit_in_words,
 )
 from camopt.solve.synthesis.term_units import objective_unit
-from camopt.solve.tables.designs import Design, designs_table, with_law_column
+from camopt.solve.tables.designs import Design, designs_table, with_rise_law_as_law_column
 from camopt.solve.tables.result import Result, Table, to_json_values
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class Synthesis(Result, Drawable):
             _fill_missing_law_names(self.design, "free moves")
         ]
         rows: list[dict[str, Any]] = []
-        for row in with_law_column(every):
+        for row in with_rise_law_as_law_column(every):
             star = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
             rows.append({**row, **largest_peak_factors_of_row(row, self), **star})
         peaks = [name for name in rows[0] if name.startswith("peak_")]
@@ -99,7 +99,7 @@ class Synthesis(Result, Drawable):
         if self.known and self.known.broken_limits:
             yield f"* breaks limits of the free laws: {broken_limits_in_words(self.known.broken_limits)}"
         yield from default_limits_in_words(self.asked, default_peak_factors(self.asked))
-        yield from filter(None, (size_limit_in_words(self), robust_verdict_and_cost_in_words(self.design)))
+        yield from filter(None, (own_size_limit_in_words(self), robust_verdict_and_cost_in_words(self.design)))
         if self.known:
             yield best_known_in_words(self, self.known)
         local = "" if self.convex else f" {reason_for_local_optimum(self)}, so the laws are a local optimum."

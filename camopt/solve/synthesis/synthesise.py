@@ -25,10 +25,10 @@ from camopt.solve.smallest.prices import prices
 from camopt.solve.synthesis import residual
 from camopt.solve.synthesis.cams import (
     motion_holds_limits,
+    optimise_or_keep_irrelevant_size,
     programme_with_laws,
     scene_with_laws,
     smallest_cam_for_laws,
-    smallest_cams_or_own_size,
     smallest_or_nearest_design,
 )
 from camopt.solve.synthesis.convex_model import ConvexModel, build_convex_model
@@ -38,8 +38,12 @@ from camopt.solve.synthesis.law_infeasibility import contradiction_error, no_cam
 from camopt.solve.synthesis.linear_constraints import with_robust_limits
 from camopt.solve.synthesis.nonconvex_constraints import nonconvex_constraints_of
 from camopt.solve.synthesis.prices import shadow_prices_of_free_laws
-from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, objective_weights, split_by_lead
-from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxation_bound, solve_relaxed_optimum
+from camopt.solve.synthesis.problem_from_scene import (
+    build_synthesis_problem,
+    objective_weights,
+    split_by_listed_lead,
+)
+from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxation_bound, relaxed_optimum_with_jerk_cuts
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
 from camopt.solve.synthesis.spline_motion import SplineMotion
@@ -100,12 +104,12 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     39.8
     """
     scene = scene_from(scene)
-    problems = split_by_lead(build_synthesis_problem(scene))
+    problems = split_by_listed_lead(build_synthesis_problem(scene))
     if CROSSING_JERK in problems[0].objective:
         crossed = [with_best_crossings_and_bound(problem) for problem in problems]
         problems, optima = [problem for problem, _ in crossed], [RelaxedOptimum(bound) for _, bound in crossed]
     else:
-        optima = [solve_relaxed_optimum(scene, problem) for problem in problems]
+        optima = [relaxed_optimum_with_jerk_cuts(scene, problem) for problem in problems]
     feasible = [pair for pair in zip(problems, optima, strict=True) if pair[1].bound != inf]
     if not feasible:
         raise contradiction_error(scene, problems[0], relaxation_bound)
@@ -134,7 +138,7 @@ def best_synthesis(
     candidates, error = [], Unmet("")
     for problem, optimum in problems:
         try:
-            candidates.append(_convex_optimum(scene, optimum) or _best_free_laws(scene, problem, advance))
+            candidates.append(_cam_near_relaxed_optimum(scene, optimum) or _best_free_laws(scene, problem, advance))
         except Unmet as reason:
             error = reason
     if not candidates:
@@ -154,23 +158,27 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
             break  # otherwise a solver's error breaks a limit, and a wider margin helps
     candidates = [(cam, start)] if cam else []
     is_convex = cam is not None and _is_convex_optimum(cam, model, least)
-    steps = [] if is_convex or not constraints else _convex_step_cams(scene, model, problem, start, least, advance)
+    steps = (
+        []
+        if is_convex or not constraints
+        else _convex_step_cams_from_starts(scene, model, problem, start, least, advance)
+    )
     candidates += [(stepped, laws) for stepped, laws in steps if stepped]
     if not candidates:  # steps may miss a limit by little, or a limit that they do not include
-        known_laws = list(_known_laws_as_splines(problem))
+        known_laws = list(_permitted_known_laws_as_splines(problem))
         candidates = [(cam, laws) for laws in known_laws if (cam := smallest_cam_for_laws(scene, problem, laws))]
     if not candidates:
         iterates = [start, *(iterate for _, iterate in steps)][:MISSES_SHOWN]
         raise no_cam_error(
             scene,
             problem,
-            [smallest_cams_or_own_size(scene_with_laws(scene, problem, iterate)) for iterate in iterates],
+            [optimise_or_keep_irrelevant_size(scene_with_laws(scene, problem, iterate)) for iterate in iterates],
         )
     cam, laws = _best_candidate(candidates)
     return replace(cam, convex=is_convex), laws
 
 
-def _convex_optimum(scene: Scene, optimum: RelaxedOptimum) -> tuple[Synthesis, Iterate] | None:
+def _cam_near_relaxed_optimum(scene: Scene, optimum: RelaxedOptimum) -> tuple[Synthesis, Iterate] | None:
     """The cam near to a relaxed optimum, and its laws; None if nonconvex limits keep every cam from there."""
     best = None
     for problem in map(robust_problem, optimum.cut_problems):
@@ -240,7 +248,7 @@ def least_jerk_laws(model: ConvexModel, least: float) -> Iterate | None:
     return iterate_of(model) if solve(programme) in SOLVED_STATUSES else None
 
 
-def _convex_step_cams(
+def _convex_step_cams_from_starts(
     scene: Scene, model: ConvexModel, problem: SynthesisProblem, start: Iterate, least: float, advance: Advance
 ) -> list[tuple[Synthesis | None, Iterate]]:
     """Laws that convex steps reach from the starts, with their cams if any.
@@ -281,12 +289,12 @@ def starting_laws(problem: SynthesisProblem, start: Iterate | None, objective: C
             residual_limit=None,
             scene_problem=problem.scene_problem.without_bound(f"limits.{residual.RESIDUAL_TERM}"),
         )
-    first = [] if start is None or problem.has_convex_size else [start]
-    laws = [*first, *_known_laws_as_splines(problem)]
+    first = [] if start is None or problem.has_convex_size_constraints else [start]
+    laws = [*first, *_permitted_known_laws_as_splines(problem)]
     return [_laws_on_smallest_cam(problem, iterate, objective) for iterate in laws]
 
 
-def _known_laws_as_splines(problem: SynthesisProblem) -> Iterator[Iterate]:
+def _permitted_known_laws_as_splines(problem: SynthesisProblem) -> Iterator[Iterate]:
     """The scene's own motion and the known laws, each fitted by splines, if they meet the limits on the motion.
 
     They have no lead, and the height of the lift.
@@ -318,7 +326,7 @@ def _laws_on_smallest_cam(problem: SynthesisProblem, laws: Iterate, objective: C
     if cam is None:
         return laws
     sizes = (float(size[0]) for size in (cam.size, cam.offset, cam.arm_length))
-    return Iterate(*problem.sizes_of_cam(*sizes), laws.coefficients)
+    return Iterate(*problem.lead_and_height_of_cam(*sizes), laws.coefficients)
 
 
 @prices.register

@@ -19,7 +19,7 @@ from camopt.scene.problem.problem import Problem
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint
 
 
-def constant_train_ratio(scene_problem: Problem) -> float | None:
+def constant_tool_to_follower_ratio(scene_problem: Problem) -> float | None:
     """Ratio of the tool's velocity to the follower's; None if it changes over the turn."""
     return 1.0 if scene_problem.setup.train is None else scene_problem.setup.train.constant_ratio
 
@@ -40,7 +40,7 @@ def linear_constraint_on_tool_motion(
     The result is |i| times the constraint, because its sizes are in a unit that is |i| times smaller
     (``SynthesisProblem.size_unit``).
     """
-    ratio = constant_train_ratio(scene_problem)
+    ratio = constant_tool_to_follower_ratio(scene_problem)
     assert ratio is not None
     constant = abs(ratio) * linear_constraint.constant
     if ratio > 0.0:

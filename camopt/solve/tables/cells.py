@@ -62,7 +62,7 @@ def duration_text(seconds: float) -> str:
     return str(timedelta(seconds=round(seconds))) if seconds < LONGEST_TIME else "more than 1,000 years"
 
 
-def heading(name: str, unit: str | None = None) -> str:
+def column_heading(name: str, unit: str | None = None) -> str:
     """Heading of a column: its name, one word a line, then its unit as it is shown; see ``unit_of_column``."""
     unit = unit_of_column(name, unit)
     stem = name.removesuffix(column_suffix_of_unit(unit)) if unit else name
@@ -72,7 +72,7 @@ def heading(name: str, unit: str | None = None) -> str:
 def axis_label(name: str, unit: str | None = None) -> str:
     """Label of a diagram's axis: the name in words, then its unit as it is shown."""
     unit = unit_of_column(name, unit)
-    words = heading(name, unit).split("\n")
+    words = column_heading(name, unit).split("\n")
     return f"{' '.join(words[:-1])}, {words[-1]}" if unit else " ".join(words)
 
 

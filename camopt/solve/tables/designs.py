@@ -109,16 +109,16 @@ def joined_laws(rise: str, fall: str) -> str:
     return " / ".join(filter(None, dict.fromkeys((rise, fall))))
 
 
-def with_law_column(rows: Iterable[TableRow]) -> list[dict[str, Any]]:
+def with_rise_law_as_law_column(rows: Iterable[TableRow]) -> list[dict[str, Any]]:
     """Add the column ``law`` to rows."""
     return [{"law": row["law_rise"], **row} for row in rows]
 
 
-def frontier_axes(names: Sequence[str]) -> list[str]:
+def frontier_axes_among_columns(column_names: Sequence[str]) -> list[str]:
     """Columns of a frontier that are its axes; none for another table."""
-    if not {"free", "bound"} <= {*names}:
+    if not {"free", "bound"} <= {*column_names}:
         return []
-    return list(names[names.index("free") + 1 : names.index("bound")])
+    return list(column_names[column_names.index("free") + 1 : column_names.index("bound")])
 
 
 def is_unsearched_zero_column(searched_keys: Container[str], name: str, rows: Iterable[TableRow]) -> bool:
@@ -219,7 +219,7 @@ class Design(Result, Drawable, dict[str, Any]):
 
     def table(self) -> Table:
         """A table of the design's sizes and the quantities of its scene, with the limits."""
-        (row,), problem = with_law_column([self]), resolve(self.searched)
+        (row,), problem = with_rise_law_as_law_column([self]), resolve(self.searched)
         shown, own = design_table_columns(problem, [row]), problem.setup.own_quantities
         known = {name: find_quantity(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
         about = {name: known[name].sentence if name in known else "" for name in shown}
@@ -240,7 +240,7 @@ def nearest_miss_sections(
 ) -> Iterator[Table | str]:
     """Sections on the design that misses the limits by the least: its sizes, and limited values with limits."""
     problem = resolve(miss.searched)
-    (row,) = with_law_column([miss])
+    (row,) = with_rise_law_as_law_column([miss])
     violated = miss["violated"].split(",")
     broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown_quantities}
     about = {name: Cell("broken" if name in broken else "") for name in design_table_columns(problem, [row])}

@@ -121,7 +121,7 @@ def check(*files: str | os.PathLike[str]) -> FileChecks:
 def _check_path(path: Path) -> Iterator[FileCheck]:
     """Check a file, or all files in a folder and its subfolders."""
     if not os.path.isdir(path):
-        about, manifest = _check_manifest(path.parent)
+        about, manifest = _check_and_read_manifest(path.parent)
         yield about if about and path.name == MANIFEST else _check_file(path, manifest)
         return
     errors: list[OSError] = []
@@ -138,7 +138,7 @@ def _check_path(path: Path) -> Iterator[FileCheck]:
 
 def _check_files_in(folder: Path) -> Iterator[FileCheck]:
     """Check the manifest of a folder, and all files that are in it or that the manifest names."""
-    about, manifest = _check_manifest(folder)
+    about, manifest = _check_and_read_manifest(folder)
     if about:
         yield about
     present = {each.name for each in os.scandir(folder) if not each.name.startswith(".") and not each.is_dir()}
@@ -146,7 +146,7 @@ def _check_files_in(folder: Path) -> Iterator[FileCheck]:
         yield _check_file(folder / name, manifest)
 
 
-def _check_manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
+def _check_and_read_manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
     """State of a folder's manifest, and the manifest; None for each that does not exist."""
     path = folder / MANIFEST
     try:
@@ -171,7 +171,7 @@ def _check_file(path: Path, manifest: Manifest | None) -> FileCheck:
                 return FileCheck(path, "unknown", told)
             actual = file_entry(file)
             if actual == entry:
-                return _whole_check(path, file)
+                return _whole_check_with_row_count(path, file)
     except FileNotFoundError:
         return FileCheck(path, "missing", f"missing, though {MANIFEST} names it" if entry else "no such file")
     except BadInput:
@@ -182,7 +182,7 @@ def _check_file(path: Path, manifest: Manifest | None) -> FileCheck:
     return FileCheck(path, "changed", f"damaged or changed since it was written, or of another run{sizes}")
 
 
-def _whole_check(path: Path, file: BufferedReader) -> FileCheck:
+def _whole_check_with_row_count(path: Path, file: BufferedReader) -> FileCheck:
     """State of a whole file, with the number of rows of a table."""
     if path.suffix != PARQUET_SUFFIX:
         return FileCheck(path, "whole", "whole")

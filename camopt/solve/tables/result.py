@@ -14,7 +14,7 @@ import numpy as np
 from camopt.core.mistakes import NOT_REACHED, UnknownName, suggest_names
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.display import HasHtml
-from camopt.solve.tables.cells import heading, quantity_text
+from camopt.solve.tables.cells import column_heading, quantity_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -110,7 +110,7 @@ def table_of(
     limited = any(name in bounds for name in names)
     heads = []
     for name in names:
-        words = heading(name, units.get(name)) + (f"\n{bounds.get(name, ' ')}" if limited else "")
+        words = column_heading(name, units.get(name)) + (f"\n{bounds.get(name, ' ')}" if limited else "")
         texts = all(isinstance(record.get(name, ""), str) for record in records)
         heads.append(Cell(words, WORDS if texts else NUMERIC))
     rows = ([quantity_text(name, record.get(name, ""), units.get(name)) for name in names] for record in records)
@@ -298,7 +298,7 @@ class Listing(Result):
 
 
 def records_under_key(
-    document: Mapping[str, Any], name: str, tables: Iterable[str] = ()
+    document: Mapping[str, Any], name: str, other_table_names: Iterable[str] = ()
 ) -> tuple[list[str] | None, list[Any]]:
     """Rows under a key of a document, and their names if they have any.
 
@@ -307,14 +307,16 @@ def records_under_key(
     UnknownName
         If there are no such rows. The message names the others, with ``tables``.
     """
-    kinds = {key: value for key, value in document.items() if has_rows(value)}
+    kinds = {key: value for key, value in document.items() if is_list_or_mapping_of_records(value)}
     if name not in [*kinds]:
-        raise UnknownName(f"this result has no rows named {name!r}; {suggest_names(str(name), [*tables, *kinds])}")
+        raise UnknownName(
+            f"this result has no rows named {name!r}; {suggest_names(str(name), [*other_table_names, *kinds])}"
+        )
     rows = kinds[name]
     return ([*rows], [*rows.values()]) if isinstance(rows, Mapping) else (None, [*rows])
 
 
-def has_rows(value: Any) -> bool:
+def is_list_or_mapping_of_records(value: Any) -> bool:
     """Whether a value is a list of records, or a mapping of records."""
     rows = [*value.values()] if isinstance(value, Mapping) else value
     return isinstance(rows, (list, tuple)) and not is_record(rows) and all(map(is_record, rows))

@@ -193,7 +193,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     return read_data_frame(path)
 
 
-def read_checked_arrow_table(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
+def read_arrow_table_checking_types(path: str | os.PathLike[str], manifest: Manifest | None = None) -> pa.Table:
     """Read a table that camopt wrote as an Arrow table, and check the types of its columns.
 
     It raises the errors of ``load``. ``manifest`` is that of the folder, if several tables must be from one run.
@@ -206,8 +206,8 @@ def read_checked_arrow_table(path: str | os.PathLike[str], manifest: Manifest | 
 
 
 def read_data_frame(path: str | os.PathLike[str], manifest: Manifest | None = None) -> "pd.DataFrame":
-    """Read a table that camopt wrote as a DataFrame; for ``manifest`` see ``read_checked_arrow_table``."""
-    return _frame_of_table(read_checked_arrow_table(path, manifest))
+    """Read a table that camopt wrote as a DataFrame; for ``manifest`` see ``read_arrow_table_checking_types``."""
+    return _frame_of_table(read_arrow_table_checking_types(path, manifest))
 
 
 def data_frame_from_rows(
@@ -231,7 +231,7 @@ def values_of_table_row(table: Any, row: Any, table_name: str) -> dict[str, Any]
 
     frame = nw.from_native(table, eager_only=True, pass_through=True)
     if not isinstance(frame, nw.DataFrame):
-        return _values_of_row(table, row)
+        return _values_of_unlabelled_row(table, row)
     labels = nw.maybe_get_index(frame)
     row_labels = np.arange(len(frame)) if labels is None else np.asarray(labels)
     if row is None:
@@ -250,9 +250,9 @@ def values_of_table_row(table: Any, row: Any, table_name: str) -> dict[str, Any]
     return known | frame[place : place + 1].rows(named=True)[0]
 
 
-def _values_of_row(values: Any, row: Any) -> dict[str, Any]:
+def _values_of_unlabelled_row(values: Any, row_label: Any) -> dict[str, Any]:
     """Values of a single row, which needs no label."""
-    if row is None and (isinstance(values, Mapping) or hasattr(values, "dropna")):
+    if row_label is None and (isinstance(values, Mapping) or hasattr(values, "dropna")):
         return {str(column): value for column, value in dict(values).items()}
     hint = ": give its .to_pandas()" if hasattr(values, "to_pandas") else ""
     why = f"a table that camopt wrote, or one of its rows without a label; this is a {type(values).__name__}{hint}"

@@ -238,7 +238,7 @@ def allocate(
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     scene = scene.with_profile_tolerance_moved
     problem = resolve_design(scene)
-    keys = graded_keys(scene, problem)
+    keys = gradable_tolerance_keys(scene, problem)
     only = (only,) if isinstance(only, str) else only
     if unknown := [each for each in only if each not in keys]:
         why = f"is not a tolerance with a grade; {suggest_names(unknown[0], keys)}" if keys else "has no grade"
@@ -359,12 +359,12 @@ class _GradeSearch:
         }
         return make_worst_cam_search(self.turn_errors, changed_error_ranges=zones)
 
-    def make_allocation(self, grades: GradeByKey, least: float, tried: int) -> Allocation:
+    def make_allocation(self, grades: GradeByKey, least_cost: float, tried: int) -> Allocation:
         graded = {key: self.contributions_by_key_and_grade[key][grade] for key, grade in grades.items()}
         ends = worst_case_range([*self.ungraded_contributions, *chain(*graded.values())], 0)
         place, upwards = int(ends.magnitude.argmax()), ends.upper.max() >= -ends.lower.min()
 
-        def error_share(parts: list[Contribution]) -> float:
+        def contributed_error_at_worst_place(parts: list[Contribution]) -> float:
             return self.displacement_unit_factor * fsum(
                 float((each.upper if upwards else -each.lower)[0, place]) for each in parts
             )
@@ -376,14 +376,14 @@ class _GradeSearch:
                 grade_name(self.scene, key, grade),
                 *self.zones_by_key_and_grade[key][grade],
                 self.costs[key][grade],
-                error_share(graded[key]),
+                contributed_error_at_worst_place(graded[key]),
             )
             for key, grade in grades.items()
         ]
         unit, scene = motion_table_unit(self.problem.setup, 0), with_grades(self.scene, self.problem, grades)
         cost, worst = fsum(each.cost for each in allotted), self.worst_cam_search(grades).find_worst_cam()
-        others = error_share(self.ungraded_contributions)
-        return Allocation(scene, self.within, unit, tuple(allotted), others, cost, least, worst, tried)
+        others = contributed_error_at_worst_place(self.ungraded_contributions)
+        return Allocation(scene, self.within, unit, tuple(allotted), others, cost, least_cost, worst, tried)
 
     @cached_property
     def displacement_unit_factor(self) -> float:
@@ -476,7 +476,7 @@ class _GradeSearch:
         ]
 
 
-def graded_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
+def gradable_tolerance_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
     """Keys of the tolerances that may have a grade: those of lengths, and the profile."""
     moving = {each.key for each in problem.variables if each.unit == "mm" and does_error_move_tool(each.key)}
     lengths = (key for key in scene.tolerances.numbers if key in moving)

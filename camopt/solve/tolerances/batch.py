@@ -45,7 +45,7 @@ from camopt.solve.tolerances.error_samples import (
     LargestErrorSearch,
     count_cams,
     exceed_tolerances,
-    real_error_parts,
+    real_error_parts_in_mm_and_deg,
     sample_errors,
 )
 from camopt.solve.tolerances.errors import CamErrors, error_ranges_at_one_contact, error_unit
@@ -408,7 +408,7 @@ def sample_cams(
     scene = scene.with_profile_tolerance_moved
     problem = resolve_design(scene)
     sampled = _SampledCams.from_tolerances(scene, problem, cams, seed)
-    moving, error_bounds = sampled.tool_moving_errors, sampled.error_bounds
+    moving, error_bounds = sampled.tool_moving_errors, sampled.motion_error_limits_by_column
     if not sampled.errors:
         raise no_tolerances_error(problem.file)
     held, samples = np.ones(cams, dtype=bool), dict(_error_columns(scene, sampled.errors))
@@ -427,7 +427,8 @@ def sample_cams(
     for each in largest:
         held &= each.values <= error_bounds.get(each.column, inf)
     errors = tuple(
-        _spread_of_errors(each, real_error_parts(moving), error_bounds.get(each.column)) for each in largest
+        _spread_of_errors(each, real_error_parts_in_mm_and_deg(moving), error_bounds.get(each.column))
+        for each in largest
     )
     ends = {
         key: (zone.lower, zone.upper)
@@ -443,12 +444,12 @@ def sample_cams(
 def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
     """Share of cams that hold the limits, as in ``sample_cams``; None if no limit depends on the tolerances."""
     sampled, held = _SampledCams.from_tolerances(scene, problem, cams, 0), np.ones(cams, dtype=bool)
-    if not (sampled.limit_results or (sampled.tool_moving_errors and sampled.error_bounds)):
+    if not (sampled.limit_results or (sampled.tool_moving_errors and sampled.motion_error_limits_by_column)):
         return None
     if sampled.limit_results:
         held = np.all(sampled.limit_results.excess <= 0.0, axis=0)
     search, columns = sampled.largest_error_search, motion_error_quantity_names(problem.setup)
-    for column, bound in sampled.error_bounds.items() if sampled.tool_moving_errors else ():
+    for column, bound in sampled.motion_error_limits_by_column.items() if sampled.tool_moving_errors else ():
         order = columns.index(column)
         errors = (
             search.largest_motion_errors(sampled.tool_moving_errors, order).error
@@ -492,7 +493,7 @@ class _SampledCams:
         }
 
     @cached_property
-    def error_bounds(self) -> dict[str, float]:
+    def motion_error_limits_by_column(self) -> dict[str, float]:
         """Bounds of limits on motion errors, by column."""
         return {limit.shown_quantities[0]: limit.bound for limit in self.problem.limits if limit.is_on_motion_error}
 
@@ -559,7 +560,7 @@ def _variance_percent(spread: ErrorSpread, key: str) -> str | None:
 
 def _error_columns(scene: Scene, cams: CamErrors) -> Iterator[tuple[str, SampleColumn]]:
     """Errors of cams as columns, by name."""
-    for key, values in real_error_parts(cams).items():
+    for key, values in real_error_parts_in_mm_and_deg(cams).items():
         unit = error_unit(scene, key)
         name = f"{key.replace('.', '_')}_off_{unit.translate(UNIT_SIGNS)}"
         yield name, SampleColumn(unit, f"Error within tolerances.{key}.", values)
@@ -590,7 +591,7 @@ def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[Larges
     for order, name in enumerate(MOTION_NAMES):
         unit, largest = motion_unit_factor(setup, order), search.largest_motion_errors(cams, order)
         variances = {}
-        if not turn.unbounded_tolerances(order):
+        if not turn.angles_of_unbounded_tolerances(order):
             angle = turn.angle_of_largest_total(root_sum_square_magnitude, order)
             errors = search.errors_at_angle(cams, angle, order)
             variances = {key: _variance_share_explained_by_error(errors, each) for key, each in cams.items()}
@@ -630,7 +631,7 @@ def _worst_cam_index(errors: FloatArray) -> int:
 def _variance_share_explained_by_error(values: FloatArray, errors: FloatArray) -> float:
     """Share of the variance of ``values`` that an error explains, from the means over classes of the error."""
     return sum(
-        variance_explained_by_part(values, part)
+        variance_share_explained_by_part(values, part)
         for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
     )
 
@@ -688,13 +689,13 @@ def _limit_spreads(
         yield Spread(limit.name, limit.shown_quantities[0], held, *ends, worst_sizes, parts)
 
 
-def variance_explained_by_part(values: FloatArray, error_part: FloatArray) -> float:
+def variance_share_explained_by_part(values: FloatArray, part_errors: FloatArray) -> float:
     """Share of the variance of values that a size explains, from the means over classes of the size."""
     count = min(VARIANCE_CLASSES, max(values.size // VARIANCE_CLASSES, 1))
     spread = float(np.var(values)) if np.all(np.isfinite(values)) else 0.0
     if spread <= (1e-12 * float(np.max(np.abs(values)))) ** 2:
         return 0.0
-    classes = np.array_split(values[np.argsort(error_part, kind="stable")], count)
+    classes = np.array_split(values[np.argsort(part_errors, kind="stable")], count)
     means, weights = (np.array([f(each) for each in classes]) for f in (np.mean, np.size))
     middle = np.average(means, weights=weights)
     return float(np.average(np.square(means - middle), weights=weights) / spread)

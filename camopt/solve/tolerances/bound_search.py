@@ -34,7 +34,7 @@ from camopt.core.numerics.stretches import part_ranges
 from camopt.model.motion.programme import Jump
 from camopt.scene.problem.problem import Problem
 from camopt.solve.tolerances.enclosures import LAST_DERIVATIVE, JumpRanges, PartMotion
-from camopt.solve.tolerances.errors import direction_key, is_direction, polar_errors
+from camopt.solve.tolerances.errors import direction_key, is_direction, polar_from_flat_errors
 from camopt.solve.verdicts.constraint_boxes import (
     CONSTRAINT_PART_CUTS,
     LEAST_PART_SHARE,
@@ -80,14 +80,14 @@ def missing_bound_reason(upper_bound: float, budget: Budget) -> str:
     )
 
 
-def coordinate_box(ends: NumberRanges) -> dict[str, tuple[float, float]]:
+def coordinate_box(number_ranges: NumberRanges) -> dict[str, tuple[float, float]]:
     """Range of each coordinate of the errors; both coordinates of errors with a direction."""
     box = dict[str, tuple[float, float]]()
-    for key, (low, high) in ends.items():
+    for key, (low, high) in number_ranges.items():
         if not is_direction(key):
             box |= (
                 dict.fromkeys((key, direction_key(key)), (-high, high))
-                if direction_key(key) in ends
+                if direction_key(key) in number_ranges
                 else {key: (low, high)}
             )
     return box
@@ -154,7 +154,7 @@ class BoundSearch:
 
     def bound_parts(self, parts: BoxParts, target_errors: FloatArray) -> "EnclosedParts":
         """Bounds of parts, from errors p near the given ones; errors with a known sign of slope keep one end."""
-        rows, size = self._rows_of_place_and_variables, parts.size
+        rows, size = self._rows_of_place_and_cut_variables, parts.size
         at = self._nearest_errors(parts, target_errors)
         low, high = at.copy(), at.copy()
         low[rows], high[rows] = parts.low[rows], parts.high[rows]
@@ -221,7 +221,7 @@ class BoundSearch:
         return replace(reduced, low=low, high=high)
 
     @cached_property
-    def _rows_of_place_and_variables(self) -> list[int]:
+    def _rows_of_place_and_cut_variables(self) -> list[int]:
         """Rows of the turn and of variables that are no errors."""
         return [0, *(1 + k for k, name in enumerate(self.box) if name in self.cut_variables)]
 
@@ -248,7 +248,7 @@ class BoundSearch:
     def _largest_gain(self, parts: BoxParts, slopes: Interval, point_errors: FloatArray) -> FloatArray:
         """Largest increase of the quantity from errors at a point to any errors of a part: max g·(x − p)."""
         gains = (slopes * Interval(parts.low - point_errors, parts.high - point_errors)).high
-        gains[self._rows_of_place_and_variables] = 0.0
+        gains[self._rows_of_place_and_cut_variables] = 0.0
         for both, longest in self._vector_rows_and_lengths:
             low, high, x, y = parts.low[both], parts.high[both], slopes[both[0]], slopes[both[1]]
             ends = [np.array(g) for g in product((x.low, x.high), (y.low, y.high))]
@@ -283,7 +283,7 @@ class BoundSearch:
     def polar_cam_errors(self, error_coordinates: FloatArray) -> ErrorValues:
         """Errors of a cam in polar form, from the coordinates of its errors."""
         flat = dict(zip(self.box, map(float, error_coordinates), strict=True))
-        polar = {key: float(each) for key, each in polar_errors(flat, self.error_ranges).items()}
+        polar = {key: float(each) for key, each in polar_from_flat_errors(flat, self.error_ranges).items()}
         longest = {key: high for key, (_, high) in self.error_ranges.items() if self._has_direction(key)}
         lengths = {key: min(polar[key] * (1.0 + 2.0 * LENGTH_ROUNDING), high) for key, high in longest.items()}
         return flat | polar | lengths
@@ -308,7 +308,7 @@ class BoundSearch:
         A place at a jump is on the same side of it as its panel.
         """
         ranges, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
-        near = dict(zip(self._jump_angles, self._is_jump_within_reach(angles), strict=True))
+        near = dict(zip(self._jump_angles, self._is_each_jump_within_reach(angles), strict=True))
         known = (sum(near.values(), np.zeros(panel.size)) == 1) & (passed is not None)
         for jump in self.jumps:
             size = np.where(near[jump.at], np.sign(self._angle_to_jump(jump.at, centre)) * jump.size, 0.0)
@@ -320,9 +320,9 @@ class BoundSearch:
         """Whether each part is within reach of a jump."""
         table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
         angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
-        return np.asarray(self._is_jump_within_reach(angles).any(axis=0))
+        return np.asarray(self._is_each_jump_within_reach(angles).any(axis=0))
 
-    def _is_jump_within_reach(self, angles: FloatArray) -> BoolArray:
+    def _is_each_jump_within_reach(self, angles: FloatArray) -> BoolArray:
         """Whether each jump is within reach of cam angles, shape (jumps, angles)."""
         ahead = [np.abs(self._angle_to_jump(at, angles)) for at in self._jump_angles]
         return np.reshape(ahead, (-1, angles.size)) <= (
@@ -338,13 +338,13 @@ class BoundSearch:
         turn = self.problem.programme.strokes[-1].end
         return np.asarray(np.mod(jump_angle - angles + 0.5 * turn, turn) - 0.5 * turn)
 
-    def split_at_jumps(self, parts: BoxParts) -> BoxParts:
+    def split_at_reach_of_jumps(self, parts: BoxParts) -> BoxParts:
         """Parts split so that each is either within reach of a jump or not."""
         table = self.problem.programme.table
         for jump in self.jumps:
             for side in (-1.0, 1.0):
                 ahead = self._angle_to_jump(jump.at, table.centre[parts.panel])
-                parts = parts.split_at_place((ahead + side * self.reach) / table.half_width[parts.panel])
+                parts = parts.split_at_panel_place((ahead + side * self.reach) / table.half_width[parts.panel])
         return parts
 
 

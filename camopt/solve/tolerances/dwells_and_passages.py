@@ -1,10 +1,10 @@
 """Dwells and passages of all cams within tolerances: bounds and witnesses by exact contact.
 
 **Dwells: how far the tool moves while it should dwell.** On the arc of a dwell y is constant. The exact position of
-the follower (``mechanisms.contact_errors``) then depends on only two things that change along the arc. One is the
-direction of the bore's axis in the ground, which turns with the cam by the angle a from one place to the other. The
-other is the error of the profile. All other errors are the same at both places. The wobble is the difference of
-both exact positions,
+the follower (``mechanisms.contact_errors_from_flat_errors``) then depends on only two things that change along the
+arc. One is the direction of the bore's axis in the ground, which turns with the cam by the angle a from one place
+to the other. The other is the error of the profile. All other errors are the same at both places. The wobble is the
+difference of both exact positions,
 
     Δ = f*(y + m₁) − f*(y + m₂)
 
@@ -75,9 +75,9 @@ from camopt.solve.tolerances.errors import (
     BORE,
     BORE_DIRECTION,
     Errors,
-    flat_errors,
-    polar_errors,
-    turn_vector_error,
+    flat_from_polar_errors,
+    polar_from_flat_errors,
+    with_turned_vector_error,
 )
 from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactShiftSeries, RealCam
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_range
@@ -162,19 +162,19 @@ class WobbleSearch:
         lag = (
             {LAG_KEY: (-most, most)}
             if BORE_DIRECTION in self.cam_search.error_ranges
-            or (self.profile_zones and self.waves_too_few_to_cross_zone)
+            or (self.profile_zones and self.waves_if_too_few_to_cross_zone)
             else {}
         )
         lowest = {
             key + LOWEST_SUFFIX: (-1.0, 1.0)
-            if self.waves_too_few_to_cross_zone
+            if self.waves_if_too_few_to_cross_zone
             else self.cam_search.error_ranges[key]
             for key in self.profile_zones
         }
         return {**self.cam_search.error_ranges, **lag, **lowest}
 
     @property
-    def waves_too_few_to_cross_zone(self) -> int:
+    def waves_if_too_few_to_cross_zone(self) -> int:
         """Number of waves if the profile cannot cross its whole zone within the dwell; else 0."""
         waves = self.cam_search.turn.scene.tolerances.waves or 0
         return waves if waves * self.stroke.angle < pi else 0
@@ -185,28 +185,28 @@ class WobbleSearch:
         """Errors at the highest and at the lowest place, in flat form."""
         first = {key: values[key] for key in self.cam_search.error_ranges}
         lag = values[LAG_KEY] * self.cam_search.problem.design.sense if BORE_DIRECTION in first else 0.0
-        second = turn_vector_error(first, BORE, lag)
+        second = with_turned_vector_error(first, BORE, lag)
         for key in self.profile_zones:
             lowest = values[key + LOWEST_SUFFIX]
             second[key] = (
-                first[key] - self._few_wave_deviation_from_mean(key, values) * 2.0
-                if self.waves_too_few_to_cross_zone
+                first[key] - self._profile_deviation_with_few_waves(key, values) * 2.0
+                if self.waves_if_too_few_to_cross_zone
                 else lowest
             )
         return first, second
 
-    def _few_wave_deviation_from_mean(self, key: str, values: Mapping[str, Any]) -> Any:
+    def _profile_deviation_with_few_waves(self, key: str, values: Mapping[str, Any]) -> Any:
         """Deviation of a profile with few waves from its mean at both places [mm]."""
-        return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.waves_too_few_to_cross_zone)) * (
+        return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.waves_if_too_few_to_cross_zone)) * (
             values[key + LOWEST_SUFFIX] * self.profile_zones[key]
         )
 
-    def with_symmetric_profile_deviation(self, values: ErrorValues) -> ErrorValues:
+    def with_few_wave_profile_deviation(self, values: ErrorValues) -> ErrorValues:
         """The values of a real cam: a sine of few waves has equal errors to both sides."""
         return values | {
-            key: float(self._few_wave_deviation_from_mean(key, values))
+            key: float(self._profile_deviation_with_few_waves(key, values))
             for key in self.profile_zones
-            if self.waves_too_few_to_cross_zone
+            if self.waves_if_too_few_to_cross_zone
         }
 
     def find_worst_wobble(self, budget: Budget) -> WorstWobble:
@@ -216,20 +216,20 @@ class WobbleSearch:
             return WorstWobble(0.0, 0.0, start, start, {}, {})
         values = self.cam_with_largest_wobble()
         bound = self.bound_search.prove_upper_bound(
-            self._dwell_parts, self._wobble_of_cam(values), WOBBLE_GAP, budget
+            self._whole_box_on_dwell_panel, self._wobble_of_cam(values), WOBBLE_GAP, budget
         )
         if bound.witness is not None:
-            values = max(values, self.with_symmetric_profile_deviation(bound.witness), key=self._wobble_of_cam)
+            values = max(values, self.with_few_wave_profile_deviation(bound.witness), key=self._wobble_of_cam)
         return self._make_worst_wobble(values, bound.high, missing_bound_reason(bound.high, budget))
 
     def _make_worst_wobble(self, cam: ErrorValues, bound: float, unproved: str) -> WorstWobble:
         middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * cam.get(LAG_KEY, self.stroke.angle)
         cams = [
-            polar_errors(each, self.cam_search.error_ranges)
-            for each in self.errors_at_highest_and_lowest_place(flat_errors(cam))
+            polar_from_flat_errors(each, self.cam_search.error_ranges)
+            for each in self.errors_at_highest_and_lowest_place(flat_from_polar_errors(cam))
         ]
         (start, highest), (end, lowest) = (
-            self._contact_angle_and_errors(errors, place)
+            self._contact_angle_and_errors_in_mm_deg(errors, place)
             for errors, place in zip(cams, (middle - half, middle + half), strict=True)
         )
         unit, at_lowest = (
@@ -238,9 +238,9 @@ class WobbleSearch:
         )
         return WorstWobble(unit * bound, unit * self._wobble_of_cam(cam), start, end, highest, at_lowest, unproved)
 
-    def _contact_angle_and_errors(self, errors: ErrorValues, place: float) -> tuple[float, ErrorValues]:
+    def _contact_angle_and_errors_in_mm_deg(self, errors: ErrorValues, place: float) -> tuple[float, ErrorValues]:
         """Cam angle at which a cam touches with a place [deg], and its errors in mm and deg."""
-        angle = self.cam_search.contact_error(errors, np.array([place])).angle
+        angle = self.cam_search.tool_error_at_contact(errors, np.array([place])).angle
         return degrees(float(self.cam_search.cam.angles_in_turn(angle)[0])), self.cam_search.errors_in_mm_and_deg(
             errors, place, float(angle[0])
         )
@@ -274,7 +274,7 @@ class WobbleSearch:
         return tool_position_difference(cam.problem, errors, first, second, at.y)
 
     @cached_property
-    def _dwell_parts(self) -> BoxParts:
+    def _whole_box_on_dwell_panel(self) -> BoxParts:
         """The box of all cams, on a panel of the dwell."""
         table, middle = self.cam_search.problem.programme.table, self.stroke.start + 0.5 * self.stroke.angle
         panel = np.searchsorted(
@@ -287,13 +287,13 @@ class WobbleSearch:
 
     def _wobbles_of_cams(self, cams: Sequence[ErrorValues]) -> FloatArray:
         """Wobble of cams: heights of their tools at the first place less those at the second."""
-        flat = [flat_errors(each) for each in cams]
+        flat = [flat_from_polar_errors(each) for each in cams]
         first, second = self.errors_at_highest_and_lowest_place(
             {key: np.array([each[key] for each in flat]) for key in self.bound_search.box}
         )
-        return self._tool_height_errors_in_dwell(first) - self._tool_height_errors_in_dwell(second)
+        return self._tool_height_errors_at_mid_dwell(first) - self._tool_height_errors_at_mid_dwell(second)
 
-    def _tool_height_errors_in_dwell(self, errors: Errors) -> FloatArray:
+    def _tool_height_errors_at_mid_dwell(self, errors: Errors) -> FloatArray:
         """Errors of the tool's height of cams in the middle of the arc, mm (rad)."""
         cam, size = self.cam_search.cam, len(errors[next(iter(errors))])
         angle = cam.angles_in_turn(np.full(size, self.stroke.start + 0.5 * self.stroke.angle))
@@ -312,7 +312,7 @@ class WobbleSearch:
             for _ in range(CONTACT_ROUNDS):
                 second = contact_shift_at_rest(1, first.cam_turn.terms[0] - second.cam_turn.terms[0])
             shift = (shift - second.follower_shift * cam.second_motion_sign) * 0.5
-        return cam.highest_order_error_at_tool(errors, angle, [shift.terms[0] + np.zeros(size)]).error
+        return cam.tool_error_of_highest_order(errors, angle, [shift.terms[0] + np.zeros(size)]).error
 
     def cam_with_largest_wobble(self) -> ErrorValues:
         """Values of the cam with the largest wobble, or nearly so."""
@@ -320,7 +320,7 @@ class WobbleSearch:
         best |= {
             key + LOWEST_SUFFIX: -zone
             for key, zone in self.profile_zones.items()
-            if not self.waves_too_few_to_cross_zone
+            if not self.waves_if_too_few_to_cross_zone
         }
         ranges = {
             key: self.variable_ranges[key] for key in (BORE_DIRECTION, LAG_KEY) if key in self.variable_ranges
@@ -332,7 +332,7 @@ class WobbleSearch:
             )
             ranges = {key: self._narrower_range(key, best[key], each, count) for key, each in ranges.items()}
             best = self._with_better_error_ends(best)
-        return self.with_symmetric_profile_deviation(best)
+        return self.with_few_wave_profile_deviation(best)
 
     def _with_better_error_ends(self, best: ErrorValues) -> ErrorValues:
         """The cam with the better end of each error, and the better sign of each profile."""
@@ -345,7 +345,7 @@ class WobbleSearch:
         ]
         changes += [{key: -best[key] for key in pair} for pair in pairs]
         before, *after = self._wobbles_of_cams(
-            [self.with_symmetric_profile_deviation(best | each) for each in ({}, *changes)]
+            [self.with_few_wave_profile_deviation(best | each) for each in ({}, *changes)]
         )
         for change, wobble in zip(changes, after, strict=True):
             best |= change if wobble > before else {}
@@ -353,7 +353,7 @@ class WobbleSearch:
 
     def _cam_with_largest_of_wobbles(self, cams: Sequence[ErrorValues]) -> ErrorValues:
         return cams[
-            int(self._wobbles_of_cams([self.with_symmetric_profile_deviation(each) for each in cams]).argmax())
+            int(self._wobbles_of_cams([self.with_few_wave_profile_deviation(each) for each in cams]).argmax())
         ]
 
     def _narrower_range(
@@ -473,7 +473,7 @@ class PassageSearch:
         """Place of the passage that is furthest from a start, for cams with the errors."""
 
         def distance_beyond_level(places: FloatArray) -> FloatArray:
-            contact = self.cam_search.contact_error(errors(places), places)
+            contact = self.cam_search.tool_error_at_contact(errors(places), places)
             return self.side * (self._nominal_tool_positions(contact.angle) + contact.error - self.level)
 
         return sign_change_place(start, self.direction, distance_beyond_level)
@@ -481,7 +481,7 @@ class PassageSearch:
     def _passage_distance_and_errors(self, place: float, errors: ErrorsByPlace) -> tuple[float, ErrorValues]:
         """Distance of a cam's contact with a place from the nominal passage [rad], and its errors at that angle."""
         cam = {key: float(each[0]) for key, each in errors(np.array([place])).items()}
-        angle = float(self.cam_search.contact_error(cam, np.array([place])).angle[0])
+        angle = float(self.cam_search.tool_error_at_contact(cam, np.array([place])).angle[0])
         if BORE_DIRECTION in cam:  # the direction in the ground at that cam angle instead of the place's
             cam[BORE_DIRECTION] += self.cam_search.problem.design.sense * (angle - place)
         return max(self.direction * (angle - self.angle), 0.0), cam
@@ -498,7 +498,9 @@ class PassageSearch:
 
         place = np.array([angle])
         for _ in range(CONTACT_ROUNDS):
-            place = place - (self.cam_search.contact_error(witness_errors_at_places(place), place).angle - angle)
+            place = place - (
+                self.cam_search.tool_error_at_contact(witness_errors_at_places(place), place).angle - angle
+            )
         return self._passage_distance_and_errors(
             self._furthest_passage_place(float(place[0]), witness_errors_at_places), witness_errors_at_places
         )
@@ -593,11 +595,12 @@ class LevelPassages:
     level: float
     """Level of the tool, mm (rad)."""
 
-    def passage_range(self, angle: float, *, outward: bool) -> PassageRange:
+    def passage_range(self, nominal_angle: float, *, outward: bool) -> PassageRange:
         """Cam angles between which all cams pass the level that the nominal cam passes at ``angle`` [rad]."""
         first, last = (1.0, -1.0) if outward else (-1.0, 1.0)
         return PassageRange(
-            self._last_angle_of_any_passage(angle, -1.0, first), self._last_angle_of_any_passage(angle, 1.0, last)
+            self._last_angle_of_any_passage(nominal_angle, -1.0, first),
+            self._last_angle_of_any_passage(nominal_angle, 1.0, last),
         )
 
     def _last_angle_of_any_passage(self, angle: float, direction: float, side: float) -> float:

@@ -233,9 +233,9 @@ class ContactAhead:
     def contact_problem(self) -> Problem:
         return self.cam.contacts[self.number]
 
-    def follower_shift(self, ahead: SlopedInterval) -> Any:
+    def follower_shift(self, angle_ahead: SlopedInterval) -> Any:
         """Displacement that the contact gives the follower at the place ahead, less that of the motion at φ."""
-        motion = self.motion_ahead(ahead)
+        motion = self.motion_ahead(angle_ahead)
         return (
             motion.derivative_change_to_ahead(0)
             + self._contact_shift(motion, self._contact_motion(motion, 2), 0).follower_shift.terms[0]
@@ -255,17 +255,17 @@ class ContactAhead:
             self._contact_shift(ahead, motion, order), motion, derivative_change_between_contacts, jump, order
         )
 
-    def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
-        return MotionAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
+    def motion_ahead(self, angle_ahead: SlopedInterval) -> MotionAhead:
+        return MotionAhead(self.cam.problem.programme, self.place, angle_ahead, self.place.jumps_at_second_contact)
 
     def enclose_angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
         """Angle a from φ to the place that touches when the cam is turned ``cam_angle`` (b) beyond φ [rad]."""
         place = as_sloped_interval(0.0, cam_angle)
-        guess = cam_angle - self._further_cam_turn_by_errors(place)
+        guess = cam_angle - self._cam_turn_by_errors_at_place_ahead(place)
         most = FIRST_RANGE_FACTOR * (cam_angle.value.largest_magnitude + guess.value.largest_magnitude)
         place, inside = as_sloped_interval(Interval(-most, most), cam_angle), np.ones(most.shape, dtype=bool)
         for _ in range(CONTRACTIONS):  # each contracts the range by the ratio of the errors to the cam's size
-            turn = self._further_cam_turn_by_errors(place)
+            turn = self._cam_turn_by_errors_at_place_ahead(place)
             nearer = cam_angle - turn  # errors that both have in common nearly cancel
             inside &= (nearer.value.low >= place.value.low) & (nearer.value.high <= place.value.high)
             place = replace(
@@ -274,8 +274,8 @@ class ContactAhead:
         slope = 1.0 / (self._cam_turn_slope_by_place(turn) + 1.0)
         return apply_chain_rule(place.value, place.at, [(cam_angle, slope), (turn, slope * -1.0)])
 
-    def _further_cam_turn_by_errors(self, ahead: SlopedInterval) -> Any:
-        motion = self.motion_ahead(ahead)
+    def _cam_turn_by_errors_at_place_ahead(self, angle_ahead: SlopedInterval) -> Any:
+        motion = self.motion_ahead(angle_ahead)
         return self._contact_shift(motion, self._contact_motion(motion, 2), 0).cam_turn.terms[0]
 
     def _contact_shift(self, ahead: MotionAhead, motion: list[Any], order: int) -> ContactShiftSeries:
@@ -304,8 +304,8 @@ class ContactAhead:
 class RestingContact(ContactAhead):
     """A contact that touches the arc of a dwell at any place ahead."""
 
-    def motion_ahead(self, ahead: SlopedInterval) -> MotionAhead:
-        return DwellAhead(self.cam.problem.programme, self.place, ahead, self.place.jumps_at_second_contact)
+    def motion_ahead(self, angle_ahead: SlopedInterval) -> MotionAhead:
+        return DwellAhead(self.cam.problem.programme, self.place, angle_ahead, self.place.jumps_at_second_contact)
 
 
 def highest_order_tool_error(
@@ -389,7 +389,7 @@ class RealTrain:
 
     def train_derivative_change_by_errors(self, order: int) -> SlopedInterval:
         """Change Δ_k of the derivative of an order."""
-        (between, _, nominal_at, real_at), by_link = self._derivative_blocks
+        (between, _, nominal_at, real_at), by_link = self._derivatives_nominal_and_real
         parts = [
             (self.error, between[order + 1]),
             (self.nominal_position, self._derivative_change_range(order + 1)),
@@ -399,19 +399,19 @@ class RealTrain:
 
     def nominal_derivative(self, order: int) -> SlopedInterval:
         """Derivative of f at the nominal position."""
-        (_, nominal, nominal_at, _), _ = self._derivative_blocks
+        (_, nominal, nominal_at, _), _ = self._derivatives_nominal_and_real
         return apply_chain_rule(nominal[order], nominal_at[order], [(self.nominal_position, nominal[order + 1])])
 
     def _derivative_change_range(self, order: int) -> Interval:
         """Range of Δ_k, by the mean value theorem."""
-        (between, *_), by_link = self._derivative_blocks
+        (between, *_), by_link = self._derivatives_nominal_and_real
         change = between[order + 1] * range_of(self.error)
         for key, each in self.links.items():
             change = change + by_link[key][order] * range_of(each)
         return as_interval(change)
 
     @cached_property
-    def _derivative_blocks(self) -> "TrainDerivatives":
+    def _derivatives_nominal_and_real(self) -> "TrainDerivatives":
         """Derivatives of the train over four blocks.
 
         From the nominal to the real position, over the nominal position, at its point, and at the real point.

@@ -127,7 +127,7 @@ class LargestErrorSearch:
     @property
     def has_dwells(self) -> bool:
         """Whether the tool dwells."""
-        return bool(self._dwell_screens)
+        return bool(self._screens_by_dwell)
 
     def error_missed_by_search(self, cams: CamErrors, order: int) -> float:
         """Largest difference between a dense scan and the largest error found, over a sample of the cams."""
@@ -136,7 +136,7 @@ class LargestErrorSearch:
             self._motion_errors_of_block(sample, order).error,
             self.cam_angles_with_joint_sides(DENSE_FACTOR * SCREEN_NODES),
         )
-        exact = self._exact_error_function(order)
+        exact = self._exact_error_magnitude_function(order)
 
         def largest_errors_of_dense_scan(block: CamErrors) -> FloatArray:
             repeated = {key: np.repeat(each, places.size) for key, each in block.items()}
@@ -156,13 +156,13 @@ class LargestErrorSearch:
         sides = np.mod(np.add.outer([-2.0 * JUMP_SIDE, 2.0 * JUMP_SIDE], self._joints).ravel(), end)
         return np.unique(np.concatenate([even, sides]))
 
-    def _exact_error_function(self, order: int) -> ExactErrors:
+    def _exact_error_magnitude_function(self, order: int) -> ExactErrors:
         return lambda cams, places: np.abs(self.real_cam.motion_errors(cams, places, order))
 
     def _motion_errors_of_block(self, cams: CamErrors, order: int) -> LargestError:
-        screen, exact = self._turn_screens[order], self._exact_error_function(order)
+        screen, exact = self._turn_screens_by_order[order], self._exact_error_magnitude_function(order)
         largest = _largest_error_about_peak(exact, cams, screen, np.abs)
-        for place in self._angles_beside_jumps(order):
+        for place in self._angles_beside_jumps_up_to_order(order):
             at_jump = _exact_errors_at_places(exact, cams, np.full(largest.place.size, place))
             largest = _larger_errors(largest, at_jump)
         distance = np.abs(largest.place[:, None] - self._joints)
@@ -196,7 +196,7 @@ class LargestErrorSearch:
 
     def _dwell_changes_of_block(self, cams: CamErrors) -> FloatArray:
         position, changes = self.real_cam.tool_positions, np.zeros(count_cams(cams))
-        for screen in self._dwell_screens:
+        for screen in self._screens_by_dwell:
             if screen.is_response_constant:  # errors that do not turn with the cam
                 continue
             high = _largest_error_about_peak(position, cams, screen, np.positive)
@@ -204,7 +204,7 @@ class LargestErrorSearch:
             changes = np.maximum(changes, high.error + low.error)
         return changes
 
-    def _angles_beside_jumps(self, order: int) -> Iterator[float]:
+    def _angles_beside_jumps_up_to_order(self, order: int) -> Iterator[float]:
         """Both sides of each jump of the derivative of an order or a lower one [rad]: there it has an impulse."""
         turn = self.real_cam.problem.programme.strokes[-1].end
         for jump in self.real_cam.problem.programme.jumps:
@@ -212,7 +212,7 @@ class LargestErrorSearch:
                 yield from (float(np.mod(jump.at + side * JUMP_SIDE, turn)) for side in (-1.0, 1.0))
 
     @cached_property
-    def _turn_screens(self) -> list[FirstOrderScreen]:
+    def _turn_screens_by_order(self) -> list[FirstOrderScreen]:
         """One screen for each order."""
         places = self.cam_angles_with_joint_sides(SCREEN_NODES)
         responses = self._motion_responses(places)
@@ -221,7 +221,7 @@ class LargestErrorSearch:
         ]
 
     @cached_property
-    def _dwell_screens(self) -> list[FirstOrderScreen]:
+    def _screens_by_dwell(self) -> list[FirstOrderScreen]:
         """One screen for each dwell of the tool."""
         screens = []
         for stroke in self.real_cam.problem.programme.tool.dwells:
@@ -351,7 +351,7 @@ def _correlate_with_batch(shares: FloatArray, batch_shares: FloatArray, shared_v
     )
 
 
-def mean_errors_of_part_batches(tolerance: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
+def batch_mean_errors_at_quantiles(tolerance: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
     """Mean error of the parts of a batch less the mean of all batches, at evenly spaced quantiles of batches."""
     z = scipy.special.ndtri((np.arange(BATCH_GRID) + 0.5) / BATCH_GRID)
     z = z / np.std(z)
@@ -396,7 +396,7 @@ def exceed_tolerances(errors: CamErrors, error_ranges: Mapping[str, tuple[float,
     return outside
 
 
-def real_error_parts(errors: CamErrors) -> SampledErrors:
+def real_error_parts_in_mm_and_deg(errors: CamErrors) -> SampledErrors:
     """Errors as real numbers by key and part, as ``bore_eccentricity.x``: mm, angles in deg."""
     real: SampledErrors = {}
     for key, value in errors.items():

@@ -72,7 +72,7 @@ def direction_key(key: str) -> str:
     return key.replace("profile", WAVE_PHASE) if key.startswith("profile") else f"{key}_way"
 
 
-def flat_errors(errors: Errors) -> dict[str, Any]:
+def flat_from_polar_errors(errors: Errors) -> dict[str, Any]:
     """Polar errors in flat form: x under the key of the error, y under the key of its direction."""
     flat = dict(errors)
     for key in errors:
@@ -81,7 +81,7 @@ def flat_errors(errors: Errors) -> dict[str, Any]:
     return flat
 
 
-def polar_errors(errors: Errors, error_ranges_by_key: Errors) -> dict[str, Any]:
+def polar_from_flat_errors(errors: Errors, error_ranges_by_key: Errors) -> dict[str, Any]:
     """Flat errors in polar form: length and direction for the keys of ``error_ranges_by_key``."""
     polar = {key: errors[key] for key in error_ranges_by_key}
     for key in error_ranges_by_key:
@@ -90,7 +90,7 @@ def polar_errors(errors: Errors, error_ranges_by_key: Errors) -> dict[str, Any]:
     return polar
 
 
-def turn_vector_error(errors: Errors, key: str, angle: Any) -> dict[str, Any]:
+def with_turned_vector_error(errors: Errors, key: str, angle: Any) -> dict[str, Any]:
     """Flat errors, with that of one key turned anticlockwise by an angle (rad) if it has a direction."""
     if (way := direction_key(key)) not in errors:
         return dict(errors)
@@ -98,7 +98,7 @@ def turn_vector_error(errors: Errors, key: str, angle: Any) -> dict[str, Any]:
     return {**errors, key: x * cosine - y * sine, way: x * sine + y * cosine}
 
 
-def contact_errors(errors: Errors) -> ContactErrors:
+def contact_errors_from_flat_errors(errors: Errors) -> ContactErrors:
     """Errors of cam and follower as the contact formulas take them, from flat errors."""
     sizes = {FIELDS[k.partition(".")[2]]: each for k, each in errors.items() if k.startswith("follower.")}
     out = errors.get("profile", 0.0) + sizes.pop("roller_radius", 0.0)
@@ -123,7 +123,7 @@ def contact_problems(problem: Problem) -> tuple[Problem, ...]:
     return replace(problem, setup=setup, programme=programme).contact_problems
 
 
-def turns_oppositely_at_second_contact(problem: Problem) -> bool:
+def reverses_cam_at_second_contact(problem: Problem) -> bool:
     """Whether the cam turns in the opposite sense at the second contact: a mirror image along the cam's axis."""
     (further,) = problem.setup.mechanism.further_contacts
     return bool(further.local_designs(problem.design).sense != problem.design.sense)
@@ -136,7 +136,7 @@ def errors_at_contact(problem: Problem, contact_number: int, errors: Mapping[str
     """
     if not problem.setup.mechanism.further_contacts:
         return dict(errors)
-    at_contact, mirrored = dict[str, Any](), bool(contact_number) and turns_oppositely_at_second_contact(problem)
+    at_contact, mirrored = dict[str, Any](), bool(contact_number) and reverses_cam_at_second_contact(problem)
     for key, value in errors.items():
         if key == BORE:
             at_contact[key] = np.conj(value) if mirrored and BORE_DIRECTION not in errors else value

@@ -330,12 +330,12 @@ class ToleranceBox:
         if limit.is_decided_by_motion_alone and not self._depends_on_train(limit):
             return worst, 0.0
         question = limit.quantities, worst.value  # two limits may bound one quantity
-        if question not in self._proven_gaps:
-            self._proven_gaps[question] = self._prove_gap(limit, worst)
-        return self._proven_gaps[question]
+        if question not in self._proven_gaps_by_worst_value:
+            self._proven_gaps_by_worst_value[question] = self._prove_gap(limit, worst)
+        return self._proven_gaps_by_worst_value[question]
 
     @cached_property
-    def _proven_gaps(self) -> dict[tuple[tuple[str, ...], float], tuple[TriedCam, float | None]]:
+    def _proven_gaps_by_worst_value(self) -> dict[tuple[tuple[str, ...], float], tuple[TriedCam, float | None]]:
         """Worst cams and proven gaps so far, by quantities and worst value of the tried cams."""
         return {}
 
@@ -458,16 +458,16 @@ class LimitsByNumber:
         nominal = self.problem.design.values
         others = {name: each for name, each in designs.values.items() if name != self.field}
         if all(np.all(each == nominal[name]) for name, each in others.items()):
-            return select_designs(self._block_of_own_and_huge_number, np.zeros(len(designs), dtype=int))
+            return select_designs(self._block_of_nominal_and_huge_number, np.zeros(len(designs), dtype=int))
         return EvaluationBlock(self.problem.setup, self.problem.programme, designs)
 
     @cached_property
     def _quantities_depending_on_number(self) -> frozenset[str]:
         """Quantities at each contact that depend on the number."""
-        return quantities_that_differ_by_design(self._block_of_own_and_huge_number)
+        return quantities_that_differ_by_design(self._block_of_nominal_and_huge_number)
 
     @cached_property
-    def _block_of_own_and_huge_number(self) -> EvaluationBlock:
+    def _block_of_nominal_and_huge_number(self) -> EvaluationBlock:
         """The nominal design with the number's own value and with a very large one, evaluated."""
         design = self.problem.design
         (value,) = design.values[self.field]

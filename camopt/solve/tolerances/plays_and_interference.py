@@ -44,7 +44,7 @@ from camopt.solve.tolerances.response import (
     SeparationRange,
     SeparationResponse,
     ToolResponse,
-    largest_separation_rate,
+    largest_separation_slope_at_angles,
     separation_range,
     separation_responses_by_tolerance,
 )
@@ -150,7 +150,7 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
         preload = stiffness * interference / unit
         yield Play("preload", "N·m" if problem.setup.angular else "N", preload, min(products), max(products))
         most = (stiffness + zone.upper) * np.maximum(ends[1] - high + unit * separation.high, 0.0) / unit
-        torque = float((most * largest_separation_rate(turn.scene, problem, turn.nodes)).max())
+        torque = float((most * largest_separation_slope_at_angles(turn.scene, problem, turn.nodes)).max())
         torque *= 1.0 if problem.setup.angular else 1e-3
         yield Play(TORQUE_NAME, "N·m", 0.0, -torque, torque)
 

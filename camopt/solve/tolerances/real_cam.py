@@ -1,9 +1,10 @@
 """Real cams: exact contact of a cam with errors, and the resulting error of its tool.
 
 A nominal cam touches its follower with the point φ at the cam angle φ. A cam with errors touches with this point at
-θ = φ + τ, and its follower stands at y(φ) + m (``mechanisms.contact_errors``). Both τ and m are series in φ, so the
-velocity there is (y' + m')/(1 + τ'). A prime is the derivative by φ, and d_k = y⁽ᵏ⁾(θ) − y⁽ᵏ⁾(φ) the change of the
-programmed motion from φ to θ. The errors at the cam angle θ, and their derivatives by θ, are
+θ = φ + τ, and its follower stands at y(φ) + m (``mechanisms.contact_errors_from_flat_errors``). Both τ and m are
+series in φ, so the velocity there is (y' + m')/(1 + τ'). A prime is the derivative by φ, and d_k = y⁽ᵏ⁾(θ) −
+y⁽ᵏ⁾(φ) the change of the programmed motion from φ to θ. The errors at the cam angle θ, and their derivatives by θ,
+are
 
     δ = m − d₀,    δ' = (m' − τ'·y'(θ) − d₁)/(1 + τ')
     δ'' = (m'' − τ''·(y'(θ) + δ') − τ'·(2 + τ')·y''(θ) − d₂)/(1 + τ')²
@@ -49,11 +50,11 @@ from camopt.solve.tolerances.errors import (
     WAVE_PHASE,
     CamErrors,
     Errors,
-    contact_errors,
+    contact_errors_from_flat_errors,
     contact_problems,
     direction_key,
     errors_at_contact,
-    turn_vector_error,
+    with_turned_vector_error,
 )
 
 CONTACT_ROUNDS = 3
@@ -129,7 +130,7 @@ class RealCam:
         }
         if WAVE_PHASE in errors:
             constant["profile"] = _profile_wave_series(errors, self.waves, order)
-        at_contact = contact_errors(constant)
+        at_contact = contact_errors_from_flat_errors(constant)
         if BORE in errors and not self.is_developed:
             at_contact = at_contact._replace(bore=_profile_eccentricity_in_ground_frame(errors, sense, order))
         rest = mechanism.shifted_contact(design, problem.programme.lift, y, slope, at_contact)
@@ -138,8 +139,14 @@ class RealCam:
             turn = _cam_turn_with_bore_along_surface(turn, errors, design)
         return ContactShiftSeries(shift, turn - errors.get("phase", 0.0))
 
-    def contact_error(
-        self, errors: Errors, places: FloatArray, order: int = 0, *, jumps: bool = True, fixed: bool = False
+    def tool_error_at_contact(
+        self,
+        errors: Errors,
+        places: FloatArray,
+        order: int = 0,
+        *,
+        include_jumps: bool = True,
+        errors_in_cam_frame: bool = False,
     ) -> ContactError:
         """Contact of cams with the points ``places`` of their profiles (rad), and the error of the tool there.
 
@@ -148,21 +155,33 @@ class RealCam:
         contact is taken where that contact touches. A cam that touches before a jump of y'' instead of after it, or
         the other way round, has the jump as its error, unless ``jumps`` is False.
         """
-        contact = self.follower_contact(errors, places, order, jumps=jumps, fixed=fixed)
-        return self.highest_order_error_at_tool(errors, places + contact.cam_turn, contact.errors)
+        contact = self.cam_turn_and_follower_errors(
+            errors, places, order, include_jumps=include_jumps, errors_in_cam_frame=errors_in_cam_frame
+        )
+        return self.tool_error_of_highest_order(errors, places + contact.cam_turn, contact.errors)
 
-    def follower_contact(
-        self, errors: Errors, places: FloatArray, order: int = 0, *, jumps: bool = True, fixed: bool = False
+    def cam_turn_and_follower_errors(
+        self,
+        errors: Errors,
+        places: FloatArray,
+        order: int = 0,
+        *,
+        include_jumps: bool = True,
+        errors_in_cam_frame: bool = False,
     ) -> FollowerContact:
-        """As ``contact_error``, with the errors of the follower in the middle of its contacts."""
+        """As ``tool_error_at_contact``, with the errors of the follower in the middle of its contacts."""
         first = self._single_contact_at_places(
-            0, self.contact_errors_with_turned_bore(0, errors), places, order, jumps
+            0, self.contact_errors_with_turned_bore(0, errors), places, order, include_jumps
         )
         if len(self.contacts) == 1:
             return first
-        ahead = self.second_contact_lead(errors, places, first.cam_turn, fixed=fixed)
+        ahead = self.second_contact_lead(errors, places, first.cam_turn, errors_in_cam_frame=errors_in_cam_frame)
         second = self._single_contact_at_places(
-            1, self.contact_errors_with_turned_bore(1, errors, ahead, fixed=fixed), places + ahead, order, jumps
+            1,
+            self.contact_errors_with_turned_bore(1, errors, ahead, errors_in_cam_frame=errors_in_cam_frame),
+            places + ahead,
+            order,
+            include_jumps,
         )
         both = zip(first.errors, second.errors, strict=True)
         return FollowerContact(
@@ -170,24 +189,27 @@ class RealCam:
         )
 
     def second_contact_lead(
-        self, errors: Errors, places: FloatArray, first_cam_turns: FloatArray, *, fixed: bool = False
+        self, errors: Errors, places: FloatArray, first_cam_turns: FloatArray, *, errors_in_cam_frame: bool = False
     ) -> FloatArray:
         """Lead a of the second contact's point over that of the first [rad]."""
         ahead = np.zeros_like(first_cam_turns)
         for _ in range(CONTACT_ROUNDS):
-            ahead = first_cam_turns - self.cam_turn_angles_at_contact(errors, places, 1, ahead, fixed=fixed)
+            ahead = first_cam_turns - self.cam_turn_angles_at_contact(
+                errors, places, 1, ahead, errors_in_cam_frame=errors_in_cam_frame
+            )
         return ahead
 
-    def highest_order_error_at_tool(
-        self, errors: Errors, angles: FloatArray, derivatives: Sequence[FloatArray]
+    def tool_error_of_highest_order(
+        self, errors: Errors, angles: FloatArray, follower_error_derivatives: Sequence[FloatArray]
     ) -> ContactError:
         """Error of the tool of the last order, from the follower's errors of all orders at cam angles (rad)."""
-        train, order = self.problem.setup.train, len(derivatives) - 1
+        train, order = self.problem.setup.train, len(follower_error_derivatives) - 1
         if train is None:
-            return ContactError(angles, derivatives[-1])
+            return ContactError(angles, follower_error_derivatives[-1])
         y = self.problem.programme.motion_at(self.angles_in_turn(angles), order)
         delta, nominal = (
-            Taylor([e / part for e, part in zip(each, TERM_FACTORIALS, strict=False)]) for each in (derivatives, y)
+            Taylor([e / part for e, part in zip(each, TERM_FACTORIALS, strict=False)])
+            for each in (follower_error_derivatives, y)
         )
         nominal = nominal + follower_offset_in_train(self.problem)
         error = self.problem.train_with_errors(errors).tool_displacement(nominal + delta) - train.tool_displacement(
@@ -204,11 +226,15 @@ class RealCam:
 
         ``places`` has one point (rad) for each cam, at whose contact the error is taken.
         """
-        return self.contact_error(self.flat_errors_in_ground_frame(errors, places), places, order, fixed=True).error
+        return self.tool_error_at_contact(
+            self.flat_errors_in_ground_frame(errors, places), places, order, errors_in_cam_frame=True
+        ).error
 
     def tool_positions(self, errors: CamErrors, places: FloatArray) -> FloatArray:
         """Position of the tool above its lowest, when cams touch with places, mm (rad)."""
-        contact = self.contact_error(self.flat_errors_in_ground_frame(errors, places), places, fixed=True)
+        contact = self.tool_error_at_contact(
+            self.flat_errors_in_ground_frame(errors, places), places, errors_in_cam_frame=True
+        )
         return np.asarray(
             self.problem.programme.tool.motion_at(self.angles_in_turn(contact.angle), 0)[0] + contact.error
         )
@@ -245,34 +271,44 @@ class RealCam:
         return flat
 
     def cam_turn_angles_at_contact(
-        self, errors: Errors, places: FloatArray, number: int = 0, ahead: Any = 0.0, *, fixed: bool = False
+        self,
+        errors: Errors,
+        places: FloatArray,
+        contact_number: int = 0,
+        angle_ahead: Any = 0.0,
+        *,
+        errors_in_cam_frame: bool = False,
     ) -> FloatArray:
         """τ of a contact that touches with the points ``places + ahead`` [rad]."""
         local, programme = (
-            self.contact_errors_with_turned_bore(number, errors, ahead, fixed=fixed),
-            self.contacts[number].programme,
+            self.contact_errors_with_turned_bore(
+                contact_number, errors, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
+            ),
+            self.contacts[contact_number].programme,
         )
-        motion = [*programme.motion_at(self.angles_in_turn(places + ahead), 1)]
-        shift = self.contact_shift(number, self.contacts[number].design, local, motion, 0)
+        motion = [*programme.motion_at(self.angles_in_turn(places + angle_ahead), 1)]
+        shift = self.contact_shift(contact_number, self.contacts[contact_number].design, local, motion, 0)
         return np.asarray(shift.cam_turn.terms[0] + np.zeros_like(places))
 
     def contact_errors_with_turned_bore(
-        self, number: int, errors: Errors, ahead: Any = 0.0, *, fixed: bool = False
+        self, contact_number: int, errors: Errors, angle_ahead: Any = 0.0, *, errors_in_cam_frame: bool = False
     ) -> dict[str, Any]:
         """Errors at a contact that touches ``ahead`` (rad) of the first, with the bore's axis as it is then."""
-        local = errors_at_contact(self.problem, number, errors)
+        local = errors_at_contact(self.problem, contact_number, errors)
         if not self.is_developed:
-            local = turn_vector_error(local, BORE, ahead * self.contacts[number].design.sense)
-        return turn_vector_error(local, "profile", ahead * self.waves) if fixed else local
+            local = with_turned_vector_error(local, BORE, angle_ahead * self.contacts[contact_number].design.sense)
+        return (
+            with_turned_vector_error(local, "profile", angle_ahead * self.waves) if errors_in_cam_frame else local
+        )
 
     def _single_contact_at_places(
-        self, number: int, errors: Errors, places: FloatArray, order: int = 0, jumps: bool = True
+        self, contact_number: int, errors: Errors, places: FloatArray, order: int = 0, include_jumps: bool = True
     ) -> FollowerContact:
         """One contact with the points that its nominal follower touches at the cam angles ``places`` (rad)."""
-        problem, base = self.contacts[number], self.angles_in_turn(places)
+        problem, base = self.contacts[contact_number], self.angles_in_turn(places)
         programme = problem.programme
         motion = [*programme.motion_at(base, order + 1)]
-        shift = self.contact_shift(number, problem.design, errors, motion, order)
+        shift = self.contact_shift(contact_number, problem.design, errors, motion, order)
         cam_turn = shift.cam_turn.terms[0] + np.zeros_like(base)
         at_contact, passed = programme.motion_at(self.angles_in_turn(base + cam_turn), order), np.zeros_like(base)
         turn = programme.strokes[-1].end
@@ -283,12 +319,18 @@ class RealCam:
         def derivative_change_at_contact(k: int) -> FloatArray:
             return np.asarray(at_contact[k] - motion[k] - (passed if k == 2 else 0.0))
 
-        deltas = follower_errors(shift, motion, derivative_change_at_contact, passed if jumps else 0.0, order)
+        deltas = follower_errors(
+            shift, motion, derivative_change_at_contact, passed if include_jumps else 0.0, order
+        )
         return FollowerContact(cam_turn, [each + np.zeros_like(base) for each in deltas])
 
 
 def follower_errors(
-    shift: ContactShiftSeries, motion: Sequence[Any], derivative_change: Callable[[int], Any], jump: Any, order: int
+    shift: ContactShiftSeries,
+    motion: Sequence[Any],
+    derivative_change: Callable[[int], Any],
+    acceleration_jump: Any,
+    order: int,
 ) -> list[Any]:
     """δ and its derivatives by the cam angle θ, up to an order.
 
@@ -302,7 +344,7 @@ def follower_errors(
     errors.append((m.terms[1] - t.terms[1] * velocity - derivative_change(1)) / rate)
     if order == 1:
         return errors
-    d2 = derivative_change(2) + jump
+    d2 = derivative_change(2) + acceleration_jump
     bend = (velocity + errors[1]) * t.terms[2] * 2.0 + t.terms[1] * (t.terms[1] + 2.0) * (motion[2] + d2)
     return [*errors, (m.terms[2] * 2.0 - bend - d2) / np.square(rate)]
 

@@ -49,7 +49,7 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import number_zones, zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import BORE, contact_problems, turns_oppositely_at_second_contact
+from camopt.solve.tolerances.errors import BORE, contact_problems, reverses_cam_at_second_contact
 
 BASE_RADII = "cam.base_radius", "drive.base_radius"
 BASE_RADIUS_STEP = 1e-6
@@ -174,7 +174,7 @@ class PairResponse:
         sign = second_contact_motion_error_sign(self.problem.setup.mechanism)
         return (x, sign * across), (
             y,
-            -sign * up if turns_oppositely_at_second_contact(self.problem) else sign * up,
+            -sign * up if reverses_cam_at_second_contact(self.problem) else sign * up,
         )
 
     @property
@@ -317,7 +317,7 @@ def separation_responses_by_tolerance(
             yield SeparationResponse(key, np.full((1, angles.size), slope), zone.lower, zone.upper)
 
 
-def largest_separation_rate(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
+def largest_separation_slope_at_angles(scene: Scene, problem: Problem, angles: FloatArray) -> FloatArray:
     """Largest |s'| at each cam angle over all cams within the tolerances, to first order [mm/rad or rad/rad].
 
     Infinite for a profile without a limit of its waves.

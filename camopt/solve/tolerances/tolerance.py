@@ -473,7 +473,7 @@ def _first_order_motion_error(turn: TurnErrors, order: int) -> MotionError:
         return MotionError(
             MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {}
         )
-    if unbounded := turn.unbounded_tolerances(order):
+    if unbounded := turn.angles_of_unbounded_tolerances(order):
         return _infinite_error(turn, order, unbounded)
     unit, worst_at, band_at = (
         motion_unit_factor(turn.problem.setup, order),
@@ -491,13 +491,13 @@ def _first_order_motion_error(turn: TurnErrors, order: int) -> MotionError:
         degrees(worst_at),
         unit * float(root_sum_square_magnitude(at_band, order)[0]),
         degrees(band_at),
-        _values_by_key(at_worst, shares),
-        _values_by_key(at_band, parts / (parts.sum() or 1.0)),
+        _values_by_contribution_key(at_worst, shares),
+        _values_by_contribution_key(at_band, parts / (parts.sum() or 1.0)),
     )
 
 
 def _infinite_error(turn: TurnErrors, order: int, unbounded_tolerances: dict[str, float | None]) -> MotionError:
-    """An infinite error, with the tolerances ``unbounded_tolerances`` that cause it."""
+    """An infinite error, with the tolerances ``angles_of_unbounded_tolerances`` that cause it."""
     at = next((degrees(angle) for angle in unbounded_tolerances.values() if angle is not None), None)
     largest = {
         each.key: motion_unit_factor(turn.problem.setup, order) * float(worst_case_magnitude([each], order).max())
@@ -510,7 +510,7 @@ def _infinite_error(turn: TurnErrors, order: int, unbounded_tolerances: dict[str
     )
 
 
-def _values_by_key(contributions: list[Contribution], values: FloatArray) -> dict[str, float]:
+def _values_by_contribution_key(contributions: list[Contribution], values: FloatArray) -> dict[str, float]:
     return {each.key: float(value) for each, value in zip(contributions, values, strict=True)}
 
 

@@ -30,7 +30,7 @@ from camopt.scene.problem.tolerance_zones import zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
-from camopt.solve.tolerances.error_samples import mean_errors_of_part_batches
+from camopt.solve.tolerances.error_samples import batch_mean_errors_at_quantiles
 from camopt.solve.tolerances.response import PairResponse, ToolResponse
 
 MOTION_NAMES = ("displacement", "velocity", "acceleration")
@@ -65,7 +65,7 @@ class Contribution(NamedTuple):
     """Response of the motion to an error of 1, for errors that may belong to a batch."""
     batch: str | None = None
     batch_means: FloatArray = np.zeros(1)
-    """Mean errors of batches (``error_samples.mean_errors_of_part_batches``)."""
+    """Mean errors of batches (``error_samples.batch_mean_errors_at_quantiles``)."""
     beyond_zone: tuple[FloatArray, FloatArray] = (np.zeros((RESPONSE_ORDERS, 1)), np.zeros((RESPONSE_ORDERS, 1)))
     """Distance of the furthest parts below ``lower`` and above ``upper``."""
 
@@ -131,7 +131,7 @@ def _with_means_of_part_batches(
         return contribution
     unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
     return contribution._replace(
-        batch=tolerance.batch, batch_means=mean_errors_of_part_batches(tolerance, zone, unit)
+        batch=tolerance.batch, batch_means=batch_mean_errors_at_quantiles(tolerance, zone, unit)
     )
 
 
@@ -251,7 +251,7 @@ class TurnErrors:
         """Cam angle of the largest total error of a bounded order [rad]."""
         return angle_of_largest_value(self.nodes, lambda angles: total(self.contributions_at(angles), order))
 
-    def unbounded_tolerances(self, order: int) -> dict[str, float | None]:
+    def angles_of_unbounded_tolerances(self, order: int) -> dict[str, float | None]:
         """Tolerances whose contribution to an order is infinite, with the first cam angle at which it is [rad].
 
         None instead of an angle if the contribution is infinite everywhere.

@@ -54,9 +54,9 @@ from camopt.solve.tolerances.errors import (
     Errors,
     direction_key,
     error_ranges_at_all_contacts,
-    flat_errors,
+    flat_from_polar_errors,
     is_direction,
-    polar_errors,
+    polar_from_flat_errors,
 )
 from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactError, RealCam, follower_errors
 from camopt.solve.tolerances.turn_errors import TurnErrors, angle_of_largest_value
@@ -214,7 +214,7 @@ class WorstSearch:
 
     def _make_worst_case(self, worst: CandidateCam, bound: float, unproved: str) -> WorstCase:
         unit, (errors, place, error) = motion_unit_factor(self.problem.setup, self.order), worst
-        angle = float(self.contact_error(errors, np.array([place])).angle[0])
+        angle = float(self.tool_error_at_contact(errors, np.array([place])).angle[0])
         at = degrees(float(self.cam.angles_in_turn(np.array([angle]))[0]))
         return WorstCase(unit * bound, unit * error, at, self.errors_in_mm_and_deg(errors, place, angle), unproved)
 
@@ -253,7 +253,7 @@ class WorstSearch:
             tool_motion_error_at_contact_maker(self.cam, self.order), self.largest_early_or_late_angle
         )
         parts, bound = (
-            search.split_at_jumps(whole_panel_parts(self.problem, self.box)),
+            search.split_at_reach_of_jumps(whole_panel_parts(self.problem, self.box)),
             ProvedBound(-inf, reached_value),
         )
         cases = [*self.jump_cases]
@@ -268,16 +268,16 @@ class WorstSearch:
                 break
         return bound
 
-    def bound_search(self, quantity: BoundedQuantity, reach: float = 0.0) -> BoundSearch:
+    def bound_search(self, quantity: BoundedQuantity, jump_reach: float = 0.0) -> BoundSearch:
         """Search for the bound of a quantity over all cams."""
-        return BoundSearch(self.problem, quantity, self.error_ranges, self.box, jumps=self.jumps, reach=reach)
+        return BoundSearch(self.problem, quantity, self.error_ranges, self.box, jumps=self.jumps, reach=jump_reach)
 
     @property
     def jump_cases(self) -> Iterable[JumpCase]:
         """Cases of jumps already passed or not, proved one after the other for parts near jumps."""
         if len(self.cam.contacts) == 1:
             return [(None, None)]
-        return product((False, True) if self._jumps_counted_for_two_contacts else (None,), (False, True))
+        return product((False, True) if self._acceleration_jumps_of_two_contacts else (None,), (False, True))
 
     @cached_property
     def box(self) -> NumberRanges:
@@ -293,7 +293,7 @@ class WorstSearch:
         return tuple(each for order in orders for each in find_jumps(self.problem.programme, (order,)))
 
     @cached_property
-    def _jumps_counted_for_two_contacts(self) -> list[Jump]:
+    def _acceleration_jumps_of_two_contacts(self) -> list[Jump]:
         """Jumps of y'' that two contacts have as an error of the acceleration."""
         two = len(self.cam.contacts) > 1
         return [jump for jump in self.jumps if jump.order == self.order == 2 and two]
@@ -312,12 +312,16 @@ class WorstSearch:
             angles = [proof.enclose_quantity_times_side(parts).value.largest_magnitude.max() for proof in proofs]
         return (1.0 + LENGTH_ROUNDING) * float(max(angles))
 
-    def contact_error(self, errors: Errors, angles: FloatArray, *, jumps: bool = True) -> ContactError:
+    def tool_error_at_contact(
+        self, errors: Errors, angles: FloatArray, *, include_jumps: bool = True
+    ) -> ContactError:
         """Contact of cams with the places ``angles`` (rad), and their errors of this order, from polar errors.
 
         Without ``jumps``, the jumps of y'' between place and cam angle do not count.
         """
-        return self.cam.contact_error(flat_errors(errors), angles, self.order, jumps=jumps)
+        return self.cam.tool_error_at_contact(
+            flat_from_polar_errors(errors), angles, self.order, include_jumps=include_jumps
+        )
 
     def errors_of_nearly_worst_cam(self) -> dict[str, float]:
         """Errors of the worst cam, or nearly so, at the worst cam angle; most of them are at their ends.
@@ -329,7 +333,7 @@ class WorstSearch:
         if self.jumps:
             cams += [self._extreme_cam_at_jump(side, weight) for side in (1.0, -1.0) for weight in DELAY_WEIGHTS]
         usual = self._worsen_errors_one_at_a_time(max(cams, key=lambda cam: cam.error))
-        if not self._jumps_counted_for_two_contacts:
+        if not self._acceleration_jumps_of_two_contacts:
             return usual
         starts = {side: self._extreme_cam_at_jump(side, 0.0) for side in (1.0, -1.0)}
         between = [
@@ -377,10 +381,10 @@ class WorstSearch:
 
     def _worst_cam_on_line_between(self, first_cam: CandidateCam, second_cam: CandidateCam) -> CandidateCam:
         """The worst cam on the straight line between the errors of two cams, beside a jump."""
-        ends, low, high = [flat_errors(each.errors) for each in (first_cam, second_cam)], 0.0, 1.0
+        ends, low, high = [flat_from_polar_errors(each.errors) for each in (first_cam, second_cam)], 0.0, 1.0
         for _ in range(CAM_ZOOMS):
             shares = np.linspace(low, high, CAMS_BETWEEN)
-            errors = polar_errors(
+            errors = polar_from_flat_errors(
                 {key: (1.0 - shares) * ends[0][key] + shares * ends[1][key] for key in ends[0]}, self.error_ranges
             )
             places = self._contact_places_beside_jumps(errors)
@@ -394,16 +398,19 @@ class WorstSearch:
 
     def _contact_places_beside_jumps(self, errors: Mapping[str, FloatArray]) -> FloatArray:
         """Places just before and after each place where a jump starts or stops to act, shape (places, cams)."""
-        count, jumps = len(next(iter(errors.values()))), [jump.at for jump in self._jumps_counted_for_two_contacts]
+        count, jumps = (
+            len(next(iter(errors.values()))),
+            [jump.at for jump in self._acceleration_jumps_of_two_contacts],
+        )
         repeated, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
-        places = np.reshape([at, *self._first_places_when_each_touches(repeated, at)], (-1, count))
+        places = np.reshape([at, *self._places_as_each_contact_touches(repeated, at)], (-1, count))
         return self.cam.angles_in_turn(np.concatenate([places - JUMP_SIDE_DISTANCE, places + JUMP_SIDE_DISTANCE]))
 
-    def _first_places_when_each_touches(
+    def _places_as_each_contact_touches(
         self, errors: Mapping[str, FloatArray], angles: FloatArray
     ) -> list[FloatArray]:
         """Places of the first contact when it touches at cam angles, and when the second touches at that place."""
-        flat, places = flat_errors(errors), [angles, angles]
+        flat, places = flat_from_polar_errors(errors), [angles, angles]
         for _ in range(CONTACT_ROUNDS):
             turns = [self.cam.cam_turn_angles_at_contact(flat, each) for each in places]
             places = [angles - turns[0], angles - self.cam.second_contact_lead(flat, places[1], turns[1])]
@@ -438,21 +445,21 @@ class WorstSearch:
         """Movement of the tool to a side by each cam, plus its weighted delay in units of the last cam's delay."""
         errors = {key: np.repeat([cam.get(key, 0.0) for cam in cams], angles.size) for key in self.error_ranges}
         places = np.tile(angles, len(cams))
-        contact = self._contact_error_or_raise(errors, places, jumps=False)
+        contact = self._tool_error_at_contact_or_raise(errors, places, include_jumps=False)
         error, delay = (each.reshape(len(cams), -1) for each in (contact.error, contact.angle - places))
         weight = np.abs(error[-1]) / np.maximum(np.abs(delay[-1]), JUMP_SIDE)
         return np.asarray(side * error + delay_weight * weight * delay)
 
     def motion_errors(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
         """Errors of the motion of cams that touch with the places ``angles`` (rad)."""
-        return self._contact_error_or_raise(errors, angles).error
+        return self._tool_error_at_contact_or_raise(errors, angles).error
 
-    def _contact_error_or_raise(
-        self, errors: Mapping[str, Any], angles: FloatArray, *, jumps: bool = True
+    def _tool_error_at_contact_or_raise(
+        self, errors: Mapping[str, Any], angles: FloatArray, *, include_jumps: bool = True
     ) -> ContactError:
-        """As ``contact_error``; raises FloatingPointError if a follower does not touch its cam."""
+        """As ``tool_error_at_contact``; raises FloatingPointError if a follower does not touch its cam."""
         with np.errstate(invalid="ignore"):
-            contact = self.contact_error(errors, angles, jumps=jumps)
+            contact = self.tool_error_at_contact(errors, angles, include_jumps=include_jumps)
         if not np.isfinite(contact.error).all():
             raise FloatingPointError
         return contact
@@ -493,7 +500,7 @@ class WorstSearch:
         """Place on its profile (rad) at which a cam has its largest error, and that error."""
         angle = angle_of_largest_value(self.turn.nodes, lambda angles: np.abs(self.motion_errors(errors, angles)))
         usual = angle, float(self.motion_errors(errors, np.array([angle]))[0])
-        if not self._jumps_counted_for_two_contacts:
+        if not self._acceleration_jumps_of_two_contacts:
             return usual
         places = self._contact_places_beside_jumps({key: np.array([each]) for key, each in errors.items()}).ravel()
         at_jumps = self.motion_errors({key: np.full(places.size, each) for key, each in errors.items()}, places)
@@ -521,7 +528,7 @@ class WorstSearch:
         """Place of the profile (rad) at which a key's error acts when the first contact is at ``angle``."""
         if not key.endswith(SECOND_CONTACT_SUFFIX):
             return angle
-        at, flat = np.array([angle]), flat_errors(errors)
+        at, flat = np.array([angle]), flat_from_polar_errors(errors)
         return angle + float(
             self.cam.second_contact_lead(flat, at, self.cam.cam_turn_angles_at_contact(flat, at))[0]
         )

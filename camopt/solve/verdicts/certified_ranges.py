@@ -28,7 +28,7 @@ FURTHEST_SHARE, RANGE_BISECTIONS = 1e9, 60
 END_SHARE = 1e-2  # relative error of a proved bound's distance from an undecided one
 
 
-def rows_with_certified_quantities(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
+def certify_inaccurate_quantities(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
     """Rows with proved numbers where the search was less exact than the scene asks, if only few designs need it."""
     accuracy = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)

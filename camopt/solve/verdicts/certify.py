@@ -238,12 +238,12 @@ def _condition_verdict(condition: Condition, stroke: Stroke) -> str:
 
 
 def _condition_verdict_over_panel_parts(
-    condition: Condition, alone: Programme, panels: IntArray, start: FloatArray, end: FloatArray
+    condition: Condition, stroke_programme: Programme, panels: IntArray, start: FloatArray, end: FloatArray
 ) -> str:
     """Verdict on a condition over parts of panels: whether its derivative stays within the range."""
-    order, place = condition.order, part_middles_and_angle_intervals(alone.table, panels, start, end)
-    derivative = derivative_intervals_over_parts(alone.table, panels, *place, 4)[order]
-    least, most = weighted_derivative_range(alone, (0.0,) * order + (1.0,), ALL_STROKES)
+    order, place = condition.order, part_middles_and_angle_intervals(stroke_programme.table, panels, start, end)
+    derivative = derivative_intervals_over_parts(stroke_programme.table, panels, *place, 4)[order]
+    least, most = weighted_derivative_range(stroke_programme, (0.0,) * order + (1.0,), ALL_STROKES)
     room = SOLVER_TOLERANCE[order] * max(abs(least), abs(most))
     low, high = condition.low - room, condition.high + room
     if np.any(derivative.at.low > high) or np.any(derivative.at.high < low):

@@ -116,7 +116,7 @@ def constraint_verdict_over_box(
     if isinstance(constraint.curve, MotionDerivative):
         return BoxVerdict(UNDECIDED)
     search = ConstraintSearch(problem, constraint, design, tuple(number_ranges), budget, enclosures)
-    return search.search_for_violation(BoxParts.whole_panels(problem, constraint, number_ranges))
+    return search.search_for_violation(BoxParts.whole_panels_of_constraint(problem, constraint, number_ranges))
 
 
 @dataclass(frozen=True)
@@ -133,17 +133,19 @@ class BoxParts:
     """Widths of the panel and of the box (1 + sizes, 1); 1 in place of 0."""
 
     @classmethod
-    def whole_panels(cls, problem: Problem, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
+    def whole_panels_of_constraint(
+        cls, problem: Problem, constraint: AnyConstraint, number_ranges: NumberRanges
+    ) -> "BoxParts":
         """Whole panels of a constraint's kinds of stroke with the whole box, for each side of the constraint."""
         return cls.from_panels(
-            np.flatnonzero(problem.programme.panels_with_kinds(constraint.kinds)), constraint, ends
+            np.flatnonzero(problem.programme.panels_with_kinds(constraint.kinds)), constraint, number_ranges
         )
 
     @classmethod
-    def from_panels(cls, panels: IntArray, constraint: AnyConstraint, ends: NumberRanges) -> "BoxParts":
+    def from_panels(cls, panels: IntArray, constraint: AnyConstraint, number_ranges: NumberRanges) -> "BoxParts":
         """Some whole panels with the whole box, for each side of a constraint."""
         panel, side = (grid.ravel() for grid in np.meshgrid(panels, np.array(constraint.side_signs), indexing="ij"))
-        low, high = np.array([(-1.0, 1.0), *ends.values()]).T[..., None]
+        low, high = np.array([(-1.0, 1.0), *number_ranges.values()]).T[..., None]
         every = np.ones(panel.size)
         return cls(panel, side, low * every, high * every, np.where(high > low, high - low, 1.0))
 
@@ -156,10 +158,10 @@ class BoxParts:
             self, panel=self.panel[index], side=self.side[index], low=self.low[:, index], high=self.high[:, index]
         )
 
-    def split_at_place(self, place: FloatArray) -> "BoxParts":
+    def split_at_panel_place(self, panel_place: FloatArray) -> "BoxParts":
         """Cut the parts in two that have their ``place`` on the panel inside."""
-        inside = (self.low[0] < place) & (place < self.high[0])
-        before, after = np.where(inside, place, self.high[0]), place[inside]
+        inside = (self.low[0] < panel_place) & (panel_place < self.high[0])
+        before, after = np.where(inside, panel_place, self.high[0]), panel_place[inside]
         low, high = np.hstack([self.low, self.low[:, inside]]), np.hstack([self.high, self.high[:, inside]])
         low[0, self.size :], high[0, : self.size] = after, before
         panel, side = (np.concatenate([column, column[inside]]) for column in (self.panel, self.side))
@@ -244,10 +246,10 @@ class ConstraintSearch:
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
         """Excess of the designs of parts over the constraint."""
-        value, designs, angle = self.enclose_curve_once(parts)
+        value, designs, angle = self.enclose_curve_with_cache(parts)
         return as_sloped_interval(relative_excess(self.constraint, parts.side, as_quotient(value), designs), angle)
 
-    def enclose_curve_once(self, parts: BoxParts) -> CurveEnclosure:
+    def enclose_curve_with_cache(self, parts: BoxParts) -> CurveEnclosure:
         """The constraint's curve over parts, from the kept enclosures if they have it."""
         if self.enclosures is None:
             return self.enclose_curve(parts)
@@ -294,9 +296,9 @@ class MeanConstraintSearch(ConstraintSearch):
         return replace(excess, slopes=Interval(*rows), span=like.span)
 
 
-def whole_turn_parts(constraint: TurnMeanConstraint, ends: NumberRanges) -> BoxParts:
+def whole_turn_parts(constraint: TurnMeanConstraint, number_ranges: NumberRanges) -> BoxParts:
     """The whole turn as one part, with the whole box."""
-    parts = BoxParts.from_panels(np.zeros(1, dtype=int), constraint, ends)
+    parts = BoxParts.from_panels(np.zeros(1, dtype=int), constraint, number_ranges)
     low, high = parts.low.copy(), parts.high.copy()
     low[0] = high[0] = 0.0
     return replace(parts, low=low, high=high)

@@ -36,16 +36,16 @@ SIDE_NAMES = {1.0: "above", -1.0: "below"}
 def warnings_of(problem: Problem) -> tuple[str, ...]:
     """Warnings about the problem's own design."""
     checks = (
-        _warn_lost_contact,
+        _warn_contact_lost_by_elastic_train,
         _warn_lost_preload,
-        _warn_stress_at_low_speed,
+        _warn_low_speed_stress_over_limit,
         _warn_steep_groove_bottom,
         _warn_overshoot,
     )
     return tuple(sentence for check in checks for sentence in check(problem))
 
 
-def _warn_lost_contact(problem: Problem) -> Iterator[str]:
+def _warn_contact_lost_by_elastic_train(problem: Problem) -> Iterator[str]:
     """Warn if the elastic train loses contact and a rigid one does not, unless a limit says so."""
     setup = problem.setup
     limited = any(ELASTIC in limit.required_quantities for limit in problem.limits)
@@ -72,7 +72,7 @@ def _warn_lost_preload(problem: Problem) -> Iterator[str]:
         yield f"{share}; limits.{PRELOAD_RATIO} = 1 requires it"
 
 
-def _warn_stress_at_low_speed(problem: Problem) -> Iterator[str]:
+def _warn_low_speed_stress_over_limit(problem: Problem) -> Iterator[str]:
     """Warn if the contact stress exceeds its limit at low speed, where inertia does not relieve it."""
     setup = problem.setup
     limits = [limit for limit in problem.limits if STRESS in limit.required_quantities]
@@ -123,7 +123,7 @@ def _warn_overshoot(problem: Problem) -> Iterator[str]:
     programme = problem.given_motion
     for side in (side for side in SIDE_NAMES if _moves_exceed_given_positions(programme, side)):
         extreme, farthest = farthest_point(programme, side), _farthest_given_position(programme, side)
-        if _has_given_velocity(programme, extreme.stroke):
+        if _must_start_or_end_moving(programme, extreme.stroke):
             continue
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
         unit = displacement_unit(angular=problem.given_motion_is_angle)
@@ -176,21 +176,21 @@ def farthest_point(programme: Programme, side: float) -> FarthestPoint:
     )
 
 
-def _has_given_velocity(programme: Programme, number: int) -> bool:
+def _must_start_or_end_moving(programme: Programme, stroke_number: int) -> bool:
     """Whether a stroke must start or end with a velocity, as next to a segment of constant velocity."""
-    strokes, stroke = programme.strokes, programme.strokes[number]
+    strokes, stroke = programme.strokes, programme.strokes[stroke_number]
     angles = [
         angle
-        for k, angle in ((number - 1, stroke.start), (number, stroke.end))
+        for k, angle in ((stroke_number - 1, stroke.start), (stroke_number, stroke.end))
         if not _has_free_end_velocity(strokes, k)
     ]
     moving = np.abs(stroke.motion(np.array(angles))[1]) * stroke.angle
     return bool(np.any(moving > REACHED_SHARE * programme.lift))
 
 
-def _has_free_end_velocity(strokes: Sequence[Stroke], number: int) -> bool:
+def _has_free_end_velocity(strokes: Sequence[Stroke], stroke_number: int) -> bool:
     """Whether the scene leaves the velocity at the end of a stroke open, between two moves."""
-    stroke, following = strokes[number], strokes[(number + 1) % len(strokes)]
+    stroke, following = strokes[stroke_number], strokes[(stroke_number + 1) % len(strokes)]
     return (
         stroke.law_follows_from_neighbours
         and following.law_follows_from_neighbours

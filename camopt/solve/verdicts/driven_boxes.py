@@ -186,16 +186,20 @@ def driven_motion_at_places(problem: Problem, designs: Designs, places: ToolPlac
 
 
 def driven_motion_over_boxes(
-    problem: Problem, boxes: Designs, places: ToolPlaces, place_numbers: IntArray, radicands: list[SlopedInterval]
+    problem: Problem,
+    boxes: Designs,
+    places: ToolPlaces,
+    box_place_numbers: IntArray,
+    radicands: list[SlopedInterval],
 ) -> DrivenMotion:
     """Motion of the followers of boxes, each at its own place; appends radicands that must be positive."""
     error = problem.programme.tool.table.error.max(axis=0)[:4]
-    rows = zip(places.motion[:, place_numbers], error, strict=False)
+    rows = zip(places.motion[:, box_place_numbers], error, strict=False)
     motion = tuple(widen(Interval(row - e, row + e)) for row, e in rows)
     trains = _with_linkage_intervals(problem, boxes, radicands)
-    ways = motion_directions(places.kinds[place_numbers])
+    ways = motion_directions(places.kinds[box_place_numbers])
     return motion_of_driven_followers(
-        problem, trains, lambda load: load.load_and_slope(places.angles[place_numbers]), motion, ways
+        problem, trains, lambda load: load.load_and_slope(places.angles[box_place_numbers]), motion, ways
     )
 
 

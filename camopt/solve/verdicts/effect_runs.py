@@ -37,35 +37,47 @@ def effect_plan(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, froz
     ]
 
 
-def with_effect(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
+def with_effect(
+    rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
+) -> DesignRows:
     """Add some quantities of one more effect to the rows; the effect may read the columns of the rows."""
-    return with_values_beyond_pitch(with_pitch_values(rows, case, effect, names), case, effect, names)
+    return with_values_beyond_pitch(
+        with_pitch_curve_values_of_designs(rows, case, effect, quantity_names), case, effect, quantity_names
+    )
 
 
-def with_pitch_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
+def with_pitch_curve_values_of_designs(
+    rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
+) -> DesignRows:
     """Add an effect's quantities that depend only on pitch curves; equal bits for designs with the same curve."""
     if effect.evaluate_pitch_curve_columns is no_columns:
         return rows
-    return with_curve_values(rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, names)
+    return with_distinct_pitch_curve_values(
+        rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, quantity_names
+    )
 
 
-def with_curve_values(rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]) -> DesignRows:
+def with_distinct_pitch_curve_values(
+    rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
+) -> DesignRows:
     """Add an effect's quantities of pitch curves to rows of one design for each curve."""
     return (
         rows
         if effect.evaluate_pitch_curve_columns is no_columns
-        else with_quantities(rows, effect.evaluate_pitch_curve_columns(case, names), names)
+        else with_quantities(rows, effect.evaluate_pitch_curve_columns(case, quantity_names), quantity_names)
     )
 
 
 def with_values_beyond_pitch(
-    rows: DesignRows, case: EvaluationBlock, effect: Effect, names: frozenset[str]
+    rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
 ) -> DesignRows:
     """Add an effect's quantities that need more than pitch curves."""
     if effect.evaluate_columns is no_columns:
         return rows
     return with_quantities(
-        rows, effect.evaluate_columns(replace(case, columns=rows.columns, outward=rows.outward), names), names
+        rows,
+        effect.evaluate_columns(replace(case, columns=rows.columns, outward=rows.outward), quantity_names),
+        quantity_names,
     )
 
 

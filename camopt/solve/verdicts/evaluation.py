@@ -109,7 +109,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         """The verdict, the quantities, the largest lift, the joint forces and the numbers of the scene."""
         yield self.verdict
         yield self.table()
-        yield _lift_sentence(self.scene)
+        yield _largest_lift_and_angle_sentence(self.scene)
         if self.tightest:
             yield f"Tightest of both contacts: {self.tightest}."
         if self.scene.mechanism.motion.angular:
@@ -129,7 +129,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
             yield ""
             yield table_of("Values that the scene gives with a unit", rows, ["key", "value", "unit"])
         if self.scene.is_speed_of_crank:
-            yield _crank_speed_sentence(self)
+            yield _cam_vs_crankshaft_speed_sentence(self)
 
     @property
     def verdict(self) -> str:
@@ -189,7 +189,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         return self.quantities | {name: value for name, value in about.items() if value}
 
 
-def _lift_sentence(scene: Scene) -> str:
+def _largest_lift_and_angle_sentence(scene: Scene) -> str:
     """Sentence on the largest lift and its cam angle."""
     programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
     angle = np.degrees(farthest_point(programme, 1.0).angle)
@@ -197,7 +197,7 @@ def _lift_sentence(scene: Scene) -> str:
     return f"Largest lift{whose}: {lift}, reached at {number_text(float(angle))}°."
 
 
-def _crank_speed_sentence(result: Evaluation) -> str:
+def _cam_vs_crankshaft_speed_sentence(result: Evaluation) -> str:
     """Sentence on the speeds in the results of a scene that gives the speed of a crankshaft."""
     speeds = "Speeds in these results are those of the cam, half those of the crankshaft"
     jump = result.get("jump_speed_rpm")

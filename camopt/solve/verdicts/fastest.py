@@ -187,7 +187,7 @@ class Fastest(Result):
                 "value": f"{limit.relation} {with_unit(limit.bound, limit.unit)}" if limit.relation else "",
                 "highest speed": self._row_speed_text(limit.rpm),
                 "gain": self._gain_text(limit),
-                "gain per 1 %": self._per_turn_text(limit.rpm_per_percent),
+                "gain per 1 %": self._shaft_speed_gain_text(limit.rpm_per_percent),
                 "proof": limit.proof,
             }
             for limit in self.limits
@@ -203,24 +203,25 @@ class Fastest(Result):
         return {**values, "deciding_limit": self.deciding_limit, "limits": [vars(limit) for limit in self.limits]}
 
     @property
-    def _turns(self) -> float:
+    def _shaft_turns_per_cam_turn(self) -> float:
         """Turns of the shaft whose speed the scene gives, in a turn of the cam."""
         return TURNS_OF_CRANK if self.scene.is_speed_of_crank else 1.0
 
     def _speed_text(self, rpm: float) -> str:
-        return f"{number_text(self._turns * rpm)} rev/min{' of the crankshaft' * self.scene.is_speed_of_crank}"
+        shaft = " of the crankshaft" * self.scene.is_speed_of_crank
+        return f"{number_text(self._shaft_turns_per_cam_turn * rpm)} rev/min{shaft}"
 
     def _row_speed_text(self, rpm: float | None) -> str:
-        return "none" if rpm is None else "any" if rpm == inf else number_text(self._turns * rpm)
+        return "none" if rpm is None else "any" if rpm == inf else number_text(self._shaft_turns_per_cam_turn * rpm)
 
-    def _per_turn_text(self, gain: float | None) -> str:
-        return "" if gain is None else f"{self._turns * gain:.4g}".replace("-", "−")
+    def _shaft_speed_gain_text(self, gain: float | None) -> str:
+        return "" if gain is None else f"{self._shaft_turns_per_cam_turn * gain:.4g}".replace("-", "−")
 
     def _gain_text(self, limit: SpeedLimit) -> str:
         if limit.rpm_per_unit is None:
             return ""
         gain = from_shown_unit(limit.rpm_per_unit, limit.unit)
-        return f"{self._per_turn_text(gain)} per {unit_in_shown_system(limit.unit) or 'unit'}"
+        return f"{self._shaft_speed_gain_text(gain)} per {unit_in_shown_system(limit.unit) or 'unit'}"
 
 
 def fastest(scene: SceneSource) -> Fastest:
@@ -278,21 +279,21 @@ def fastest(scene: SceneSource) -> Fastest:
     searches = [SpeedSearch.of_limit(problem, limit.name) for limit in problem.limits if limit.name not in names]
     grid = scene.cam.rpm * SPEED_STEP ** np.arange(-SPEED_STEPS, SPEED_STEPS + 1.0)
     speeds = np.array([scene.cam.rpm])
-    held = _held_limits_at(searches, speeds)
+    held = _limits_held_at_each_speed(searches, speeds)
     own = held[:, 0]
     if not own.all():
         speeds = np.array([scene.cam.rpm, SLOWEST_RPM, *grid[:SPEED_STEPS][::-1], *grid[SPEED_STEPS + 1 :]])
-        held = _held_limits_at(searches, speeds)
+        held = _limits_held_at_each_speed(searches, speeds)
     common = _first_held(speeds, held.all(axis=0))
     limits = [_speed_limit_without_speed(problem, limit) for limit in fixed]
     for search, at_scene_speed, each in zip(searches, own, held, strict=True):
         start = _first_held(speeds, each) if common is None else common
-        limits.append(search.speed_limit(start, grid, is_held_at_scene_speed=bool(at_scene_speed)))
+        limits.append(search.highest_speed_and_gain(start, grid, is_held_at_scene_speed=bool(at_scene_speed)))
     limits.sort(key=lambda limit: -1.0 if limit.rpm is None else limit.rpm)
     return Fastest(scene, common, tuple(limits))
 
 
-def _held_limits_at(searches: "Sequence[SpeedSearch]", speeds: FloatArray) -> Any:
+def _limits_held_at_each_speed(searches: "Sequence[SpeedSearch]", speeds: FloatArray) -> Any:
     """Which limits are held at which speeds (limits, speeds)."""
     return np.array([search.excesses(speeds) <= 0.0 for search in searches]).reshape(len(searches), len(speeds))
 
@@ -306,10 +307,10 @@ def _speed_limit_without_speed(problem: Problem, limit: Limit) -> SpeedLimit:
     """The row of a limit that does not depend on the speed."""
     verdict = certify_design_and_tolerance_box(replace(problem, limits=(limit,)))[limit.name]
     rpm, proof = None if verdict == BROKEN else inf, UNPROVED if verdict == UNDECIDED else PROVED
-    return SpeedLimit(*_limit_words(limit), rpm, None, None, verdict != BROKEN, proof)
+    return SpeedLimit(*_name_relation_bound_and_unit(limit), rpm, None, None, verdict != BROKEN, proof)
 
 
-def _limit_words(limit: Limit) -> tuple[str, str, float, str]:
+def _name_relation_bound_and_unit(limit: Limit) -> tuple[str, str, float, str]:
     """Name, relation, bound and unit of a limit; limits of every cam have neither relation nor unit."""
     unit = "mm" if limit.quantity is None else limit.quantity.unit
     return limit.name, *((limit.relation, limit.bound, unit) if limit.set_by_scene else ("", limit.bound, ""))
@@ -343,42 +344,48 @@ class SpeedSearch:
             excess = worst_excesses_over_variants(self.problem, [self.limit], self.designs_at(speeds))[0]
         return np.asarray(np.clip(excess, -LARGEST_EXCESS, LARGEST_EXCESS))
 
-    def speed_limit(self, start: float | None, grid: FloatArray, *, is_held_at_scene_speed: bool) -> SpeedLimit:
+    def highest_speed_and_gain(
+        self, start_rpm: float | None, grid: FloatArray, *, is_held_at_scene_speed: bool
+    ) -> SpeedLimit:
         """The highest speed of the limit from a speed that holds it, and what it gains with the bound."""
-        rpm, proof = (None, UNPROVED) if start is None else self.first_broken_speed(start, grid)
+        rpm, proof = (None, UNPROVED) if start_rpm is None else self.first_broken_speed_and_proof(start_rpm, grid)
         gain = None if rpm is None or rpm == inf or proof == UNPROVED else self.gain_per_unit(rpm)
         by_percent = None if gain is None or not self.limit.bound else gain * abs(self.limit.bound) / 100.0
-        words = _limit_words(self.limit)
+        words = _name_relation_bound_and_unit(self.limit)
         return SpeedLimit(*words, rpm, gain, by_percent, is_held_at_scene_speed, proof)
 
-    def first_broken_speed(self, start: float, grid: FloatArray) -> tuple[float, str]:
+    def first_broken_speed_and_proof(self, start_rpm: float, grid: FloatArray) -> tuple[float, str]:
         """The lowest speed above ``start`` at which the limit is just held, and how this is proved."""
-        search, speeds = self, grid[grid > start]
+        search, speeds = self, grid[grid > start_rpm]
         over = self.excesses(speeds) > 0.0
         if not over.any():
-            broken, proof = self.verdict_between(start, speeds[-1])
+            broken, proof = self.violating_speed_and_proof_between(start_rpm, speeds[-1])
             if broken is None:
                 return inf, f"{proof} to {number_text(float(speeds[-1]))} rev/min"
             search, high = broken
         else:
             high = float(speeds[np.argmax(over)])
         for _ in range(MOST_BRACKETS):
-            rpm = search.root(start, high)
-            margin = next((each for each in SPEED_MARGINS if search.is_certified_at(rpm, each)), None)
-            broken, proof = search.verdict_between(start, rpm * (1.0 - (margin or SPEED_MARGINS[-1])))
+            rpm = search.root(start_rpm, high)
+            margin = next((each for each in SPEED_MARGINS if search.is_certified_as_highest_speed(rpm, each)), None)
+            broken, proof = search.violating_speed_and_proof_between(
+                start_rpm, rpm * (1.0 - (margin or SPEED_MARGINS[-1]))
+            )
             if broken is None:
                 return rpm, proof if margin else UNPROVED
             search, high = broken
         return rpm, UNPROVED
 
-    def root(self, low: float, high: float) -> float:
+    def root(self, held_rpm: float, broken_rpm: float) -> float:
         """A speed at which the excess passes 0, between two at which it is held and broken."""
-        if self.excesses([low])[0] >= 0.0:
-            return low
-        squared = brentq(lambda square: self.excesses([square**0.5])[0], low**2, high**2, xtol=1e-300, rtol=1e-14)
+        if self.excesses([held_rpm])[0] >= 0.0:
+            return held_rpm
+        squared = brentq(
+            lambda square: self.excesses([square**0.5])[0], held_rpm**2, broken_rpm**2, xtol=1e-300, rtol=1e-14
+        )
         return float(squared**0.5)
 
-    def is_certified_at(self, rpm: float, margin: float) -> bool:
+    def is_certified_as_highest_speed(self, rpm: float, margin: float) -> bool:
         """Whether the limit is proved to be held just below a speed, and broken just above it."""
         return (self.verdict_at(rpm * (1.0 - margin)), self.verdict_at(rpm * (1.0 + margin))) == (HELD, BROKEN)
 
@@ -388,17 +395,19 @@ class SpeedSearch:
         limits = tuple(limit for limit in problem.limits if limit.name == self.limit.name)
         return certify_design_and_tolerance_box(replace(problem, limits=limits))[self.limit.name]
 
-    def verdict_between(self, low: float, high: float) -> "tuple[tuple[SpeedSearch, float] | None, str]":
+    def violating_speed_and_proof_between(
+        self, low_rpm: float, high_rpm: float
+    ) -> "tuple[tuple[SpeedSearch, float] | None, str]":
         """A speed between two that breaks the limit, with its search, or None; and how the limit is proved."""
-        if low >= high:
+        if low_rpm >= high_rpm:
             return None, PROVED
-        boxes = [{SPEED_KEY: (low, high)}]
+        boxes = [{SPEED_KEY: (low_rpm, high_rpm)}]
         if self.problem.zones:
-            ranges = {**tolerance_ranges(self.problem, self.designs_at([low]))}
+            ranges = {**tolerance_ranges(self.problem, self.designs_at([low_rpm]))}
             least, most = self.speed_error_range
-            boxes.append({**ranges, SPEED_KEY: (low + least, high + most)})
+            boxes.append({**ranges, SPEED_KEY: (low_rpm + least, high_rpm + most)})
         verdicts = [
-            limit_verdict_over_box(self.problem, self.limit, self.designs_at([low]), box)
+            limit_verdict_over_box(self.problem, self.limit, self.designs_at([low_rpm]), box)
             for box in boxes
             if not self.limit.is_on_motion_error  # its verdict ignores the box
         ]
@@ -406,12 +415,12 @@ class SpeedSearch:
             return None, PROVED
         for each in verdicts:
             if each.verdict == BROKEN and each.witness is not None:
-                search, rpm = self.with_witness(each.witness, low)
-                if low < rpm < high and search.excesses([rpm])[0] > 0.0:
+                search, rpm = self.with_witness_errors_and_speed(each.witness, low_rpm)
+                if low_rpm < rpm < high_rpm and search.excesses([rpm])[0] > 0.0:
                     return (search, rpm), UNPROVED
         if self.holds_between_speeds:
             return None, PROVED
-        samples = np.linspace(low, high, SAMPLED_SPEEDS)
+        samples = np.linspace(low_rpm, high_rpm, SAMPLED_SPEEDS)
         over = self.excesses(samples) > 0.0
         return ((self, float(samples[np.argmax(over)])) if over[1:].any() else None), PROVED_AT_ENDS
 
@@ -427,12 +436,12 @@ class SpeedSearch:
         zone = self.problem.zones.get(SPEED_KEY)
         return (0.0, 0.0) if zone is None else (zone.lower, zone.upper)
 
-    def with_witness(self, witness: Designs, low: float) -> "tuple[SpeedSearch, float]":
+    def with_witness_errors_and_speed(self, witness: Designs, lowest_rpm: float) -> "tuple[SpeedSearch, float]":
         """The search with the errors of a cam that breaks the limit, and the nominal speed of this cam."""
         values, (_, most) = witness.values, self.speed_error_range
         speed = float(values[SPEED_KEY][0])
-        rpm = max(low, speed - most)
-        nominal = {**nominal_numbers(self.problem, self.designs_at([low])), SPEED_KEY: rpm}
+        rpm = max(lowest_rpm, speed - most)
+        nominal = {**nominal_numbers(self.problem, self.designs_at([lowest_rpm])), SPEED_KEY: rpm}
         errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
         errors = {field: error for field, error in errors.items() if field in self.problem.zones}
         if not errors:

@@ -28,16 +28,16 @@ from camopt.scene.problem.problem import Problem, strictest_constraints, with_ro
 from camopt.scene.problem.rows import DesignRows
 from camopt.solve.verdicts.effect_runs import (
     effect_plan,
-    with_curve_values,
+    with_distinct_pitch_curve_values,
     with_effect,
-    with_pitch_values,
+    with_pitch_curve_values_of_designs,
     with_values_beyond_pitch,
 )
 from camopt.solve.verdicts.limit_verdicts import (
     Effort,
     evaluate_with_verdicts_and_effort,
-    status_of_proved_verdict,
-    with_certified_numbers,
+    sampled_or_certified_status,
+    with_inaccurate_numbers_certified,
 )
 
 # fewest designs for which probing pays; designs that are probed at all nodes; nodes for each side of a constraint
@@ -84,8 +84,8 @@ def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray,
     return side * constraint.factor(designs) * values > allowed + room
 
 
-def known_extremes_with_curve(
-    case: EvaluationBlock, constraints: Sequence[Constraint], variants: Iterable[Variant]
+def known_extremes_with_limited_curve(
+    case: EvaluationBlock, constraints: Sequence[Constraint], quantity_curve_variants: Iterable[Variant]
 ) -> KnownExtremes:
     """Known extremes of the designs, with those of the curve of some constraints added.
 
@@ -93,7 +93,9 @@ def known_extremes_with_curve(
     questions.
     """
     curve = constraints[0].curve
-    questions = _fewest_extreme_questions(case, constraints, [kinds for make, kinds in variants if make is curve])
+    questions = _fewest_extreme_questions(
+        case, constraints, [kinds for make, kinds in quantity_curve_variants if make is curve]
+    )
     return case.known_extremes.with_extremes(curve, questions, case.extremes(curve, questions))
 
 
@@ -121,14 +123,16 @@ def _powers_of_two(number: int) -> Iterator[int]:
 
 
 def may_hold_and_holds_by_extremes(
-    known: KnownExtremes, constraints: Iterable[Constraint], case: EvaluationBlock
+    known_extremes: KnownExtremes, constraints: Iterable[Constraint], case: EvaluationBlock
 ) -> tuple[BoolArray, BoolArray]:
     """Which designs may hold some constraints by known extremes, and which are proved to hold them."""
     possible, held = np.ones((2, len(case.designs)), dtype=bool)
     for constraint in constraints:
         kinds, allowed = constraint.kinds & case.programme.kinds, constraint.upper_bound_of_each_side()
         room = CLEAR_SHARE * abs(allowed) or CLEAR_SHARE * constraint.unit(case.designs)
-        parts = known.extremes_covering_question(constraint.curve, (kinds, constraint.goal)) if kinds else []
+        parts = (
+            known_extremes.extremes_covering_question(constraint.curve, (kinds, constraint.goal)) if kinds else []
+        )
         assert bool(parts) == bool(kinds)
         for extreme in parts:
             near = -extreme.value if constraint.goal == LEAST else extreme.value
@@ -205,7 +209,7 @@ class Candidates:
         """
         needed = (name for _, names in self.plan(wanted) for name in names)
         peaks = (peak for name in needed for peak in peaks_of_quantity(name, self.problem.setup))
-        known = known_extremes_with_curve(
+        known = known_extremes_with_limited_curve(
             self.case, constraints, [variant for peak in peaks for variant in peak.curves]
         )
         possible, held = may_hold_and_holds_by_extremes(known, constraints, self.case)
@@ -263,12 +267,12 @@ def filter_designs(problem: Problem, designs: Designs, wanted: frozenset[str]) -
     candidates = candidates.drop_refuted(candidates.pending_constraints)
     for effect, names in candidates.plan(wanted):
         candidates = candidates.add_rows_and_drop_broken(
-            with_pitch_values(candidates.rows, candidates.case, effect, names)
+            with_pitch_curve_values_of_designs(candidates.rows, candidates.case, effect, names)
         )
         candidates = candidates.add_rows_and_drop_broken(
             with_values_beyond_pitch(candidates.rows, candidates.case, effect, names)
         )
-    return _feasible_rows_with_verdict(candidates, wanted)
+    return _feasible_rows_rechecking_undecided(candidates, wanted)
 
 
 def filter_by_pitch_curve_limits(
@@ -293,7 +297,9 @@ def filter_by_pitch_curve_limits(
             [each for each in constraints if each.curve is curve], wanted
         )
     for effect, names in filtered.plan(wanted):
-        filtered = filtered.add_rows_and_drop_broken(with_curve_values(filtered.rows, filtered.case, effect, names))
+        filtered = filtered.add_rows_and_drop_broken(
+            with_distinct_pitch_curve_values(filtered.rows, filtered.case, effect, names)
+        )
     return replace(filtered, pending=(*deferred_limits, *filtered.pending))
 
 
@@ -303,14 +309,14 @@ def filter_by_remaining_limits(candidates: Candidates, wanted: frozenset[str]) -
     run = with_effect if candidates.problem.setup.mechanism.profile else with_values_beyond_pitch
     for effect, names in candidates.plan(wanted):
         candidates = candidates.add_rows_and_drop_broken(run(candidates.rows, candidates.case, effect, names))
-    return _feasible_rows_with_verdict(candidates, wanted)
+    return _feasible_rows_rechecking_undecided(candidates, wanted)
 
 
-def _feasible_rows_with_verdict(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
+def _feasible_rows_rechecking_undecided(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
     """Rows of the candidates that hold all limits; candidates that only may hold them are evaluated again."""
     problem, held = candidates.problem, candidates.held
-    rows = with_certified_numbers(problem, candidates.designs, candidates.rows).select_columns(wanted)
-    verdict = {"feasible": True, "violated": "", "status": status_of_proved_verdict(problem)}
+    rows = with_inaccurate_numbers_certified(problem, candidates.designs, candidates.rows).select_columns(wanted)
+    verdict = {"feasible": True, "violated": "", "status": sampled_or_certified_status(problem)}
     rows = DesignRows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return FilteredRows(DesignRows(rows.columns | verdict, rows.count), candidates.which, Effort())

@@ -132,10 +132,10 @@ def _verdict_by_interval_arithmetic(
     return BoxVerdict(HELD if np.all(excess.high <= 0.0) else UNDECIDED)
 
 
-def _ranges_without_train(ends: NumberRanges) -> NumberRanges:
+def _ranges_without_train(number_ranges: NumberRanges) -> NumberRanges:
     """The ranges of ``ends`` without those of the train."""
-    trains = entries_of_train_numbers(ends)
-    return {field: limits for field, limits in ends.items() if field not in trains}
+    trains = entries_of_train_numbers(number_ranges)
+    return {field: limits for field, limits in number_ranges.items() if field not in trains}
 
 
 def _derivative_verdict_at_speeds(
@@ -155,7 +155,7 @@ def _is_on_motion_derivatives(constraint: AnyConstraint) -> bool:
     return all(isinstance(curve, MotionDerivative) for curve in curves)
 
 
-def _largest_outward_difference(rows: DesignRows, name: str, relative_rounding: float) -> Any:
+def _outward_error_bound_of_column(rows: DesignRows, name: str, relative_rounding: float) -> Any:
     """Largest outward difference of a quantity's true value from its column, with a relative rounding error."""
     outward = rows.outward.get(name, 0.0)
     value = np.where(np.isfinite(rows.columns[name]), rows.columns[name], 0.0)
@@ -171,7 +171,7 @@ def _verdict_by_quantities(
     """
     rows = run_effects(EvaluationBlock(problem.setup, problem.programme, designs), limit.required_quantities)
     rows = replace(
-        rows, outward={name: _largest_outward_difference(rows, name, relative_rounding) for name in rows.columns}
+        rows, outward={name: _outward_error_bound_of_column(rows, name, relative_rounding) for name in rows.columns}
     )
     outer, inner = (limit.excess(rows.columns_shifted_by_width_share(share), designs) for share in (1.0, -1.0))
     if np.all(outer <= 0.0):

@@ -29,7 +29,7 @@ DEFERRED_WORK = 100.0  # work of the last limits for one design
 LAST_DESIGNS_AT_ONCE = 16  # designs checked together for the last limits, if there is a budget
 
 
-def status_of_proved_verdict(problem: Problem) -> str:
+def sampled_or_certified_status(problem: Problem) -> str:
     """Status of a proved verdict: sampled if it depends on a table of points or a Python function, else certified.
 
     Between the points of a table the motion is only assumed, and the numbers of a Python function have no
@@ -62,11 +62,11 @@ def evaluate_with_verdicts_and_effort(
     """Wanted quantities of all designs, with their verdicts and the effort."""
     budget.spend(problem.work(len(designs)))
     rows, outer, inner = quantities_with_excess_bounds(problem, designs, wanted)
-    rows = with_certified_numbers(problem, designs, rows)
+    rows = with_inaccurate_numbers_certified(problem, designs, rows)
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
     undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
-    proved, over = status_of_proved_verdict(problem), np.where(feasible | undecided, outer, inner)
+    proved, over = sampled_or_certified_status(problem), np.where(feasible | undecided, outer, inner)
     verdict = {
         "feasible": feasible,
         "violated": np.where(exists, violated_limit_names(problem.limits, over), ASSEMBLY),
@@ -133,13 +133,13 @@ def quantities_with_excess_bounds(
     return ExcessBounds(rows, outer, inner)
 
 
-def with_certified_numbers(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
+def with_inaccurate_numbers_certified(problem: Problem, designs: Designs, rows: DesignRows) -> DesignRows:
     """Rows with numbers proved in intervals where double precision misses the scene's accuracy."""
     if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
-    from camopt.solve.verdicts.certified_ranges import rows_with_certified_quantities  # noqa: PLC0415, seldom needed
+    from camopt.solve.verdicts.certified_ranges import certify_inaccurate_quantities  # noqa: PLC0415, seldom needed
 
-    return rows_with_certified_quantities(problem, designs, rows)
+    return certify_inaccurate_quantities(problem, designs, rows)
 
 
 def _rows_with_certified_verdicts(
@@ -158,7 +158,7 @@ def _rows_with_certified_verdicts(
     verdict = {
         "feasible": feasible,
         "violated": violated_limit_names(problem.limits, np.where(verdicts == HELD, -1.0, 1.0)),
-        "status": np.where(settled, status_of_proved_verdict(problem), UNDECIDED),
+        "status": np.where(settled, sampled_or_certified_status(problem), UNDECIDED),
     }
     return DesignRows(rows.columns | verdict, rows.count)
 

@@ -101,7 +101,7 @@ def constraint_verdict_over_trains(
     design: Designs,
     number_ranges: NumberRanges,
     budget: Budget,
-    of_train: bool = False,
+    is_on_train_curve: bool = False,
 ) -> BoxVerdict:
     """Verdict on a constraint on a curve of the cam or of its train, for all designs between ``number_ranges``."""
     curve: Any = constraint.curve
@@ -115,9 +115,9 @@ def constraint_verdict_over_trains(
         design,
         tuple(number_ranges),
         budget,
-        of_train=of_train,
+        of_train=is_on_train_curve,
     )
-    return search.search_for_violation(search.whole_tool_panels(number_ranges))
+    return search.search_for_violation(search.tool_panels_split_at_load_corners(number_ranges))
 
 
 def driven_motion_over_trains(
@@ -125,7 +125,7 @@ def driven_motion_over_trains(
 ) -> DrivenMotion | None:
     """Motion of all followers of a box, with the range of their lifts; None if one may fail to assemble."""
     search = TrainConstraintSearch(problem, constraint, design, tuple(number_ranges), UNLIMITED)
-    motion = search.enclose_motion(search.whole_tool_panels(number_ranges).take([0]))
+    motion = search.enclose_motion(search.tool_panels_split_at_load_corners(number_ranges).take([0]))
     return replace(motion.driven, lift=range_of(motion.driven.lift)) if np.all(motion.assembled) else None
 
 
@@ -162,17 +162,17 @@ class TrainConstraintSearch(ConstraintSearch):
         """Kind of each panel of the tool's motion."""
         return np.repeat(self.tool_programme.table.kind, np.diff(self.tool_programme.table.first_panel))
 
-    def whole_tool_panels(self, ends: NumberRanges) -> BoxParts:
+    def tool_panels_split_at_load_corners(self, number_ranges: NumberRanges) -> BoxParts:
         """Whole panels of the tool's motion on the constraint's strokes, with the box."""
         kinds, table = (
             self.panel_stroke_kinds if self.follower_sense > 0.0 else reversed_kinds(self.panel_stroke_kinds),
             self.tool_programme.table,
         )
-        parts = BoxParts.from_panels(np.flatnonzero(kinds & self.constraint.kinds), self.constraint, ends)
+        parts = BoxParts.from_panels(np.flatnonzero(kinds & self.constraint.kinds), self.constraint, number_ranges)
         centre, half = table.centre[parts.panel], table.half_width[parts.panel]
         load = self.problem.programme.load
         for corner in () if load is None else load.angles:
-            parts = parts.split_at_place((np.mod(corner - centre + np.pi, 2.0 * np.pi) - np.pi) / half)
+            parts = parts.split_at_panel_place((np.mod(corner - centre + np.pi, 2.0 * np.pi) - np.pi) / half)
             centre, half = table.centre[parts.panel], table.half_width[parts.panel]
         return parts
 

@@ -76,7 +76,7 @@ class TrainMeanSearch(TrainConstraintSearch):
     @cached_property
     def smooth_pieces(self) -> BoxParts:
         """Pieces of the turn on which motion and loads are smooth."""
-        return self.whole_tool_panels({})
+        return self.tool_panels_split_at_load_corners({})
 
     @cached_property
     def equal_parts_of_smooth_pieces(self) -> BoxParts:
@@ -131,16 +131,16 @@ class TrainMeanSearch(TrainConstraintSearch):
         )
 
     def _mean_range_and_slopes_of_curve(
-        self, motion: Any, make: Any, kinds: int, count: int
+        self, motion: Any, make_curve: Any, stroke_kinds: int, box_count: int
     ) -> tuple[Interval, Interval]:
         """Share of one curve's pieces in the mean: its range (n,) and its slopes (1 + d, n)."""
-        value = curve_value(make(motion.designs, motion.driven), ..., motion.driven.state)
+        value = curve_value(make_curve(motion.designs, motion.driven), ..., motion.driven.state)
         sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, motion.angle)
         power = np.square(sloped) if self.constraint.mean.power == 2 else sloped
         chosen = has_chosen_kind(
-            self.panel_stroke_kinds[self.equal_parts_of_smooth_pieces.panel], kinds, self.follower_sense
+            self.panel_stroke_kinds[self.equal_parts_of_smooth_pieces.panel], stroke_kinds, self.follower_sense
         )
-        weights = np.repeat(np.where(chosen, self.turn_share_of_each_part, 0.0)[:, None], count, axis=1)
+        weights = np.repeat(np.where(chosen, self.turn_share_of_each_part, 0.0)[:, None], box_count, axis=1)
         return enclose_weighted_sums(weights, power.value), enclose_weighted_sums(weights, power.slopes)
 
 
@@ -150,18 +150,23 @@ def has_chosen_kind(kinds: Any, chosen_kinds: int, sense: Any) -> Any:
 
 
 def mean_power_of_designs(
-    problem: Problem, mean: Mean, designs: Designs, middle: FloatArray, half: FloatArray, kinds: Any
+    problem: Problem,
+    mean: Mean,
+    designs: Designs,
+    part_middles: FloatArray,
+    part_half_widths: FloatArray,
+    part_stroke_kinds: Any,
 ) -> Interval:
     """Means of the curve to the power p for single designs, by Gauss's rule on parts of the tool's turn."""
 
     def mean_power_by_gauss_rule(rule: GaussRule, index: Any) -> FloatArray:
         batch = designs.take(index)
-        angles = middle[:, None] + half[:, None] * rule.nodes
+        angles = part_middles[:, None] + part_half_widths[:, None] * rule.nodes
         motion: Any = driven_motion_at_places(
             problem, batch, ToolPlaces.at_angles(problem.programme, angles.ravel(), MOTION_TERMS)
         )
-        weights = (half[:, None] * rule.weights / (2.0 * np.pi)).reshape(-1, 1)
-        node_kinds, total = np.repeat(kinds, rule.nodes.size)[:, None], np.zeros(len(batch))
+        weights = (part_half_widths[:, None] * rule.weights / (2.0 * np.pi)).reshape(-1, 1)
+        node_kinds, total = np.repeat(part_stroke_kinds, rule.nodes.size)[:, None], np.zeros(len(batch))
         for make, chosen in mean.curves:
             value = curve_value(make(batch, motion), ..., motion.state)
             total += np.sum(weights * has_chosen_kind(node_kinds, chosen, motion.sense) * value**mean.power, axis=0)

@@ -12,7 +12,7 @@ from camopt.core.mistakes import BadInput
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import BORE as BORE_KEY
-from camopt.solve.tolerances.errors import BORE_DIRECTION, flat_errors
+from camopt.solve.tolerances.errors import BORE_DIRECTION, flat_from_polar_errors
 from camopt.solve.tolerances.real_cam import RealCam
 
 SIZE, BORE, WAVE, ORDER, TURNED = 0.004, 0.012 - 0.005j, 0.003, 9, 40.0
@@ -99,7 +99,7 @@ def test_a_cam_that_is_off_its_axis_moves_an_arm_as_exact_contact_says(contact):
     found = camopt.inspect(camopt.MeasuredProfile(np.column_stack([cam.real, cam.imag]), "xy"), scene, aligned=True)
     ways = np.angle(bore) + problem.design.sense * angles
     errors = {BORE_KEY: np.full(angles.size, abs(bore)), BORE_DIRECTION: ways, "phase": np.radians(ahead)}
-    exact = RealCam(problem).contact_error(flat_errors(errors), angles)
+    exact = RealCam(problem).tool_error_at_contact(flat_from_polar_errors(errors), angles)
     largest = np.degrees(np.abs(exact.error).max())
     assert abs(found.error) == pytest.approx(largest, rel=2e-3)
     assert found.phase_deg == pytest.approx(ahead, abs=2e-3)

@@ -9,7 +9,7 @@ from camopt import Scene, evaluate, prices, synthesise
 from camopt.core.mistakes import BadInput, Unmet
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.convex_model import build_convex_model
-from camopt.solve.synthesis.crossing_jerk import crossing_jerk
+from camopt.solve.synthesis.crossing_jerk import largest_jerk_after_crossings
 from camopt.solve.synthesis.crossings import with_best_crossings_and_bound
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.spline_motion import SplineMotion
@@ -76,7 +76,7 @@ def test_the_place_is_that_of_a_scan_where_the_window_is_not_all():
 def test_the_jerk_of_known_laws_is_that_in_the_middle(law, jerk):
     scene = groove_scene(**{"motion.1.law": law, "motion.3.law": law})
     unit = 20 / (np.pi / 2) ** 3
-    assert crossing_jerk(resolve(scene).programme, 1e-3) == pytest.approx(jerk * unit, rel=1e-3)
+    assert largest_jerk_after_crossings(resolve(scene).programme, 1e-3) == pytest.approx(jerk * unit, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from camopt import certify, find_scene
 from camopt.scene.problem.problem import resolve
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.relaxation import RelaxedMotion
-from camopt.solve.synthesis.relaxed_optimum import solve_relaxed_optimum
+from camopt.solve.synthesis.relaxed_optimum import relaxed_optimum_with_jerk_cuts
 from camopt.solve.synthesis.synthesise import SMALL_GAP, synthesise
 
 CONVEX = (
@@ -167,4 +167,4 @@ def test_jumps_of_the_jerk_are_found_between_nodes(seed):
 @pytest.mark.parametrize("changes", [{"pieces": 48}, {"continuity": 4}, {"smooth": 0.01}])
 def test_pieces_continuity_and_a_smooth_jerk_are_as_the_scene_says(changes):
     scene = find_scene("roller-1000rpm").replace(**{f"synthesis.{key}": value for key, value in changes.items()})
-    assert not solve_relaxed_optimum(scene, build_synthesis_problem(scene)).cut_problems
+    assert not relaxed_optimum_with_jerk_cuts(scene, build_synthesis_problem(scene)).cut_problems

@@ -35,7 +35,11 @@ from camopt.model.motion.stroke import ALL_STROKES, RISE, Stroke
 from camopt.scene.problem.problem import resolve
 from camopt.scene.synthesis import AXIS_TERMS, SynthesisSettings
 from camopt.solve.front.sweep import sweep
-from camopt.solve.synthesis.cams import scene_with_laws, smallest_cams_or_own_size, smallest_designs_by_known_law
+from camopt.solve.synthesis.cams import (
+    optimise_or_keep_irrelevant_size,
+    scene_with_laws,
+    smallest_designs_by_known_law,
+)
 from camopt.solve.synthesis.convex_model import build_convex_model
 from camopt.solve.synthesis.iterate import Iterate, free_stroke_motions, without_solver_error
 from camopt.solve.synthesis.known_law_cams import build_known_law_cams
@@ -46,7 +50,7 @@ from camopt.solve.synthesis.nonconvex_constraints import (
     stroke_sample_positions,
 )
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem, default_peak_factors
-from camopt.solve.synthesis.ramps import ramps_in_words
+from camopt.solve.synthesis.ramps import dropped_ramps_in_words
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
 from camopt.solve.synthesis.solver import SOLVED_STATUSES, solve
@@ -471,7 +475,7 @@ def test_bernstein_coefficients_are_those_of_the_spline(splines, order):
         peer = BPoly(rows.reshape(parts, -1).T, np.linspace(0, 1, parts + 1))
         np.testing.assert_allclose(peer(x), wanted, atol=1e-9 * np.abs(wanted).max())
         repeated = np.setdiff1d(
-            np.arange(rows.size), splines.distinct_coefficient_indices(order, splines.degree - order + up)
+            np.arange(rows.size), splines.indices_of_distinct_coefficients(order, splines.degree - order + up)
         )
         np.testing.assert_allclose(rows[repeated], rows[repeated - 1], atol=1e-9 * np.abs(wanted).max())
         assert repeated.size == parts - (1 if order <= splines.continuity else splines.pieces)
@@ -981,7 +985,7 @@ def test_what_keeps_a_cam_from_being_larger_is_named_with_what_is_by_default():
             "synthesis": {"minimise": "acceleration"},
         }
     )
-    problem, own = build_synthesis_problem(scene), smallest_cams_or_own_size(scene)
+    problem, own = build_synthesis_problem(scene), optimise_or_keep_irrelevant_size(scene)
     least = own.best["base_radius_mm"]
     assert least > 21.5
     why = str(no_cam_error(scene, problem, [own]))
@@ -1100,7 +1104,7 @@ def test_a_ramp_that_a_free_law_does_not_keep_is_told(steady):
     rows = [{"segment": word, "angle": 120, "lift": 20, "law": "own"} for word in ("rise", "return")]
     motion = [*rows, {"segment": "dwell", "angle": 120}]
     laws = {"own": {"scca": [0.3, 0.3, 0.4 - steady, *([steady] if steady else [])]}}
-    told = list(ramps_in_words(find_scene("roller-1000rpm").replace(motion=motion, laws=laws)))
+    told = list(dropped_ramps_in_words(find_scene("roller-1000rpm").replace(motion=motion, laws=laws)))
     ends = [float(text) for line in told for text in re.findall(r"[\d.]+(?= to| deg)", line)]
     assert ends == (pytest.approx([45, 75, 165, 195], abs=0.5) if steady else [])
 

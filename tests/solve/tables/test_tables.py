@@ -18,7 +18,7 @@ from camopt.solve.tables.designs import (
     design_table_columns,
     is_unsearched_zero_column,
     limit_texts_by_quantity,
-    with_law_column,
+    with_rise_law_as_law_column,
 )
 from camopt.solve.tables.result import ABOUT, NUMERIC, VALUE, Cell, Table, table_of
 
@@ -147,7 +147,7 @@ def test_a_pressure_angle_is_no_objective_of_a_flat_face():
 
 def test_an_angle_over_the_turn_is_one_column():
     scene = find_scene("roller-1000rpm").replace(limits={"pressure_angle": 40}, search={})
-    problem, rows = resolve(scene), with_law_column([evaluate(scene)])
+    problem, rows = resolve(scene), with_rise_law_as_law_column([evaluate(scene)])
     parts = ["pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"]
     assert [n for n in design_table_columns(problem, rows) if "pressure" in n] == parts
     whole = "pressure_angle_max_deg"

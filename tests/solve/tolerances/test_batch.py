@@ -11,7 +11,7 @@ import camopt
 from camopt.core.mistakes import BadInput
 from camopt.scene.problem.problem import resolve_design
 from camopt.solve.tolerances.batch import share_with_confidence
-from camopt.solve.tolerances.error_samples import exceed_tolerances, real_error_parts, sample_errors
+from camopt.solve.tolerances.error_samples import exceed_tolerances, real_error_parts_in_mm_and_deg, sample_errors
 from camopt.solve.tolerances.errors import error_ranges_at_one_contact
 from tests.solve.tolerances.test_margins import scene_of
 
@@ -85,7 +85,7 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
     }
     scene = scene_of("offset-roller").replace(tolerances={"follower": given, **more})
     problem = resolve_design(scene)
-    errors = real_error_parts(sample_errors(scene, problem, 2**14, 3))
+    errors = real_error_parts_in_mm_and_deg(sample_errors(scene, problem, 2**14, 3))
     known = {
         "follower.offset": stats.triang(0.5, loc=-0.1, scale=0.4),
         "follower.roller_radius": stats.norm(-0.1, 0.1 / 3.99),
@@ -96,7 +96,7 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
     assert errors.keys() == known.keys()
     for key, values in errors.items():
         assert stats.kstest(values, known[key].cdf).statistic < 1e-3
-    again = real_error_parts(sample_errors(scene, problem, 2**14, 3))
+    again = real_error_parts_in_mm_and_deg(sample_errors(scene, problem, 2**14, 3))
     assert all(np.array_equal(errors[key], again[key]) for key in errors)
 
 

@@ -21,7 +21,11 @@ from camopt.scene.scene import Scene
 from camopt.scene.train import CARRIED_KEYS
 from camopt.solve.tolerances import dwells_and_passages, worst_case
 from camopt.solve.tolerances.error_samples import sample_errors
-from camopt.solve.tolerances.errors import contact_errors, error_ranges_at_one_contact, flat_errors
+from camopt.solve.tolerances.errors import (
+    contact_errors_from_flat_errors,
+    error_ranges_at_one_contact,
+    flat_from_polar_errors,
+)
 from camopt.solve.tolerances.margins import ToleranceBox
 from camopt.solve.tolerances.real_cam import RealCam, follower_offset_in_train
 from camopt.solve.tolerances.response import ToolResponse
@@ -83,8 +87,8 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=True)}
         place = np.array([rng.uniform(0.1, 6.1)])
         found, still = (
-            RealCam(problem).contact_error(flat_errors(errors), place),
-            RealCam(problem).contact_error({}, place),
+            RealCam(problem).tool_error_at_contact(flat_from_polar_errors(errors), place),
+            RealCam(problem).tool_error_at_contact({}, place),
         )
         own = {key: each for key, each in errors.items() if not key.startswith("train")}
         train = problem.setup.train
@@ -94,7 +98,11 @@ def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
         ]
         y, y1, *_ = problem.programme.motion_at(place)
         rest = problem.setup.mechanism.shifted_contact(
-            problem.design, problem.programme.lift, y, y1, contact_errors(flat_errors(own))
+            problem.design,
+            problem.programme.lift,
+            y,
+            y1,
+            contact_errors_from_flat_errors(flat_from_polar_errors(own)),
         )
         with mp.workdps(40):
             stands = tool_by_closed_loops(scene, problem, at[0] + float(rest.moved[0]), errors)

@@ -15,7 +15,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.tolerances.error_samples import sample_errors
-from camopt.solve.tolerances.errors import errors_at_contact, flat_errors
+from camopt.solve.tolerances.errors import errors_at_contact, flat_from_polar_errors
 from camopt.solve.tolerances.margins import LimitsByNumber, ToleranceBox, evaluate_limits
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, Interference, list_plays
 from camopt.solve.tolerances.real_cam import RealCam
@@ -176,7 +176,7 @@ def test_what_is_proved_of_both_contacts_is_their_exact_contact_at_each_place(ki
     problem, rng = search.problem, np.random.default_rng(8)
     panels = np.arange(problem.programme.table.half_width.size)
     errors = {key: rng.uniform(*search.error_ranges[key], panels.size) for key in search.error_ranges}
-    u, known = rng.uniform(-0.9, 0.9, panels.size), flat_errors(errors)
+    u, known = rng.uniform(-0.9, 0.9, panels.size), flat_from_polar_errors(errors)
     rows = np.array([u, *known.values()])
 
     parts = BoxParts(panels, np.ones(panels.size), rows, rows, np.ones((len(rows), 1)))
@@ -203,7 +203,10 @@ def rest_of_first(problem, errors, places):
     own = errors_at_contact(problem, 0, errors)
     if "bore_eccentricity_way" in own:
         own["bore_eccentricity_way"] = own["bore_eccentricity_way"] + problem.design.sense * places
-    return RealCam(PairCams(problem).contacts[0]).contact_error(flat_errors(own), places).angle - places
+    return (
+        RealCam(PairCams(problem).contacts[0]).tool_error_at_contact(flat_from_polar_errors(own), places).angle
+        - places
+    )
 
 
 @pytest.mark.parametrize("kind", ["yoke", "rib"])
@@ -392,7 +395,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
         given = {**off, "bore_eccentricity": np.abs(bore), "bore_eccentricity_way": np.angle(bore)}
         given.pop("train.1.coupler")
         moved, _ = PairCams(problem).at(given, theta)
-        return RealCam(problem).highest_order_error_at_tool(off, theta, [moved]).error
+        return RealCam(problem).tool_error_of_highest_order(off, theta, [moved]).error
 
     before, at, after = (exact(angles + side * step) for side in (-1, 0, 1))
     np.testing.assert_allclose(cams.motion_errors(off, places, 0), at, rtol=1e-9)

@@ -20,9 +20,9 @@ from camopt.solve.tolerances import worst_case
 from camopt.solve.tolerances.errors import (
     BORE,
     BORE_DIRECTION,
-    contact_errors,
+    contact_errors_from_flat_errors,
     error_ranges_at_one_contact,
-    flat_errors,
+    flat_from_polar_errors,
     repeat_cam_errors,
 )
 from camopt.solve.tolerances.real_cam import RealCam
@@ -62,7 +62,7 @@ def test_where_a_follower_rests_is_its_exact_contact_in_40_digits(contact, rotat
     problem = resolve_design(scene)
     for place in (0.4, 1.7, 2.4, 3.5, 5.9):
         errors = random_errors(rng, contact)
-        found = RealCam(problem).contact_error(flat_errors(errors), np.array([place]))
+        found = RealCam(problem).tool_error_at_contact(flat_from_polar_errors(errors), np.array([place]))
         assert found.error[0] == pytest.approx(exact_error(scene, errors, place, found.angle[0]), abs=1e-13)
 
 
@@ -70,13 +70,17 @@ def test_where_a_follower_rests_is_its_exact_contact_in_40_digits(contact, rotat
 def test_where_a_follower_rests_has_the_slopes_of_its_series(contact):
     """By differences of the numbers themselves, of a motion that is known as a series."""
     problem = resolve_design(Scene.from_dict(scene_of(contact, "ccw")))
-    errors = flat_errors(random_errors(np.random.default_rng(1), contact))
+    errors = flat_from_polar_errors(random_errors(np.random.default_rng(1), contact))
     step, places = 1e-4, 1.1 + 1e-4 * np.arange(-1, 2)
     y, y1, y2, y3 = problem.programme.motion_at(places)
     mechanism, lift = problem.setup.mechanism, problem.programme.lift
-    numbers = mechanism.shifted_contact(problem.design, lift, y, y1, contact_errors(errors))
+    numbers = mechanism.shifted_contact(problem.design, lift, y, y1, contact_errors_from_flat_errors(errors))
     series = mechanism.shifted_contact(
-        problem.design, lift, Taylor([y, y1, y2 / 2]), Taylor([y1, y2, y3 / 2]), contact_errors(errors)
+        problem.design,
+        lift,
+        Taylor([y, y1, y2 / 2]),
+        Taylor([y1, y2, y3 / 2]),
+        contact_errors_from_flat_errors(errors),
     )
     for near, found in zip(numbers, series, strict=True):
         np.testing.assert_allclose(found.terms[0], near, rtol=1e-13, atol=1e-16)
@@ -117,7 +121,11 @@ def test_no_cam_exceeds_the_bound_and_the_worst_cam_nearly_has_it(contact, law):
 
     def errors(x, places):
         return (
-            np.abs(RealCam(problem).contact_error(flat_errors(dict(zip(zones, x.T, strict=True))), places).error)
+            np.abs(
+                RealCam(problem)
+                .tool_error_at_contact(flat_from_polar_errors(dict(zip(zones, x.T, strict=True))), places)
+                .error
+            )
             * unit
         )
 
@@ -164,7 +172,7 @@ def test_random_cams_within_their_tolerances_are_within_the_bound():
         ends = error_ranges_at_one_contact(scene, problem)
         errors = {k: low + x * (high - low) for (k, (low, high)), x in zip(ends.items(), shares, strict=False)}
         place = rng.uniform(0.1, 6.1)
-        found = RealCam(problem).contact_error(flat_errors(errors), np.array([place]))
+        found = RealCam(problem).tool_error_at_contact(flat_from_polar_errors(errors), np.array([place]))
         exact = exact_error(scene, errors, place, found.angle[0])
         unit = motion_unit_factor(problem.setup, 0)
         assert abs(found.error[0] - exact) < 1e-12

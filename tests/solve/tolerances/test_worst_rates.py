@@ -54,7 +54,7 @@ def real_off(search, errors, places, turned):
 
 def exact(search, errors, places):
     """The errors of a motion by exact re-contact."""
-    turned = search.contact_error(errors, places).angle - places
+    turned = search.tool_error_at_contact(errors, places).angle - places
     cams = cams_of(search.problem, search.cam.waves)
     return cams.motion_errors(real_off(search, errors, places, turned), places, search.order)
 
@@ -77,7 +77,7 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
     for order in (1, 2):
         search, rng = search_of(scene, order), np.random.default_rng(4)
         errors, places = random_errors(search, rng, 20), rng.uniform(0.1, 6.1, 40)
-        found, known = search.contact_error(errors, places).error, exact(search, errors, places)
+        found, known = search.tool_error_at_contact(errors, places).error, exact(search, errors, places)
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-10 * np.abs(known).max())
 
 

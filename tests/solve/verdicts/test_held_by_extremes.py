@@ -13,7 +13,7 @@ from camopt.model.motion.stroke import DWELL, RETURN, RISE
 from camopt.scene.problem.constraints import merge_stroke_kinds
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.sample import sweep_space
-from camopt.solve.verdicts.feasible_filter import known_extremes_with_curve, may_hold_and_holds_by_extremes
+from camopt.solve.verdicts.feasible_filter import known_extremes_with_limited_curve, may_hold_and_holds_by_extremes
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 
 SEARCH = {"search.base_radius": {"start": 40, "stop": 160, "step": 8}, "search.offset": [-20, 0, 20]}
@@ -40,7 +40,7 @@ def test_constraints_are_held_where_their_quantities_hold_the_bounds(limits, apa
         constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
     )
     assert len(constraints) == len(limits)
-    known = known_extremes_with_curve(case, constraints, [(constraints[0].curve, kinds) for kinds in apart])
+    known = known_extremes_with_limited_curve(case, constraints, [(constraints[0].curve, kinds) for kinds in apart])
     assert len(known.by_curve[constraints[0].curve]) == (3 if apart else len(limits))
     possible, held = may_hold_and_holds_by_extremes(known, constraints, case)
     names = [f"pressure_angle_max_{kind}_deg" for kind in KINDS]
@@ -66,7 +66,7 @@ def test_a_design_at_its_bound_is_neither_held_nor_broken():
     )
     case = EvaluationBlock(problem.setup, problem.programme, one)
     possible, held = may_hold_and_holds_by_extremes(
-        known_extremes_with_curve(case, constraints, ()), constraints, case
+        known_extremes_with_limited_curve(case, constraints, ()), constraints, case
     )
     assert possible[0]
     assert not held[0]

@@ -304,7 +304,7 @@ def sizes_of(synthesis_problem):
     problem, design = synthesis_problem.scene_problem, synthesis_problem.scene_problem.design
     height = (
         problem.setup.mechanism.start(design)
-        if synthesis_problem.has_trace_point
+        if synthesis_problem.has_lead_in_prime_radius
         else design.size + synthesis_problem.prime_less_cam_radius
     )
     return float(design.signed_offset[0]), float(height[0])
