@@ -1,6 +1,6 @@
 """The smallest cam with more than the size free, beside general optimisers: ``python benchmarks/optimisers.py``.
 
-Offset, angles, arm and centre distance, or a flat face's offset are free. A rival samples the turn, so that its cam
+Offset, angles, roller, arm and centre distance, or a flat face's offset are free; pressure angle, curvature or a stress decides. A rival samples the turn, so that its cam
 may be too small: the table says by how many mm, and by what share it breaks a limit between the samples.
 """
 
@@ -31,6 +31,7 @@ SWING = [
 LEAST_RADIUS = 10.0
 FREE = {
     "offset": "offset_mm",
+    "roller_radius": "roller_radius_mm",
     "face_offset": "face_offset_mm",
     "arm_length": "arm_length_mm",
     "centre_distance": "centre_distance_mm",
@@ -150,6 +151,59 @@ def flat() -> tuple[Scene, Problem]:
     return scene, Problem((SIZES, *ranges.values()), usage)
 
 
+RPM, WIDTH, PRELOAD = 1000.0, 12.0, 900.0
+STIFFNESS = 1.0 / (2.0 * (1.0 - 0.292**2) / 207e3)  # of two bodies of steel in contact [MPa]
+
+
+def stress_usage(force: Array, curvature: Array, width: float, stress: float) -> Array:
+    """Hertz's stress of a line contact as a share of a limit; an undercut cam (no positive sum) is far beyond."""
+    pressed = np.maximum(force, 0.0) / (np.pi * width) * STIFFNESS
+    return np.where(curvature > 0.0, np.sqrt(pressed * np.maximum(curvature, 0.0)) / stress, 10.0)
+
+
+def loaded_roller(free: tuple[str, ...], stress: float) -> tuple[Scene, Problem]:
+    """20 mm up in 110° and back in 110°: 4 kg on a spring, in a line contact of 12 mm."""
+    ranges = {"offset": (-10.0, 10.0), "roller_radius": (8.0, 16.0)}
+    search: dict[str, Any] = {
+        name: dict(zip(("start", "stop"), ranges[name], strict=True)) for name in free if name in ranges
+    }
+    bounds = [SIZES, *(ranges[name] for name in free if name in ranges)]
+    if "angles" in free:
+        search |= {f"angle_{kind}": {"start": 80, "stop": 140} for kind in ("rise", "return")}
+        bounds.append((80.0, 140.0))
+    dynamics = {"mass": 4, "spring_rate": 6, "preload": PRELOAD}
+    turn = (("rise", 110), ("dwell", 60), ("return", 110), ("dwell", 80))
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rpm": RPM, "base_radius": 40},
+            "follower": {"motion": "translating", "contact": "roller", "roller_radius": 12, "dynamics": dynamics},
+            "materials": {"cam": "steel", "follower": "steel", "face_width": WIDTH},
+            "motion": [
+                {"segment": kind, "angle": angle} | ({} if kind == "dwell" else {"lift": 20, "law": LAW})
+                for kind, angle in turn
+            ],
+            "limits": {"pressure_angle": LIMITS[0], "contact_stress": stress},
+            "search": search,
+        }
+    )
+
+    def usage(x: Array, samples: int) -> Array:
+        sizes = dict(zip(("base", *free), x, strict=True))
+        lead, roller, rise = sizes.get("offset", 0.0), sizes.get("roller_radius", 12.0), sizes.get("angles", 110.0)
+        height, parts = np.sqrt(max((x[0] + roller) ** 2 - lead**2, 0.0)), []
+        for y, y1, y2 in strokes(rise, 220.0 - rise, 20.0, samples):
+            up, side = height + y + 1e-12, y1 - lead
+            square = up**2 + side**2
+            bend = (square + side * y1 - up * y2) / square**1.5
+            force = (4e-3 * (RPM * np.pi / 30.0) ** 2 * y2 + 6.0 * y + PRELOAD) * np.sqrt(square) / up
+            gap = 1.0 - roller * bend
+            touch = np.where(gap > 0.0, 1.0 / (roller * np.where(gap > 0.0, gap, 1.0)), -1.0)
+            parts += [np.abs(side / up) / np.tan(np.radians(LIMITS[0])), stress_usage(force, touch, WIDTH, stress)]
+        return np.concatenate(parts)
+
+    return scene, Problem(tuple(bounds), usage)
+
+
 PROBLEMS = {
     "offset": translating(offset=True, angles=False),
     "angles": translating(offset=False, angles=True),
@@ -157,6 +211,11 @@ PROBLEMS = {
     "arm": oscillating(arm=True, centre=False),
     "arm and centre": oscillating(arm=True, centre=True),
     "face and centre": flat(),
+    "stress: roller": loaded_roller(("roller_radius",), 740.0),
+    "stress: offset": loaded_roller(("offset",), 820.0),
+    "stress: angles": loaded_roller(("angles",), 820.0),
+    "stress: offset, roller": loaded_roller(("offset", "roller_radius"), 740.0),
+    "stress: offset, roller, angles": loaded_roller(("offset", "roller_radius", "angles"), 760.0),
 }
 
 
