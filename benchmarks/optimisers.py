@@ -1,7 +1,8 @@
 """The smallest cam with more than the size free, beside general optimisers: ``python benchmarks/optimisers.py``.
 
-Offset, angles, roller, arm and centre distance, or a flat face's offset are free; pressure angle, curvature or a stress decides. A rival samples the turn, so that its cam
-may be too small: the table says by how many mm, and by what share it breaks a limit between the samples.
+Offset, angles, roller, arm and centre distance, or a flat face's offset are free. Pressure angle, curvature or a
+stress decides. A rival samples the turn, so that its cam may be too small: the table says by how many mm, and by
+what share it breaks a limit between the samples.
 """
 
 import warnings
