@@ -110,7 +110,7 @@ class SynthesisSettings(SceneTable):
     ] = 5
     pieces: Annotated[
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=2, le=200)] | None,
-        Key("Number of polynomial pieces of a stroke; 16 if the limits are convex, else 48, if not given"),
+        Key("Number of polynomial pieces of a stroke; if not given, 10 to 48 if the limits are convex, else 48"),
     ] = None
     continuity: Annotated[
         Annotated[int, BeforeValidator(check_whole_number), Field(ge=2, le=8)] | None,
