@@ -176,7 +176,7 @@ def loaded_roller(free: tuple[str, ...], stress: float) -> tuple[Scene, Problem]
     turn = (("rise", 110), ("dwell", 60), ("return", 110), ("dwell", 80))
     scene = Scene.from_dict(
         {
-            "cam": {"form": "disc", "rpm": RPM, "base_radius": 40},
+            "cam": {"form": "disc", "rotation": "cw", "rpm": RPM, "base_radius": 40},
             "follower": {"motion": "translating", "contact": "roller", "roller_radius": 12, "dynamics": dynamics},
             "materials": {"cam": "steel", "follower": "steel", "face_width": WIDTH},
             "motion": [
