@@ -56,6 +56,7 @@ GENTLE_SLACK = 5e-5  # share of the objective's unit, or of its scale if less, t
 MISSES_SHOWN = 3  # laws whose cams are searched for their nearest misses, for the message
 ROBUST_ROUNDS = 2  # rounds of tightening limits by tolerances, each at the sizes of the optimum before
 SMALL_GAP = 5e-4  # relative gap to the bound at which laws with more pieces are not tried
+WIDE_GAP = 0.02  # relative gap to the bound at which convex steps are tried beside the splines with few pieces
 EQUAL_ENDS, EQUAL_SHARE = 3, 1e-3  # starts that end this near to the best, in units of the objective, are enough
 NONCONVEX_GAP = 1e-3  # relative: a nonconvex limit is active if a cam exceeds its convex optimum by more
 
@@ -138,7 +139,10 @@ def best_synthesis(
     candidates, error = [], Unmet("")
     for problem, optimum in problems:
         try:
-            candidates.append(_cam_near_relaxed_optimum(scene, optimum) or _best_free_laws(scene, problem, advance))
+            near = _cam_near_relaxed_optimum(scene, optimum)
+            candidates += [near] if near else []
+            if near is None or near[0].objective > (optimum.bound or 0.0) * (1.0 + WIDE_GAP):
+                candidates.append(_best_free_laws(scene, problem, advance))
         except Unmet as reason:
             error = reason
     if not candidates:
