@@ -124,7 +124,7 @@ class SampledConstraints:
 
         ``state`` is y to y''' at the samples (4, n) [mm or rad, per radᵏ], or several such states one after
         another. A curve that applies to one direction is 0 where the follower moves the other way. The direction is
-        that of ``direction_state`` if it is given. Undefined values are infinite.
+        that of ``state_giving_direction`` if it is given. Undefined values are infinite.
         """
         designs, programme, follower_state = (
             with_added_errors(self.problem.design_of_sizes(*sizes), self.errors),

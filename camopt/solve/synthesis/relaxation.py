@@ -126,7 +126,7 @@ class RelaxedMotion(StrokeMotion):
         ]
 
     def _impose_linear(self, constraint: LinearConstraint, acceleration_ranges: list[DerivativeRange]) -> None:
-        """A linear constraint at the nodes and over each panel; ``ranges`` are those of a."""
+        """A linear constraint at the nodes and over each panel; ``acceleration_ranges`` are those of a."""
         displacement, velocity = constraint.displacement, constraint.velocity / self.angle
         acceleration = constraint.acceleration / self.angle**2
         size_part, (h, y, v, a) = (

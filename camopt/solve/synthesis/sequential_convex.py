@@ -287,7 +287,7 @@ class SequentialConvex:
     ) -> str:
         """Solve a step from a solution, within the trust radius and below the planes: the solver's status.
 
-        Planes further than ``near`` below their bounds are left out, unless the step passes them.
+        Planes further than ``plane_distance`` below their bounds are left out, unless the step passes them.
         """
         (rows, upper_bounds), vector = planes, _solution_vector(iterate)
         identity = sparse.eye_array(vector.size, rows.shape[1], format="csr")

@@ -166,7 +166,7 @@ def _distinct_bernstein(splines: Splines, order: int, degree: int) -> "scipy.spa
 
 
 def elevate_degree(rows: "scipy.sparse.csr_array", degree: int, added_degrees: int) -> "scipy.sparse.csr_array":
-    """Bernstein coefficients of polynomials of a degree, as those of degree + ``up``."""
+    """Bernstein coefficients of polynomials of a degree, as those of degree + ``added_degrees``."""
     for _ in range(added_degrees):
         degree += 1
         share = np.arange(degree + 1) / degree

@@ -66,7 +66,7 @@ class StrokeMotion:
         """y or a derivative of it at an end of the stroke; None if the representation does not have it."""
 
     def impose_rest(self, zero_derivatives: int, at_stroke_end: bool) -> None:
-        """Make the first ``rest`` derivatives zero at an end, beside a dwell."""
+        """Make the first ``zero_derivatives`` derivatives zero at an end, beside a dwell."""
 
     def displacement_at(self, x: float) -> Any:
         """y at x of the unit stroke, where the motion is lowest; a relaxation returns a free variable."""

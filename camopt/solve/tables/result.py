@@ -305,7 +305,7 @@ def records_under_key(
     Raises
     ------
     UnknownName
-        If there are no such rows. The message names the others, with ``tables``.
+        If there are no such rows. The message names the others, with ``other_table_names``.
     """
     kinds = {key: value for key, value in document.items() if is_list_or_mapping_of_records(value)}
     if name not in [*kinds]:

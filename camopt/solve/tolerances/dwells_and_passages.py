@@ -596,7 +596,7 @@ class LevelPassages:
     """Level of the tool, mm (rad)."""
 
     def passage_range(self, nominal_angle: float, *, outward: bool) -> PassageRange:
-        """Cam angles between which all cams pass the level that the nominal cam passes at ``angle`` [rad]."""
+        """Cam angles between which all cams pass the level that the nominal cam passes at an angle [rad]."""
         first, last = (1.0, -1.0) if outward else (-1.0, 1.0)
         return PassageRange(
             self._last_angle_of_any_passage(nominal_angle, -1.0, first),

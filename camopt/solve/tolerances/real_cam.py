@@ -151,9 +151,9 @@ class RealCam:
         """Contact of cams with the points ``places`` of their profiles (rad), and the error of the tool there.
 
         ``places`` are the cam angles at which the nominal follower touches these points. Errors are flat, as they
-        are when the point is touched. With ``fixed`` they are those of the cam, so that the wave at a second
-        contact is taken where that contact touches. A cam that touches before a jump of y'' instead of after it, or
-        the other way round, has the jump as its error, unless ``jumps`` is False.
+        are when the point is touched. With ``errors_in_cam_frame`` they are those of the cam, so that the wave at a
+        second contact is taken where that contact touches. A cam that touches before a jump of y'' instead of after
+        it, or the other way round, has the jump as its error, unless ``include_jumps`` is False.
         """
         contact = self.cam_turn_and_follower_errors(
             errors, places, order, include_jumps=include_jumps, errors_in_cam_frame=errors_in_cam_frame
@@ -293,7 +293,7 @@ class RealCam:
     def contact_errors_with_turned_bore(
         self, contact_number: int, errors: Errors, angle_ahead: Any = 0.0, *, errors_in_cam_frame: bool = False
     ) -> dict[str, Any]:
-        """Errors at a contact that touches ``ahead`` (rad) of the first, with the bore's axis as it is then."""
+        """Errors at a contact that touches an angle [rad] ahead of the first, with the axis of the bore then."""
         local = errors_at_contact(self.problem, contact_number, errors)
         if not self.is_developed:
             local = with_turned_vector_error(local, BORE, angle_ahead * self.contacts[contact_number].design.sense)
@@ -334,7 +334,7 @@ def follower_errors(
 ) -> list[Any]:
     """δ and its derivatives by the cam angle θ, up to an order.
 
-    ``change(k)`` is d_k without the jumps of y'' between φ and θ, and ``jump`` is their sum.
+    ``derivative_change(k)`` is d_k without the jumps of y'' between φ and θ. ``acceleration_jump`` is their sum.
     """
     m, t = shift
     errors = [m.terms[0] - derivative_change(0)]

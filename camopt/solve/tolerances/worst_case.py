@@ -317,7 +317,7 @@ class WorstSearch:
     ) -> ContactError:
         """Contact of cams with the places ``angles`` (rad), and their errors of this order, from polar errors.
 
-        Without ``jumps``, the jumps of y'' between place and cam angle do not count.
+        Without ``include_jumps``, the jumps of y'' between place and cam angle do not count.
         """
         return self.cam.tool_error_at_contact(
             flat_from_polar_errors(errors), angles, self.order, include_jumps=include_jumps

@@ -159,7 +159,7 @@ class BoxParts:
         )
 
     def split_at_panel_place(self, panel_place: FloatArray) -> "BoxParts":
-        """Cut the parts in two that have their ``place`` on the panel inside."""
+        """Cut the parts in two that have their ``panel_place`` on the panel inside."""
         inside = (self.low[0] < panel_place) & (panel_place < self.high[0])
         before, after = np.where(inside, panel_place, self.high[0]), panel_place[inside]
         low, high = np.hstack([self.low, self.low[:, inside]]), np.hstack([self.high, self.high[:, inside]])

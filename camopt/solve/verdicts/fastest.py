@@ -355,7 +355,7 @@ class SpeedSearch:
         return SpeedLimit(*words, rpm, gain, by_percent, is_held_at_scene_speed, proof)
 
     def first_broken_speed_and_proof(self, start_rpm: float, grid: FloatArray) -> tuple[float, str]:
-        """The lowest speed above ``start`` at which the limit is just held, and how this is proved."""
+        """The lowest speed above ``start_rpm`` at which the limit is just held, and how this is proved."""
         search, speeds = self, grid[grid > start_rpm]
         over = self.excesses(speeds) > 0.0
         if not over.any():

@@ -89,8 +89,8 @@ def known_extremes_with_limited_curve(
 ) -> KnownExtremes:
     """Known extremes of the designs, with those of the curve of some constraints added.
 
-    ``variants`` are curves of quantities with their kinds of piece. Kinds that they treat separately have separate
-    questions.
+    ``quantity_curve_variants`` are curves of quantities with their kinds of piece. Kinds that they
+    treat separately have separate questions.
     """
     curve = constraints[0].curve
     questions = _fewest_extreme_questions(

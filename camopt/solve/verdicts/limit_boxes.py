@@ -133,7 +133,7 @@ def _verdict_by_interval_arithmetic(
 
 
 def _ranges_without_train(number_ranges: NumberRanges) -> NumberRanges:
-    """The ranges of ``ends`` without those of the train."""
+    """The ranges of ``number_ranges`` without those of the train."""
     trains = entries_of_train_numbers(number_ranges)
     return {field: limits for field, limits in number_ranges.items() if field not in trains}
 
