@@ -343,14 +343,19 @@ class Machine(Drawable, SceneTable):
             If the file does not exist or cannot be read.
         """
         name = os.fsdecode(path)
+        return cls._read(name, name)
+
+    @classmethod
+    def _read(cls, path: str, file: str) -> "Machine":
+        """The machine of a TOML file that messages and results call ``file``."""
         machine = cls.__new__(cls)
-        data = {"name": printable(Path(name).stem), **parse_toml(read_bytes(name), name)}
-        machine._fill_and_check(data, name, Path(name).parent)
+        data = {"name": printable(Path(path).stem), **parse_toml(read_bytes(path), file)}
+        machine._fill_and_check(data, file, Path(path).parent)
         return machine
 
     @property
     def file(self) -> str:
-        """The name of the machine's file; without a file, the name that messages use."""
+        """The path of the machine's file, or the name that messages use where the machine was not read from one."""
         return self._file
 
     @property
@@ -587,7 +592,7 @@ def find_machine(name: str | os.PathLike[str]) -> Machine:
         raise BadInput([Mistake("camopt", "machine", name, MACHINE_WORDS)])
     word = os.fsdecode(name)
     if word in shipped_machines():
-        return Machine.from_toml(MACHINES / f"{word}.toml")
+        return Machine._read(os.fspath(MACHINES / f"{word}.toml"), word)
     if Path(word).is_file():
         return Machine.from_toml(word)
     why = "there is no such file" if Path(word).suffix else suggest_names(word, shipped_machines())

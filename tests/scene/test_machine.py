@@ -23,6 +23,16 @@ def test_shipped_machines_hold_their_limits(name):
     assert is_machine(name)
 
 
+@pytest.mark.parametrize("name", camopt.shipped_machines())
+def test_a_shipped_machine_has_no_file(name, tmp_path):
+    """Otherwise ``serve`` would save beside it, in the folder of the package."""
+    machine = camopt.find_machine(name)
+    assert machine.file == name
+    path = tmp_path / "own.toml"
+    path.write_text(machine.with_files_inside().to_toml())
+    assert camopt.find_machine(path).file == str(path)
+
+
 def test_a_machine_is_read_from_its_file_with_paths_beside_it(tmp_path):
     folder = tmp_path / "cams"
     folder.mkdir()
