@@ -11,10 +11,15 @@
    lift     of the follower
    samples  how many
    motion   (5, samples): y, y', y'', and cos y and sin y for a follower that oscillates
+   cells    of smooth motion between the joints of the law; of each the rate of t by the cam angle, t being -1 to 1
+            from end to end, and the terms of y by powers of t: terms is (cells, TERMS + 1)
+   each     samples of a cell at even t, both its ends included; samples after those of the last cell are of dwells
    found    (designs, 3): the largest |tan b|, the least and the largest curvature of the pitch curve in 1/mm; of a
             flat face, the least and the largest radius of curvature of the profile in mm */
 
 #include <tgmath.h>
+
+#define TERMS 12
 
 #ifndef NUMBER
 #define NUMBER float
@@ -91,29 +96,96 @@ INLINE point at_cylindrical_oscillating(cam c, state m) {
     return (point){w / s, curvature(s, -w, s1, -w1, -c.sense * m.y1)};
 }
 
-#define EXTREMES(NAME)                                                                                            \
-    void NAME##_extremes(long designs, const NUMBER *restrict sizes, NUMBER sense, NUMBER lift, long samples,     \
-                         const NUMBER *restrict motion, NUMBER *restrict found) {                                 \
+enum { STEEPEST, LEAST, LARGEST };
+
+/* The motion in a cell. */
+INLINE state motion_in(const NUMBER *cell, NUMBER t) {
+    NUMBER y = cell[TERMS], y1 = 0, half_y2 = 0;
+    for (int k = TERMS - 1; k > 0; k--) half_y2 = half_y2 * t + y1, y1 = y1 * t + y, y = y * t + cell[k];
+    return (state){y, y1 * cell[0], 2 * half_y2 * cell[0] * cell[0], cos(y), sin(y)};
+}
+
+/* What is largest at the extreme. */
+INLINE NUMBER height(point p, int which) {
+    return which == STEEPEST ? fabs(p.tangent) : which == LEAST ? -p.bend : p.bend;
+}
+
+/* The first sample of this value. */
+INLINE long place(const NUMBER *samples, NUMBER value) {
+    long j = 0;
+    while (samples[j] != value) j++;
+    return j;
+}
+
+/* The numbers of the curves that designs share, for each design. */
+void share_out(long designs, const NUMBER *restrict curves, const int *restrict curve_of, NUMBER *restrict found) {
+    for (long i = 0; i < designs; i++)
+        for (int k = 0; k < 3; k++) found[3 * i + k] = curves[3 * curve_of[i] + k];
+}
+
+#define WORKS(NAME)                                                                                               \
+    /* The extremes of the samples; the samples too, where there is room for them. */                             \
+    INLINE void sample_##NAME(cam c, long samples, const NUMBER *restrict motion, NUMBER *restrict found,         \
+                              NUMBER *restrict tangents, NUMBER *restrict bends) {                                \
         const NUMBER *y = motion, *y1 = y + samples, *y2 = y1 + samples, *cosine = y2 + samples,                  \
                      *sine = cosine + samples;                                                                    \
+        NUMBER steepest = 0, least = 1e30, largest = -1e30;                                                       \
+        for (long j = 0; j < samples; j++) {                                                                      \
+            point p = at_##NAME(c, (state){y[j], y1[j], y2[j], cosine[j], sine[j]});                              \
+            NUMBER tangent = fabs(p.tangent);                                                                     \
+            if (tangents) tangents[j] = tangent, bends[j] = p.bend;                                               \
+            steepest = tangent > steepest ? tangent : steepest;                                                   \
+            least = p.bend < least ? p.bend : least;                                                              \
+            largest = p.bend > largest ? p.bend : largest;                                                        \
+        }                                                                                                         \
+        found[STEEPEST] = steepest, found[LEAST] = least, found[LARGEST] = largest;                               \
+    }                                                                                                             \
+                                                                                                                  \
+    void NAME##_extremes(long designs, const NUMBER *restrict sizes, NUMBER sense, NUMBER lift, long samples,     \
+                         const NUMBER *restrict motion, NUMBER *restrict found) {                                 \
         for (long i = 0; i < designs; i++) {                                                                      \
             const NUMBER *d = sizes + 6 * i;                                                                      \
             cam c = NAME((design){d[0], d[1], d[2], d[3], d[4], d[5], sense, lift});                              \
-            NUMBER steepest = 0, least = 1e30, largest = -1e30;                                                   \
-            for (long j = 0; j < samples; j++) {                                                                  \
-                point p = at_##NAME(c, (state){y[j], y1[j], y2[j], cosine[j], sine[j]});                          \
-                NUMBER tangent = fabs(p.tangent);                                                                 \
-                steepest = tangent > steepest ? tangent : steepest;                                               \
-                least = p.bend < least ? p.bend : least;                                                          \
-                largest = p.bend > largest ? p.bend : largest;                                                    \
+            sample_##NAME(c, samples, motion, found + 3 * i, 0, 0);                                               \
+        }                                                                                                         \
+    }                                                                                                             \
+                                                                                                                  \
+    /* An extreme of the continuous motion near its best sample: the vertex of a parabola, then of a narrow one. */\
+    INLINE NUMBER polish_##NAME(cam c, const NUMBER *terms, long each, long j, NUMBER best, int which) {          \
+        const NUMBER *cell = terms + (TERMS + 1) * (j / each);                                                    \
+        NUMBER apart = 2 / (NUMBER)(each - 1), t = apart * (j % each) - 1, steps[] = {apart / 4, apart / 64}, f[3];\
+        for (int k = 0; k < 2; k++) {                                                                             \
+            NUMBER h = steps[k];                                                                                  \
+            t = fmin(fmax(t, h - 1), 1 - h);                                                                      \
+            for (int i = 0; i < 3; i++) f[i] = height(at_##NAME(c, motion_in(cell, t + h * (i - 1))), which);     \
+            NUMBER bend = f[0] - 2 * f[1] + f[2], move = bend < 0 ? (f[0] - f[2]) / (2 * bend) : f[2] - f[0];     \
+            best = fmax(best, fmax(f[1], fmax(f[0], f[2])));                                                      \
+            t += h * fmin(fmax(move, -4), 4);                                                                     \
+        }                                                                                                         \
+        return fmax(best, height(at_##NAME(c, motion_in(cell, fmin(fmax(t, -1), 1))), which));                    \
+    }                                                                                                             \
+                                                                                                                  \
+    void NAME##_polished(long designs, const NUMBER *restrict sizes, NUMBER sense, NUMBER lift, long samples,     \
+                         const NUMBER *restrict motion, NUMBER *restrict found, long cells,                       \
+                         const NUMBER *restrict terms, long each) {                                               \
+        NUMBER tangents[samples], bends[samples];                                                                 \
+        for (long i = 0; i < designs; i++, found += 3) {                                                          \
+            const NUMBER *d = sizes + 6 * i;                                                                      \
+            cam c = NAME((design){d[0], d[1], d[2], d[3], d[4], d[5], sense, lift});                              \
+            sample_##NAME(c, samples, motion, found, tangents, bends);                                            \
+            for (int which = 0; which < 3; which++) {                                                             \
+                long j = place(which == STEEPEST ? tangents : bends, found[which]);                               \
+                NUMBER sign = which == LEAST ? -1 : 1;                                                            \
+                long first = j % each == 0 && j > 0 ? j - 1 : j, last = j % each == each - 1 ? j + 1 : j;         \
+                for (j = first; j <= last && j < cells * each; j++)  /* in both cells at a joint */               \
+                    found[which] = sign * polish_##NAME(c, terms, each, j, sign * found[which], which);           \
             }                                                                                                     \
-            found[3 * i] = steepest, found[3 * i + 1] = least, found[3 * i + 2] = largest;                        \
         }                                                                                                         \
     }
 
-EXTREMES(disc_translating)
-EXTREMES(disc_translating_flat)
-EXTREMES(disc_oscillating)
-EXTREMES(disc_oscillating_flat)
-EXTREMES(cylindrical_translating)
-EXTREMES(cylindrical_oscillating)
+WORKS(disc_translating)
+WORKS(disc_translating_flat)
+WORKS(disc_oscillating)
+WORKS(disc_oscillating_flat)
+WORKS(cylindrical_translating)
+WORKS(cylindrical_oscillating)

@@ -7,6 +7,7 @@ Source of the modified laws: Norton, Cam Design and Manufacturing Handbook, ch. 
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
 from rival_numpy import LAWS, Array, Motion, Stroke
 
 
@@ -60,10 +61,40 @@ Segment = tuple[float, float]
 
 def motion_table(law: str, segments: Sequence[Segment], samples: int) -> Array:
     """y, y', y'', cos y and sin y at even angles of each segment with both its ends, (5, about ``samples``)."""
-    parts, height = [], 0.0
-    for angle, lift in segments:
-        x = np.linspace(0.0, 1.0, max(2, round(samples * angle / 360)))
-        parts.append(Stroke(ALL_LAWS[law], np.radians(angle), height, lift).motion(x))
-        height += lift
+    counts = [max(2, round(samples * angle / 360)) for angle, _ in segments]
+    strokes = zip(_strokes(law, segments), counts, strict=True)
+    return _table([stroke.motion(np.linspace(0.0, 1.0, count)) for stroke, count in strokes])
+
+
+def motion_cells(law: str, segments: Sequence[Segment], each: int, terms: int) -> tuple[Array, Array]:
+    """The motion at samples, and as polynomials in eighths of the strokes, where all laws have their joints.
+
+    The samples are rows as those of ``motion_table``, ``each`` of them in a cell, and one of each dwell after them.
+    The polynomials are as ``rival.c`` takes them, (cells, 1 + ``terms``).
+    """
+    samples, dwells, cells = [], [], []
+    t = np.linspace(-1.0, 1.0, each)
+    for stroke in _strokes(law, segments):
+        if stroke.lift == 0.0:
+            dwells.append(stroke.motion(np.zeros(1)))
+            continue
+        rate = 16 / stroke.angle
+        for start in np.arange(8) / 8:
+            fit = Chebyshev.interpolate(lambda x: stroke.motion(x)[0], terms - 1, [start, start + 1 / 8])  # noqa: B023
+            y = Polynomial(np.polynomial.chebyshev.cheb2poly(fit.coef))
+            samples.append((y(t), rate * y.deriv()(t), rate**2 * y.deriv(2)(t)))
+            cells.append([rate, *y.coef, *[0.0] * (terms - y.coef.size)])
+    return _table([*samples, *dwells]), np.array(cells)
+
+
+def _strokes(law: str, segments: Sequence[Segment]) -> list[Stroke]:
+    heights = np.cumsum([0.0, *(lift for _, lift in segments)])
+    return [
+        Stroke(ALL_LAWS[law], np.radians(angle), height, lift)
+        for (angle, lift), height in zip(segments, heights[:-1], strict=True)
+    ]
+
+
+def _table(parts: Sequence[Motion]) -> Array:
     y, y1, y2 = (np.concatenate(each) for each in zip(*parts, strict=True))
     return np.array([y, y1, y2, np.cos(y), np.sin(y)])

@@ -10,8 +10,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from rival_c import SAMPLES, SIZES, Rival
-from rival_motion import motion_table
+from rival_c import CELL_SAMPLES, SAMPLES, SIZES, TERMS, Rival, shared_curves
+from rival_motion import Segment, motion_cells, motion_table
 from rival_numpy import Array
 
 from camopt import Scene, find_scene, sweep
@@ -46,10 +46,19 @@ class Job:
 
     def motions(self, samples: int) -> list[Array]:
         """The tabulated motion with each law."""
+        return [motion_table(law, self.turn, samples) for law in self.raw["search"]["law"]]
+
+    @property
+    def turn(self) -> list[Segment]:
+        """The segments, in mm or rad."""
         unit = np.pi / 180 if self.raw["follower"]["motion"] == "oscillating" else 1.0
         signs = {"rise": unit, "return": -unit, "dwell": 0.0}
-        turn = [(each["angle"], signs[each["segment"]] * each.get("lift", 0.0)) for each in self.raw["motion"]]
-        return [motion_table(law, turn, samples) for law in self.raw["search"]["law"]]
+        return [(each["angle"], signs[each["segment"]] * each.get("lift", 0.0)) for each in self.raw["motion"]]
+
+    @property
+    def sense(self) -> float:
+        """As ``rival.c`` takes it."""
+        return 1.0 if self.raw["cam"].get("rotation", "ccw") == "ccw" else -1.0
 
     def swept(self, workers: int) -> Callable[[], Any]:
         """What sweeps the space with camopt, and writes no tables."""
@@ -57,11 +66,19 @@ class Job:
 
     def sampled(self, rival: Rival, threads: int, samples: int = SAMPLES) -> Callable[[], list[Array]]:
         """What gives the extremes of the same designs by a rival, law by law; all that can be shared is made."""
-        sense = 1.0 if self.raw["cam"].get("rotation", "ccw") == "ccw" else -1.0
         sizes = self.sizes.astype(rival.number)
         motions = [motion.astype(rival.number) for motion in self.motions(samples)]
         lift = float(max(motion[0].max() for motion in motions))
-        return lambda: [rival.extremes(self.mechanism, sizes, sense, lift, each, threads) for each in motions]
+        return lambda: [rival.extremes(self.mechanism, sizes, self.sense, lift, each, threads) for each in motions]
+
+    def polished(self, rival: Rival, threads: int) -> Callable[[], list[Array]]:
+        """What gives them to 1e-9, curve by curve; curves and motions are made before."""
+        curves = shared_curves(self.mechanism, self.sizes)
+        motions = [motion_cells(law, self.turn, CELL_SAMPLES, TERMS) for law in self.raw["search"]["law"]]
+        lift = float(max(motion[0].max() for motion, _ in motions))
+        return lambda: [
+            rival.polished_extremes(self.mechanism, curves, self.sense, lift, each, threads) for each in motions
+        ]
 
 
 def _values(choice: Any) -> Any:

@@ -23,12 +23,13 @@ import rival_c
 import sides
 import speed
 import tasks
+from beside_c import all_rows
 from c_library import c_compiler
 from random_cams import QUANTITIES, by_numpy, random_cams
 from rival_motion import ALL_LAWS, motion_table
 from rival_numpy import LAWS as LAWS_IN_NUMPY
 from smallest_cams import by_brentq, smallest_cam
-from throughput import KEYS, carried_job, jobs, loaded_job
+from throughput import KEYS, Job, carried_job, jobs, loaded_job
 
 from camopt.model.motion import LAWS
 
@@ -121,27 +122,54 @@ CURVATURES = ("pitch_curvature_min_per_mm", "pitch_curvature_max_per_mm")
 MISSED = 4e-3  # h²/8·f'' of samples h apart: f'' is up to a hundred, f being tan β or κ by its largest value
 
 
+def gaps_to_camopt(job, found):
+    """How far the rival's extremes stay within camopt's, (designs, 2 or 3)."""
+    names = (
+        "pressure_angle_max_deg",
+        *(("profile_radius_min_mm",) if job.mechanism.endswith("flat") else CURVATURES),
+    )
+    keys = {**KEYS, "size": "base_radius" if job.mechanism.startswith("disc") else "mean_radius"}
+    (law,) = job.raw["search"]["law"]
+    frame = pd.DataFrame(job.sizes, columns=[f"{keys[name]}_mm" for name in rival_c.SIZES])
+    frame = frame.loc[:, frame.any()].assign(law=law)
+    own = evaluate_designs(job.scene.replace(outputs=list(names)), frame)[list(names)].to_numpy(copy=True)
+    own[:, 0] = np.tan(np.radians(own[:, 0]))
+    scale = np.array([1.0, *[np.abs(own[:, 1:]).max()] * (len(names) - 1)])
+    return np.array([1.0, -1.0, 1.0])[: len(names)] * (own - found[:, : len(names)]) / scale
+
+
 @pytest.mark.skipif(c_compiler() is None, reason="there is no C compiler")
 @pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
 def test_the_rival_in_c_comes_nearer_to_the_extremes_with_the_square_of_its_samples(mechanism):
     """A sample is never beyond an extreme of the continuous motion."""
     job, samples = jobs(8)[mechanism], rival_c.SAMPLES
-    names = ("pressure_angle_max_deg", *(("profile_radius_min_mm",) if mechanism.endswith("flat") else CURVATURES))
-    keys = {**KEYS, "size": "base_radius" if mechanism.startswith("disc") else "mean_radius"}
-    frame = pd.DataFrame(job.sizes, columns=[f"{keys[name]}_mm" for name in rival_c.SIZES])
-    frame = frame.loc[:, frame.any()].assign(law="cycloidal")
-    own = evaluate_designs(job.scene.replace(outputs=list(names)), frame)[list(names)].to_numpy(copy=True)
-    own[:, 0] = np.tan(np.radians(own[:, 0]))
-    scale = np.array([1.0, *[np.abs(own[:, 1:]).max()] * (len(names) - 1)])
     (single,) = job.sampled(rival_c.rival("float"), 3)()
     for count, allowed in ((samples, MISSED), (16 * samples, MISSED / 256)):
         (found,) = job.sampled(rival_c.rival("double"), 2, count)()
-        gap = np.array([1.0, -1.0, 1.0])[: len(names)] * (own - found[:, : len(names)]) / scale
+        gap = gaps_to_camopt(job, found)
         assert gap.min() >= -1e-9
         assert gap.max() <= allowed
         if count == samples:
             largest = np.maximum(np.abs(found).max(axis=0), 1e-30)
             assert single / largest == pytest.approx(found / largest, abs=1e-4)
+
+
+@pytest.mark.skipif(c_compiler() is None, reason="there is no C compiler")
+@pytest.mark.parametrize("law", ALL_LAWS)
+@pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
+def test_the_polished_rival_in_c_agrees_with_camopt(mechanism, law):
+    """It may miss the highest of two peaks of nearly the same height."""
+    job = jobs(7)[mechanism]
+    job = Job(mechanism, job.scene.replace(**{"search.law": [law]}))
+    (found,) = job.polished(rival_c.rival("double"), 2)()
+    gap = np.abs(gaps_to_camopt(job, found))
+    assert np.mean(gap <= 1e-9) >= 0.95
+    assert gap.max() <= MISSED
+
+
+def test_the_rows_of_the_default_sweep_are_those_of_the_feasible_designs():
+    job = Job("disc_translating", jobs(20)["disc_translating"].scene)
+    assert sum(rows.count for rows in all_rows(job, 2)) == job.swept(1)().feasible
 
 
 def test_a_motion_table_has_both_ends_of_every_segment():
