@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.core.numerics import BoolArray, ComplexArray, FloatArray
 from camopt.core.numerics.interval import as_interval
-from camopt.core.numerics.stable_functions import difference_of_squares_root, exact_sum
+from camopt.core.numerics.stable_functions import difference_of_squares_root, exact_sum, triangle_angle
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
 from camopt.model.mechanisms.elements import Body, DriveKind, Flank, FollowerMotion, Tip
 from camopt.model.motion.profile_contact import ProfileContact as OnProfile
@@ -132,6 +132,12 @@ class Designs:
         """Least height of a translating trace point above the cam's axis, √(R_p² − e²) [mm]."""
         root: FloatArray = difference_of_squares_root(self.size, self.offset, self.roller_radius)
         return root
+
+    @cached_property
+    def start_arm_angle(self) -> FloatArray:
+        """Angle ψ₀ of an oscillating arm at displacement 0 [rad]."""
+        angle: FloatArray = triangle_angle(self.centre_distance, self.arm_length, self.size, self.roller_radius)
+        return angle
 
     @cached_property
     def knife_edge_designs(self) -> "Designs":

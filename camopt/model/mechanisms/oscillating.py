@@ -86,16 +86,8 @@ def oscillating_outline(state, centre_distance, arm_length, cosine, sine, roller
     return np.sqrt(across + np.square(centre_distance * sine)) - roller_radius
 
 
-def start_arm_angle(designs: Designs) -> FloatArray:
-    """Angle ψ₀ of the arm at displacement 0 [rad]."""
-    angle: FloatArray = triangle_angle(
-        designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius
-    )
-    return angle
-
-
 def _oscillating_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
-    start = start_arm_angle(designs)
+    start = designs.start_arm_angle
     sense = np.full(len(designs), designs.sense)
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
@@ -107,7 +99,7 @@ def _oscillating_outline_curve(designs: Designs, programme: Programme, beyond: A
 
 def _oscillating_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
-    return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - start_arm_angle(designs)
+    return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - designs.start_arm_angle
 
 
 def trace_point_at_arm_angle(designs: Designs, angle: Any) -> tuple[Any, Any]:
@@ -118,7 +110,7 @@ def trace_point_at_arm_angle(designs: Designs, angle: Any) -> tuple[Any, Any]:
 
 def _oscillating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     """The contact; its normal is p − σ·y'·(c − p), with the trace point p and the pivot c."""
-    return _contact_point_at_trace_point(design, *trace_point_at_arm_angle(design, y + start_arm_angle(design)), y1)
+    return _contact_point_at_trace_point(design, *trace_point_at_arm_angle(design, y + design.start_arm_angle), y1)
 
 
 def _contact_point_at_trace_point(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
@@ -130,7 +122,7 @@ def _oscillating_shifted_contact(
     design: Designs, lift: float, y: Any, y1: Any, errors: ContactErrors
 ) -> ContactShift:
     """From the law of cosines for the triangle with errors in its sides: cos ψ falls by ``fall``."""
-    angle = y + start_arm_angle(design)
+    angle = y + design.start_arm_angle
     cosine, sine = cosine_and_sine_series(angle)
     c, l, dc, dl = (  # noqa: E741
         design.centre_distance,
@@ -177,7 +169,7 @@ MECHANISM = Mechanism(
     speeding=lambda designs, programme: oscillating_tangential_acceleration(*_oscillating_curve_fields(designs)),
     curvature=lambda designs, programme: oscillating_curvature(*_oscillating_curve_fields(designs)),
     outline=_oscillating_outline_curve,
-    start=start_arm_angle,
+    start=lambda designs: designs.start_arm_angle,
     trace_point=trace_point_at_arm_angle,
     assembly_margins=_oscillating_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle at every displacement",

@@ -57,6 +57,7 @@ from camopt.solve.verdicts.evaluation import evaluate
 STEP_STARTS = 2  # number of starts for convex steps: the most promising
 QUANTITY_ERROR = 1e-3  # relative slack of a held quantity: the row has the cam's own value
 EQUAL_LAWS_CHANGE = 1e-4  # laws that differ by less are one optimum, apart from the solver's error
+LEAST_SIZE_SLACK = 1e-4  # relative: a solution this near to the least possible size may have a cam of that size
 HELD_VALUE_SLACK = 1e-9  # relative slack of a held term
 SIZE_INCREASES = (
     0.0,
@@ -252,11 +253,13 @@ class AxisMinimiser:
         if not motion_holds_limits(problem, programme):
             self.is_margin_too_small = True
             return None
-        cam = (
-            self._feasible_cam_near_solved_size(laws)
-            if self.keys and not _has_listed_sizes(self.scene)
-            else smallest_cam_for_laws(scene, problem, laws)
-        )
+        if _has_listed_sizes(self.scene):
+            cam = smallest_cam_for_laws(scene, problem, laws)
+        elif self.keys:
+            cam = self._feasible_cam_near_solved_size(laws)
+        else:
+            least = self._cam_of_least_possible_size(scene, problem, laws)
+            cam = least or smallest_cam_for_laws(scene, problem, laws)
         if cam is None:
             return None
         row = self._cam_row(cam, laws)
@@ -283,6 +286,29 @@ class AxisMinimiser:
             float(np.hypot(lead, height)) if problem.has_lead_in_prime_radius else height, problem.prime_range[0]
         )
 
+    def _solved_other_sizes(self, laws: Iterate) -> dict[str, float]:
+        """The sizes other than the radius at which the programme found the laws, by name [mm]."""
+        sizes = self.problem.design_of_sizes(*(self.problem.size_unit * size for size in laws[:2])).sizes
+        return {name: float(sizes[name][0]) for name in ("offset", "arm_length", "roller_radius")}
+
+    def _cam_of_least_possible_size(
+        self, scene: Scene, problem: SynthesisProblem, laws: Iterate
+    ) -> Synthesis | None:
+        """The cam of the least possible size with the other sizes of the programme's solution, if it is feasible.
+
+        It is None as well if the solution is larger. A search takes long to find this cam, because few values of
+        the other sizes are feasible there.
+        """
+        least = problem.prime_range[0]
+        if self._solved_prime_radius(laws) > least * (1.0 + LEAST_SIZE_SLACK):
+            return None
+        size_key = problem.scene_problem.size_quantity_name.removesuffix("_mm")
+        sizes = {size_key: least - problem.prime_less_cam_radius, **self._solved_other_sizes(laws)}
+        free = {size_key, *problem.scene_problem.search_space.variables}
+        fixed = scene.with_values({f"search.{name}": (size,) for name, size in sizes.items() if name in free})
+        cam = smallest_cam_for_laws(fixed, problem, laws)
+        return cam and replace(cam, scene=scene_with_laws(scene, problem, laws).with_row(cam.design))
+
     def _feasible_cam_near_solved_size(self, laws: Iterate) -> Synthesis | None:
         """The cam at the sizes of the programme's solution, or slightly larger, if it meets every limit.
 
@@ -290,8 +316,7 @@ class AxisMinimiser:
         """
         problem, prime = self.problem, self._solved_prime_radius(laws)
         scene, name = scene_with_laws(self.scene, problem, laws), problem.scene_problem.size_quantity_name
-        solved = problem.design_of_sizes(*(problem.size_unit * size for size in laws[:2])).sizes
-        sizes = {f"{size}_mm": float(solved[size][0]) for size in ("offset", "arm_length", "roller_radius")}
+        sizes = {f"{size}_mm": value for size, value in self._solved_other_sizes(laws).items()}
         for increase in SIZE_INCREASES:
             cam = scene.with_row({**sizes, name: prime * (1.0 + increase) - problem.prime_less_cam_radius})
             row = evaluate(cam)
@@ -311,7 +336,8 @@ class AxisMinimiser:
 
 def _has_listed_sizes(scene: Scene) -> bool:
     """Whether the scene lists sizes, with no cam between them."""
-    choices = (scene.search.base_radius, scene.search.mean_radius, scene.search.offset)
+    search = scene.search
+    choices = (search.base_radius, search.mean_radius, search.offset, search.arm_length)
     return any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices)
 
 

@@ -177,15 +177,20 @@ def _stroke_derivative_ranges(
 def _lead_and_prime_radius_constraints(
     problem: SynthesisProblem, sizes: Sizes, lowest_displacement: Any
 ) -> list[cp.Constraint]:
-    """Constraints on the ranges of the sizes, and on the prime radius where the follower is lowest."""
+    """Constraints on the ranges of the sizes, and on the prime radius where the follower is lowest.
+
+    Without a lead in the prime radius, the height is the prime radius, and stays within its range too: convex steps
+    evaluate the cam at the height.
+    """
     unit = problem.size_unit
     height = sizes.height + problem.motion_unit / unit * lowest_displacement
-    constraints = [
-        cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime
-        if problem.has_lead_in_prime_radius
-        else sizes.prime >= height
-    ]
-    for size, (low, high) in ((sizes.lead, problem.lead_range), (sizes.prime, problem.prime_range)):
+    ranges = [(sizes.lead, problem.lead_range), (sizes.prime, problem.prime_range)]
+    if problem.has_lead_in_prime_radius:
+        constraints = [cp.norm(cp.hstack([sizes.lead, height])) <= sizes.prime]
+    else:
+        constraints = [sizes.prime >= height]
+        ranges.append((height, (problem.prime_range[0], inf)))
+    for size, (low, high) in ranges:
         constraints += DerivativeRange(low / unit, high / unit).constraints(size)
     return constraints
 
