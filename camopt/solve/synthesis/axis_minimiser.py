@@ -54,7 +54,7 @@ from camopt.solve.synthesis.synthesise import (
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import evaluate
 
-STEP_STARTS = 2  # number of starts for convex steps: the most promising
+STEP_STARTS = 2  # largest number of starts for convex steps: the most promising
 QUANTITY_ERROR = 1e-3  # relative slack of a held quantity: the row has the cam's own value
 EQUAL_LAWS_CHANGE = 1e-4  # laws that differ by less are one optimum, apart from the solver's error
 LEAST_SIZE_SLACK = 1e-4  # relative: a solution this near to the least possible size may have a cam of that size
@@ -148,18 +148,14 @@ class AxisMinimiser:
         self.is_margin_too_small = False
         for laws, is_last_resort in self._laws_and_whether_last_resort(problem, held_values, starts):
             # apart from margins, the cam is no smaller than the size of the programme
-            if best and (
-                is_last_resort
-                or (
-                    self.first == "size"
-                    and self._solved_prime_radius(laws) - self.problem.prime_less_cam_radius >= best.row["size"]
-                )
-            ):
+            if best and (is_last_resort or (self.first == "size" and self._solved_size(laws) >= best.row["size"])):
                 continue
             row = self._feasible_row(scene, problem, laws, held_values)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
             if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
+                break
+            if row and not self.keys and self._reaches_solved_value(row, laws):
                 break
         may_widen = self.wider_margins and (best is None or self.margin == LIMIT_MARGINS[0])
         if self.is_margin_too_small and may_widen:
@@ -245,6 +241,13 @@ class AxisMinimiser:
             abs(self.optimum) + self.spline_model.unit
         )
 
+    def _reaches_solved_value(self, row: Mapping[str, Any], laws: Iterate) -> bool:
+        """Whether the laws' cam has the value of the programme's solution; another start would end there again.
+
+        Otherwise a limit that the programme does not have makes the cam larger.
+        """
+        return self.first != "size" or row["size"] <= self._solved_size(laws) * (1.0 + NONCONVEX_GAP)
+
     def _feasible_row(
         self, scene: Scene, problem: SynthesisProblem, laws: Iterate, held_values: Mapping[str, float]
     ) -> dict[str, Any] | None:
@@ -285,6 +288,10 @@ class AxisMinimiser:
         return max(
             float(np.hypot(lead, height)) if problem.has_lead_in_prime_radius else height, problem.prime_range[0]
         )
+
+    def _solved_size(self, laws: Iterate) -> float:
+        """Cam size at which the programme found the laws [mm]."""
+        return self._solved_prime_radius(laws) - self.problem.prime_less_cam_radius
 
     def _solved_other_sizes(self, laws: Iterate) -> dict[str, float]:
         """The sizes other than the radius at which the programme found the laws, by name [mm]."""
