@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
 from threading import Thread
+from time import process_time
 from typing import Any
 
 from loky import ProcessPoolExecutor
@@ -26,26 +27,34 @@ THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
 
 
 class Processes:
-    """Processes that each work on one item at a time."""
+    """Processes that each work on one item at a time.
 
-    def __init__(self, workers: int) -> None:
-        self.workers = workers
+    They start once the items left are expected to take ``start_seconds`` in this process, which works on the items
+    before. A process needs more than a second to import camopt.
+    """
+
+    def __init__(self, workers: int, start_seconds: float = 0.0) -> None:
+        self.workers, self.start_seconds = workers, start_seconds
+        self._items_here, self._seconds_here = 0, 0.0
         self._alive_receiver, self._alive_sender = Pipe(duplex=False)  # closed when this process ends
         self._executor = self._make_process_pool()
 
     def results_in_order(
         self, work: Callable[[Sequence[Item]], WorkResult], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[WorkResult]:
-        """Yield the result of each item; see ``Engine``. One item, or one worker, is run in this process.
+        """Yield the result of each item; see ``Engine``.
 
         Raises
         ------
         OSError
             If an item kills every process that works on it.
         """
-        if min(self.workers, len(items)) <= 1:
-            yield from (work((item,)) for item in items)
-            return
+        while items and self._works_here(len(items)):
+            start = process_time()
+            result = work((items[0],))
+            self._items_here, self._seconds_here = self._items_here + 1, self._seconds_here + process_time() - start
+            yield result
+            items = items[1:]
         futures = [self._submit(work, item) for item in items]
         for number, item in enumerate(items):
             try:
@@ -63,6 +72,11 @@ class Processes:
         self._executor.shutdown(kill_workers=True)
         self._alive_sender.close()
         self._alive_receiver.close()
+
+    def _works_here(self, items_left: int) -> bool:
+        """Whether this process works on the next item: the last one, or one of a few that take little time."""
+        seconds_left = items_left * self._seconds_here / max(self._items_here, 1)
+        return min(self.workers, items_left) <= 1 or seconds_left < self.start_seconds
 
     def _submit(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> "Future[WorkResult]":
         """Start an item, in new processes if there are none."""
@@ -113,9 +127,9 @@ def exit_after_parent(alive_receiver: Any) -> None:
 
 
 @contextmanager
-def processes(count: int) -> Iterator[Processes]:
-    """Yield an engine of ``count`` processes, which end with the block."""
-    engine = Processes(count)
+def processes(count: int, start_seconds: float = 0.0) -> Iterator[Processes]:
+    """Yield an engine of ``count`` processes, which end with the block; see ``Processes``."""
+    engine = Processes(count, start_seconds)
     try:
         yield engine
     finally:

@@ -41,6 +41,7 @@ from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
 from camopt.solve.tables.cells import duration_text
 from camopt.solve.tables.designs import Design
 
+START_SECONDS = 5.0  # seconds: a search that takes less is faster in one process than in several
 LONG_SECONDS = 20.0  # seconds: a shorter search needs no notice
 NOTICE_FACTOR = 2.0  # a new estimate is announced if it exceeds the last one by this factor
 END_WIDENING = 1e-5  # relative widening of a term's least value, so that the solver finds its laws
@@ -148,7 +149,7 @@ def frontier(
     check_count("workers", workers)
     scene, axes = _check_axes_and_add_outputs(scene, axes)
     problem = build_synthesis_problem(scene, {axis: 1.0 for axis in axes if axis in AXIS_TERMS})
-    with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used_engine:
+    with nullcontext(engine) if engine else processes(workers or cpu_count() or 1, START_SECONDS) as used_engine:
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in AXIS_TERMS for axis in axes)
         kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
@@ -331,6 +332,8 @@ def _task_results(
 ) -> Iterator[Any]:
     """Results of the tasks, in order."""
     calls = [each.function_call for each in resolve(scene).setup.own_quantities.values() if each.function_call]
+    for call in calls if engine.workers > 1 else ():
+        call.check_importable()  # even if no other process starts
     return chain.from_iterable(engine.results_in_order(partial(_run_tasks, calls, scene.to_toml(), axes), tasks))
 
 

@@ -85,6 +85,16 @@ def test_one_process_is_this_one(count, items):
         assert {process for process, _ in engine.results_in_order(squares, range(items))} == {os.getpid()}
 
 
+def test_processes_start_once_the_items_left_take_long():
+    with processes(2, start_seconds=60.0) as engine:
+        assert {process for process, _ in engine.results_in_order(squares, range(9))} == {os.getpid()}
+    with processes(2, start_seconds=1e-9) as engine:
+        found = list(engine.results_in_order(squares, range(9)))
+    assert [value for _, value in found] == [item**2 for item in range(9)]
+    assert found[0][0] == os.getpid()
+    assert os.getpid() not in {process for process, _ in found[1:]}
+
+
 def test_an_exception_is_that_of_the_work(engine):
     with pytest.raises(BadInput, match="here: key = 3: must be another") as error:
         list(engine.results_in_order(bad, [3, 4]))
