@@ -291,7 +291,9 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     show_default=True,
     help="Folder for the table and the picture.",
 )
-@click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
+@click.option(
+    "--workers", type=click.IntRange(1), help="Number of processes; one per core by default. Few points take one."
+)
 @former_again_option
 @scheduler_option
 def frontier(

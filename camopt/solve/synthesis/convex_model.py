@@ -149,7 +149,9 @@ def build_convex_model(
         motions[one].impose_displacement_sum(motions[other], problem.sum_of_start_displacements(one, other))
     for motion in motions:
         constraints += motion.constraints
-    constraints += [terms[name] <= bound for name, bound in term_bounds.items()]
+    constraints += [
+        (terms[name] - bound) / _term_magnitude(problem, name) <= 0.0 for name, bound in term_bounds.items()
+    ]
     if problem.residual_limit is not None:
         constraints.append(terms[residual.RESIDUAL_TERM] / problem.residual_limit <= 1.0)
     constraints += [

@@ -1,6 +1,6 @@
 """The frontier: how free laws trade size, acceleration, jerk, loads and more, beside the known laws.
 
-One axis is minimised for each value of the others (``axis_minimiser``). Each worker builds the programme once and
+One axis is minimised for each value of the others (``axis_minimiser``). Each process builds the programme once and
 solves it for all values. Each solution becomes a cam, as in ``synthesise``.
 """
 
@@ -110,7 +110,7 @@ def frontier(
     points : int, default 24
         Number of values of each axis but the first, between its ends.
     workers : int, optional
-        Number of processes; one per core by default.
+        Number of processes; one per core by default. Searches that take a few seconds run in this process.
     progress : callable or True, optional
         True shows a progress bar. A function is called with (points done, points in all). If it
         returns False, the work ends.

@@ -260,7 +260,7 @@ def _convex_step_cams_from_starts(
     The starts are the convex optimum and the known laws, the most promising first. They end at a cam of the least
     convex objective, or once several cams are equally good.
     """
-    starts = [start, *starting_laws(problem, start, objective_weights(scene.synthesis))]
+    starts = starting_laws(problem, start, objective_weights(scene.synthesis))
     constraints = nonconvex_constraints_of(problem)
     steps = SequentialConvex(model, constraints)
     ends: list[tuple[Synthesis | None, Iterate]] = []
@@ -283,9 +283,9 @@ def _convex_step_cams_from_starts(
 def starting_laws(problem: SynthesisProblem, start: Iterate | None, objective: Collection[str]) -> list[Iterate]:
     """Laws from which convex steps start, each on its smallest cam.
 
-    They are the known laws within the limits, and the convex optimum ``start``, if any. It is left out if its size
-    is convex: apart from nonconvex limits, it lies on its smallest cam already. ``objective`` are the terms that
-    the scene minimises.
+    They are the convex optimum ``start``, if any, and the known laws within the limits. If the size is convex, the
+    optimum keeps it: apart from nonconvex limits, it lies on its smallest cam already. ``objective`` are the terms
+    that the scene minimises.
     """
     if problem.residual_limit is not None:  # known laws exceed it; steps begin nearest to them
         problem = replace(
@@ -293,9 +293,14 @@ def starting_laws(problem: SynthesisProblem, start: Iterate | None, objective: C
             residual_limit=None,
             scene_problem=problem.scene_problem.without_bound(f"limits.{residual.RESIDUAL_TERM}"),
         )
-    first = [] if start is None or problem.has_convex_size_constraints else [start]
-    laws = [*first, *_permitted_known_laws_as_splines(problem)]
-    return [_laws_on_smallest_cam(problem, iterate, objective) for iterate in laws]
+    known_laws = [
+        _laws_on_smallest_cam(problem, laws, objective) for laws in _permitted_known_laws_as_splines(problem)
+    ]
+    if start is None:
+        return known_laws
+    if not problem.has_convex_size_constraints:
+        start = _laws_on_smallest_cam(problem, start, objective)
+    return [start, *known_laws]
 
 
 def _permitted_known_laws_as_splines(problem: SynthesisProblem) -> Iterator[Iterate]:

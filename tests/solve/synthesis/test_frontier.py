@@ -14,6 +14,7 @@ from camopt.cli.terminal import print_sections
 from camopt.core.mistakes import Unmet
 from camopt.scene.synthesis import AXIS_TERMS
 from camopt.show.pictures.frontier import AXIS_NAMES
+from camopt.solve.smallest.boxes import Bisection
 from camopt.solve.smallest.optimise import optimise
 from camopt.solve.synthesis import frontier as searches
 from camopt.solve.synthesis.axis_minimiser import AxisMinimiser
@@ -372,6 +373,24 @@ def test_a_solvers_error_in_the_jerk_loses_no_cam():
     """With the least margin the laws exceed the jerk a little; a wider one holds it."""
     least = AxisMinimiser(find_scene("bucket-valve"), ("size", "acceleration"), "acceleration", ("size",))
     assert least.minimise_at({"size": 13.0293}).row["acceleration"] < 4900.0
+
+
+def test_convex_steps_of_an_arm_keep_the_range_of_the_base_radius():
+    """Below it, at an arm hardly longer than the centre distance, steps once ended at cams that do not exist."""
+    least = AxisMinimiser(find_scene("face-groove-shutter"), ("size", "acceleration"), "size", ("acceleration",))
+    cam = least.minimise_at({"acceleration": 2759.2}, with_bound=False)
+    assert cam.row["size"] == pytest.approx(23.969, abs=1e-3)
+    start = cam.laws._replace(height=0.55)
+    constraints = nonconvex_constraints_of(least._problem_with_held_limits({"acceleration": 2759.2}))
+    reached = least.convex_steps.find_local_optimum(start, constraints)
+    assert reached.height * least.problem.size_unit >= least.problem.prime_range[0] * (1 - 1e-6)
+
+
+def test_a_cam_of_the_least_radius_in_the_range_is_found_without_a_search(monkeypatch):
+    """Few arms allow it: a search among all of them took from one to many seconds."""
+    gentle = AxisMinimiser(find_scene("face-groove-shutter"), ("size", "acceleration"), "acceleration", ("size",))
+    monkeypatch.setattr(Bisection, "bisect", lambda *given: pytest.fail("a search"))
+    assert gentle.minimise_at({"size": 18.00018}).row["size"] == 18.0
 
 
 def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):
