@@ -43,7 +43,7 @@ from camopt.scene.problem.problem import resolve
 from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.measured_points import read_points
 from camopt.solve.measured.noise import estimate_point_errors, noise_band_factor
-from camopt.solve.measured.outline import LIKELY_DROP, Dwell, find_outline_and_doubts
+from camopt.solve.measured.outline import LIKELY_DROP, Dwell, find_outline_and_doubtful_dwells
 
 NOISES = (0.001, 0.01, 0.05)  # mm
 VALVES = ("exhaust-valve", "bucket-valve")
@@ -400,7 +400,7 @@ def read_dwells(file: DwellFile) -> DwellsRead:
     points = read_points(file.rows, TableReadingOptions())
     noise = estimate_point_errors(points).noise
     band = noise * noise_band_factor(points.rows.size)
-    outline, doubts = find_outline_and_doubts(points, band, band, noise, LIKELY_DROP, None)
+    outline, doubts = find_outline_and_doubtful_dwells(points, band, band, noise, LIKELY_DROP, None)
     found = [(part.start, part.end) for part in outline if isinstance(part, Dwell)]
     return compare_dwells(file, found, [(each.start, each.end) for each in doubts])
 

@@ -29,8 +29,8 @@ from camopt.model.effects import EvaluationBlock
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
-from camopt.scene.problem.settings import problems_by_motion
-from camopt.show.drawing.style import SERIES, add_grid, canvas
+from camopt.scene.problem.settings import problems_by_motion_and_setting
+from camopt.show.drawing.style import SERIES, add_grid, new_figure
 from camopt.solve.front import refine
 from camopt.solve.front.pareto import (
     cost_scale,
@@ -52,7 +52,7 @@ class Cams(Problem):  # type: ignore[misc]
 
     def __init__(self, scene: Scene) -> None:
         self.problem, search = resolve(scene), scene.search
-        self.motions = problems_by_motion(self.problem)
+        self.motions = problems_by_motion_and_setting(self.problem)
         self.rollers = self.problem.search_space.variables["roller_radius"].grid_values
         low = [0.0, 0.0, search.offset.start, search.base_radius.start]
         high = [len(self.motions), len(self.rollers), search.offset.stop, search.base_radius.stop]
@@ -140,7 +140,7 @@ def excess(costs: FloatArray, exact: FloatArray) -> FloatArray:
 
 def draw(fronts: dict[str, FloatArray], exact: FloatArray, file: Path) -> None:
     """The exact front, base radius by pressure angle, and how far each point of other fronts is above it."""
-    with canvas(file, (11.0, 4.6), layout="constrained") as figure:
+    with new_figure(file, (11.0, 4.6), layout="constrained") as figure:
         left, right = figure.subplots(1, 2)
         for (peak, curve), colour in zip(curves(exact).items(), SERIES, strict=False):
             left.plot(curve[:, 2], curve[:, 0], color=colour, label=f"{peak:.0f} m/s²")

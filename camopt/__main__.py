@@ -4,7 +4,7 @@ import gc
 import os
 import sys
 
-from camopt.cli.interrupts import exit_code_of_interrupt, is_interrupted, raise_interrupts
+from camopt.cli.interrupts import exit_code_of_interrupt, is_interrupted, raise_keyboard_interrupt_on_signals
 
 OBJECTS_BETWEEN = 150_000
 """New objects between searches for garbage: imports make 100,000 that stay, and a search every 700 takes a tenth of
@@ -13,7 +13,7 @@ a command."""
 
 def main() -> int:
     """Run a command; the exit code. An interrupt is told as one from the first import on."""
-    with raise_interrupts():
+    with raise_keyboard_interrupt_on_signals():
         try:
             gc.set_threshold(OBJECTS_BETWEEN)
             os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would look through all packages

@@ -14,14 +14,14 @@ from .scene.search import nest_dotted_keys as nest_dotted_keys
 from .scene.sources import shipped_machine_toml as shipped_machine_toml
 from .scene.sources import shipped_toml as shipped_toml
 from .scene.units import convert_text_to_unit as convert_text_to_unit
-from .show.drawing.linkage import draw_open_linkage as draw_open_linkage
+from .show.drawing.linkage import draw_stage_of_refused_scene as draw_stage_of_refused_scene
 from .show.exporting.cam_points import write_points as write_points
 from .show.reporting.listings import list_keys as list_keys
 from .show.reporting.listings import list_laws as list_laws
 from .show.reporting.listings import list_scenes as list_scenes
 from .show.reporting.machine_folder import write_machine_folder as write_machine_folder
 from .show.studies.accuracy import ACCURACY as ACCURACY
-from .show.studies.accuracy import measure as measure
+from .show.studies.accuracy import measure_accuracy_costs as measure_accuracy_costs
 from .show.studies.accuracy import write_accuracy as write_accuracy
 from .show.studies.cost_report import cost_report as cost_report
 from .show.studies.exercise import exercise_toml as exercise_toml

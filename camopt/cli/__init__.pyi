@@ -7,7 +7,7 @@ from .sweeps import sweep_decides_whole_boxes as sweep_decides_whole_boxes
 from .terminal import print_json as print_json
 from .terminal import print_json_or_files as print_json_or_files
 from .terminal import print_note as print_note
-from .terminal import print_note_if_loss as print_note_if_loss
+from .terminal import print_note_if_loss_warning as print_note_if_loss_warning
 from .terminal import print_notes as print_notes
 from .terminal import print_result as print_result
 from .terminal import print_sections as print_sections

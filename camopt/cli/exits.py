@@ -44,7 +44,7 @@ def run_command(command: Callable[[], int]) -> int:
         sys.stdout.flush()
         return code
     except BaseException as end:
-        code = _exit_code_with_message(end)
+        code = _exit_code_after_printing_exception(end)
         for note in getattr(end, "__notes__", ()):
             print_message(f"camopt: {note}")
         return code
@@ -79,7 +79,7 @@ def _discard_unwritable_output() -> None:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _exit_code_with_message(ending_exception: BaseException) -> int:  # noqa: C901
+def _exit_code_after_printing_exception(ending_exception: BaseException) -> int:  # noqa: C901
     """The exit code for the exception that ended a command; prints its message."""
     match ending_exception:
         case SystemExit():  # click and rich exit with 1 only when the reader of a pipe is gone
@@ -87,7 +87,7 @@ def _exit_code_with_message(ending_exception: BaseException) -> int:  # noqa: C9
         case BrokenPipeError():
             return READER_GONE
         case click.Abort() if ending_exception.__cause__:
-            return _exit_code_with_message(ending_exception.__cause__)
+            return _exit_code_after_printing_exception(ending_exception.__cause__)
         case KeyboardInterrupt() | click.Abort() | Stopped():
             return _print_failure(str(ending_exception) or "interrupted", interrupts.exit_code_of_interrupt())
         case _ if interrupts.is_interrupted():  # an import turns interrupts into other errors
@@ -110,7 +110,7 @@ def _exit_code_with_message(ending_exception: BaseException) -> int:  # noqa: C9
         ):  # damaged, or too large for memory
             return _print_failure(_message_line(ending_exception), FILE_TROUBLE)
         case ImportError() if isinstance(ending_exception.__cause__, ImportError):  # the message of numpy is a page
-            return _exit_code_with_message(ending_exception.__cause__)
+            return _exit_code_after_printing_exception(ending_exception.__cause__)
         case OSError():
             where = (
                 f"{os.fsdecode(ending_exception.filename)}: "

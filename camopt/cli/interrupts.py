@@ -30,7 +30,7 @@ def exit_code_of_interrupt() -> int:
 
 
 @contextmanager
-def raise_interrupts() -> Iterator[None]:
+def raise_keyboard_interrupt_on_signals() -> Iterator[None]:
     """Within the block, SIGINT, SIGTERM and SIGHUP raise KeyboardInterrupt in the main thread, once.
 
     A second signal while the command ends kills the process. Signals that were ignored from the start stay ignored

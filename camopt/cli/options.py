@@ -154,29 +154,31 @@ class Command(click.Command):
             return super().invoke(ctx)
         except BadInput as error:
             spellings = {
-                name: parameter_name(param) for param in self.params for name in _library_parameter_names(param)
+                name: parameter_name_in_help(param)
+                for param in self.params
+                for name in _library_parameter_names(param)
             }
             raise BadInput(
                 replace(m, key=spellings.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
             ) from None
 
 
-def parameter_name(param: click.Parameter) -> str:
+def parameter_name_in_help(param: click.Parameter) -> str:
     """The name of an option or argument in the help of its command."""
     return param.opts[0] if isinstance(param, click.Option) else param.human_readable_name.rstrip(".")
 
 
 def _library_parameter_names(param: click.Parameter) -> tuple[str | None, str]:
     """The names that the library may use: that of the command's function, and that in the help (SCENE: scene)."""
-    return param.name, parameter_name(param).lower().removeprefix("--").replace("-", "_")
+    return param.name, parameter_name_in_help(param).lower().removeprefix("--").replace("-", "_")
 
 
-def refuse_without(option: str, dependent_options: dict[str, Any]) -> None:
+def refuse_options_without(option: str, dependent_options: dict[str, Any]) -> None:
     """Raise BadInput for each option in ``dependent_options``: they mean nothing without ``option``."""
     _refuse_options(f"needs {option}", dependent_options)
 
 
-def refuse_with(option: str, excluded_options: dict[str, Any]) -> None:
+def refuse_options_with(option: str, excluded_options: dict[str, Any]) -> None:
     """Raise BadInput for each option in ``excluded_options``: they mean nothing with ``option``."""
     _refuse_options(f"cannot be used with {option}", excluded_options)
 
@@ -336,7 +338,7 @@ def scene_or_machine_options(command: Callable[..., Any]) -> Callable[..., Any]:
         if not library.is_machine(scene):
             return with_scene(scene=scene, row=row, **options)
         given = [(option, value) for option, value in pop_overrides_as_changes(options).values()]
-        refuse_with("a machine", {"row": row, **dict(given)})
+        refuse_options_with("a machine", {"row": row, **dict(given)})
         return command(scene=camopt.find_machine(scene), **options)
 
     return with_scene_or_machine
@@ -353,7 +355,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
         try:
             changed = cli.read_scene(scene, row, pop_overrides_as_changes(options))
         except BadInput as refused:
-            if (picture := options.get("picture")) and library.draw_open_linkage(refused, picture):
+            if (picture := options.get("picture")) and library.draw_stage_of_refused_scene(refused, picture):
                 cli.print_notes([f"{picture} shows the linkage as far as it goes"])
             raise
         return command(scene=changed, **options)
@@ -416,19 +418,19 @@ class OutputPath(click.ParamType):  # type: ignore[type-arg]
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
         if self.suffixes:
-            checked_suffix(path, parameter_name(param) if param else "path", self.suffixes)
+            checked_suffix(path, parameter_name_in_help(param) if param else "path", self.suffixes)
             check_writable(path)
         return path
 
 
-def refuse_scene_file(scene_file: str | None, out: Path, key: str = "--out") -> None:
+def refuse_to_overwrite_scene_file(scene_file: str | None, out: Path, key: str = "--out") -> None:
     """Raise BadInput if ``out`` is the user's scene, which is never overwritten."""
     if scene_file is not None and Path(scene_file).exists() and out.exists() and out.samefile(scene_file):
         raise BadInput([Mistake("camopt", key, str(out), "another file: this one is the scene itself")])
 
 
-def refuse_scene_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
-    """Raise BadInput if a file of ``names`` in ``out`` is the user's scene, which is never overwritten."""
+def refuse_to_overwrite_scene_in_folder(scene: Any, out: Path, file_pattern: str = "scene.toml") -> None:
+    """Raise BadInput if a file of ``file_pattern`` in ``out`` is the user's scene, which is never overwritten."""
     scene_file = Path(scene.file)
-    if scene_file.exists() and any(file.samefile(scene_file) for file in out.glob(names)):
+    if scene_file.exists() and any(file.samefile(scene_file) for file in out.glob(file_pattern)):
         raise BadInput([Mistake("camopt", "--out", str(out), "another folder: this one holds the scene itself")])

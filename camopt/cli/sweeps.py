@@ -9,7 +9,7 @@ from camopt.cli.options import DEFAULT_SCENE
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.storage.manifest import read_manifest_or_empty
 from camopt.scene.scene import Scene, find_scene
-from camopt.solve.front.parts import PART_COMMAND, name_of_part
+from camopt.solve.front.parts import PART_COMMAND, part_folder_name
 from camopt.solve.front.plan import KEEP_CHOICES, TABLED_KEEPS, key_from_manifest, plan_of_key, sweep_plan
 from camopt.solve.front.store import interrupted_key
 from camopt.solve.front.sweep import SWEEP_COMMAND
@@ -20,7 +20,7 @@ UNCOMPARED_OPTIONS = {"out", "resume", "part", "workers", "scheduler", "quiet", 
 
 def sweep_decides_whole_boxes(scene: Scene, keep: str) -> bool:
     """Whether a sweep accepts or drops whole boxes of designs."""
-    return keep not in TABLED_KEEPS and sweep_plan(scene, keep).uses_boxes
+    return keep not in TABLED_KEEPS and sweep_plan(scene, keep).searches_front_by_boxes
 
 
 def scene_and_keep_to_resume(scene: Scene, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Scene, str]:
@@ -28,7 +28,7 @@ def scene_and_keep_to_resume(scene: Scene, keep: str, out: Path, part: tuple[int
 
     Raises BadInput if the options differ from those of the sweep, or if its scene is not recorded.
     """
-    folder, command = (out / name_of_part(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
+    folder, command = (out / part_folder_name(*part), PART_COMMAND) if part else (out, SWEEP_COMMAND)
     result = read_manifest_or_empty(folder).results.get(command)
     question = interrupted_key(folder, command) or (key_from_manifest(result.question) if result else None)
     context = click.get_current_context()
@@ -43,7 +43,7 @@ def scene_and_keep_to_resume(scene: Scene, keep: str, out: Path, part: tuple[int
         return scene, keep
     if asks:
         command_key = sweep_plan(scene, keep).sweep_key(*(part or (1, 1)))
-        differences = command_key.differences_but_block(question)
+        differences = command_key.differences_except_block_size(question)
         if sources.get("scene") is not ParameterSource.COMMANDLINE:  # without a SCENE, only the options count
             default_key = sweep_plan(find_scene(DEFAULT_SCENE), KEEP_CHOICES[0]).sweep_key(*(part or (1, 1)))
             differences = [key for key in differences if key in command_key.differences_from(default_key)]

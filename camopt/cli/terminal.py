@@ -93,7 +93,7 @@ def _plain_console(width: int | None = None) -> "Console":
     return Console(width=width, highlight=False, markup=False, emoji=False)
 
 
-def print_sections(*things: Any, explained: bool = True) -> None:
+def print_sections(*sections: Any, explained: bool = True) -> None:
     """Print texts, trees and tables to standard output. A table wider than the screen is printed row by row.
 
     The meanings of quantities are left out on a narrow screen, or if ``explained`` is false.
@@ -101,7 +101,7 @@ def print_sections(*things: Any, explained: bool = True) -> None:
     if sys.stdout is None:
         return
     screen = _plain_console()
-    for thing in things:
+    for thing in sections:
         if isinstance(thing, str):
             screen.print(thing if isinstance(thing, FileLine) else wrap_sentence(thing), soft_wrap=True)
             continue
@@ -190,7 +190,7 @@ def print_note(sentence: str) -> None:
     print_message(f"camopt: {sentence}")
 
 
-def print_note_if_loss(sentence: str) -> None:
+def print_note_if_loss_warning(sentence: str) -> None:
     """Print a note only if it is a LossWarning, which --quiet does not silence."""
     if isinstance(sentence, LossWarning):
         print_note(sentence)

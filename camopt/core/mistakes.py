@@ -24,12 +24,12 @@ class Mistake:
     bare: bool = False
 
     def __str__(self) -> str:
-        shown = "" if self.value is None else f" = {shorten(_python_text(self.value))}"
+        shown = "" if self.value is None else f" = {shorten(_shortened_repr(self.value))}"
         place = f"{shorten(self.file, LONGEST_NAME)}: {shorten(self.key, LONGEST_NAME)}"
         return to_terminal_line(f"{place}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
 
 
-def printable(text: str) -> str:
+def escape_unprintable(text: str) -> str:
     """A line for a terminal: line ends and other unprintable characters are escaped as in Python."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
@@ -44,7 +44,7 @@ def shorten(text: str, most_characters: int = LONGEST_SHOWN) -> str:
 
 def to_terminal_line(text: str) -> str:
     """A message as a line for a terminal, shortened if it is long."""
-    return shorten(printable(shorten(text, LONGEST_LINE)), LONGEST_LINE)
+    return shorten(escape_unprintable(shorten(text, LONGEST_LINE)), LONGEST_LINE)
 
 
 def join_words(words: Sequence[Any], most_listed: int = MOST_LISTED) -> str:
@@ -53,7 +53,7 @@ def join_words(words: Sequence[Any], most_listed: int = MOST_LISTED) -> str:
     return ", ".join(shorten(str(word)) for word in words[:most_listed]) + more
 
 
-def _python_text(value: Any) -> str:
+def _shortened_repr(value: Any) -> str:
     """A value as Python writes it; a long text loses its middle."""
     if isinstance(value, str) and len(value) > 2 * LONGEST_SHOWN:
         value = shorten(value, 2 * LONGEST_SHOWN)
@@ -156,32 +156,32 @@ class Stopped(CamoptError):
     """
 
 
-def similar_name(word: str, known: Iterable[str]) -> str:
+def similar_name(word: str, known_names: Iterable[str]) -> str:
     """The known name most similar to a word; empty if none is near."""
-    return next(iter(get_close_matches(shorten(word), [*known], n=1, cutoff=ALIKE_SHARE)), "")
+    return next(iter(get_close_matches(shorten(word), [*known_names], n=1, cutoff=ALIKE_SHARE)), "")
 
 
-def suggest_names(word: str, known: Iterable[str]) -> str:
+def suggest_names(word: str, known_names: Iterable[str]) -> str:
     """The end of a message: similar names, and all known names if they are few."""
-    return _cached_suggestion(shorten(word), tuple(known))
+    return _cached_suggestion(shorten(word), tuple(known_names))
 
 
 @lru_cache(100)
-def _cached_suggestion(word: str, known: tuple[str, ...]) -> str:
+def _cached_suggestion(word: str, known_names: tuple[str, ...]) -> str:
     """As ``suggest_names``, cached: a wrong word may occur a thousand times."""
     close = (
-        get_close_matches(word, known, n=1, cutoff=ALIKE_SHARE)
-        or _names_with_similar_part(word, known)
-        or get_close_matches(word, known, n=1, cutoff=LIKE_SHARE)
+        get_close_matches(word, known_names, n=1, cutoff=ALIKE_SHARE)
+        or _names_with_similar_part(word, known_names)
+        or get_close_matches(word, known_names, n=1, cutoff=LIKE_SHARE)
     )
     meant = f"did you mean {' or '.join(map(shorten, close))}? " if close else ""
-    if len(known) <= MOST_LISTED:
-        return f"{meant}known: {join_words(known)}"
-    return f"{meant}{len(known)} names are known"
+    if len(known_names) <= MOST_LISTED:
+        return f"{meant}known: {join_words(known_names)}"
+    return f"{meant}{len(known_names)} names are known"
 
 
-def _names_with_similar_part(word: str, known: Sequence[str]) -> list[str]:
+def _names_with_similar_part(word: str, known_names: Sequence[str]) -> list[str]:
     """The first names with a part between underscores that is similar to a word: pressure_… for presure."""
-    parts = dict.fromkeys(part for name in known for part in name.split("_"))
+    parts = dict.fromkeys(part for name in known_names for part in name.split("_"))
     close = get_close_matches(word, parts, n=1, cutoff=ALIKE_SHARE)
-    return [name for name in known if close and close[0] in name.split("_")][:MOST_SUGGESTED]
+    return [name for name in known_names if close and close[0] in name.split("_")][:MOST_SUGGESTED]

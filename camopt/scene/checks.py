@@ -86,7 +86,7 @@ def _lifts_of_scene(scene: "Scene") -> Lifts:
     return lifts_through_train(scene, given) if scene.train else Lifts(given, given)
 
 
-def groove_axial_length(scene: "Scene") -> float | None:
+def groove_length_of_scene(scene: "Scene") -> float | None:
     """Length of the groove of a cylindrical cam along its axis [mm]; None where unknown."""
     if not scene.mechanism.body.developed:
         return None
@@ -177,7 +177,7 @@ def _check_follower_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Ite
         return
     for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
         for place in _given_and_searched_value_by_key(scene, f"drive.{key}"):
-            yield place, VALUE_IN_SCENE, _absent_key_text(key, mechanism)
+            yield place, VALUE_IN_SCENE, _message_for_key_the_drive_lacks(key, mechanism)
     yield from _check_clearance_and_interference(scene, mechanism)
     if mechanism.further_contacts:
         yield from _refuse_values_with_two_contacts(scene, mechanism)
@@ -199,7 +199,7 @@ def _check_clearance_and_interference(scene: "Scene", mechanism: Mechanism) -> I
                 yield place, VALUE_IN_SCENE, f"{why} ({most:.4g}{' deg' if swung else ''})"
 
 
-def _absent_key_text(key: str, mechanism: Mechanism) -> str:
+def _message_for_key_the_drive_lacks(key: str, mechanism: Mechanism) -> str:
     """The message for a key that the drive does not have, or does not have with this follower."""
     drive, follower = mechanism.drive, f"{mechanism.drive.words} with {mechanism.motion.words} follower"
     if mechanism.second_contact_size_keys and f"drive.{key}" in SECOND_FIELDS:
@@ -314,7 +314,7 @@ def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, ti
 
 
 def _check_second_contact_assembly(
-    scene: "Scene", mechanism: Mechanism, sizes: Mapping[str, float], shaft: float | None
+    scene: "Scene", mechanism: Mechanism, sizes: Mapping[str, float], shaft_diameter: float | None
 ) -> Iterator[Fault]:
     """Check that a second contact with sizes of its own can be assembled."""
     given = {
@@ -322,9 +322,9 @@ def _check_second_contact_assembly(
     }
     own = {key: size for key, size in given.items() if size is not None}
     base = own.get("drive.base_radius")
-    if base and shaft and shaft / 2 > base:
+    if base and shaft_diameter and shaft_diameter / 2 > base:
         why = f"must be at most twice the base radius of the second disc ({2 * base:g})"
-        yield "cam.shaft_diameter", shaft, why
+        yield "cam.shaft_diameter", shaft_diameter, why
     seen = {SECOND_FIELDS[key].removeprefix("second_"): size for key, size in own.items()}
     with suppress(KeyError):
         if own and (misfit := mechanism.misfit({**sizes, **seen})):
@@ -361,9 +361,9 @@ def _check_search_fits_mechanism(scene: "Scene", mechanism: Mechanism, tip: Tip)
             yield f"search.{key}", VALUE_IN_SCENE, "needs search.samples, which is missing"
 
 
-def _known_choice_values(choice: Any, end: str = "start") -> list[float]:
+def _known_choice_values(choice: Any, range_end: str = "start") -> list[float]:
     """The known values of a choice; of a range, one end."""
-    values = [getattr(choice, end)] if isinstance(choice, StepRange) else choice
+    values = [getattr(choice, range_end)] if isinstance(choice, StepRange) else choice
     return [
         each
         for each in (values if isinstance(values, (tuple, list)) else [values])

@@ -114,7 +114,7 @@ CHOICE_READER = Reader()
 
 
 def read_number_choices(
-    table: type[SceneTable], given: Any, table_key: str = "", reader: Reader = CHOICE_READER
+    table: type[SceneTable], given_choices: Any, table_key: str = "", reader: Reader = CHOICE_READER
 ) -> dict[str, Any]:
     """The choices for numbers of a table and its inner tables, by key; ``where`` is the key of the table.
 
@@ -124,11 +124,11 @@ def read_number_choices(
         For each key that is not a number of the table, and each value that the number may not have.
     """
     table_key = table_key or table.__name__
-    if not isinstance(given, Mapping):
-        raise BadInput([Mistake("", table_key, given, "a table")])
+    if not isinstance(given_choices, Mapping):
+        raise BadInput([Mistake("", table_key, given_choices, "a table")])
     chosen: dict[str, Any] = {}
     mistakes: list[Mistake] = []
-    for key, value in given.items():
+    for key, value in given_choices.items():
         try:
             chosen[key] = _read_number_choice(table, key, value, f"{table_key}.{key}", reader)
         except BadInput as error:
@@ -138,7 +138,7 @@ def read_number_choices(
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
-def read_row_choices(table: type[SceneTable], given: Any, reader: Reader = CHOICE_READER) -> dict[str, Any]:
+def read_row_choices(table: type[SceneTable], given_choices: Any, reader: Reader = CHOICE_READER) -> dict[str, Any]:
     """The choices for numbers in the rows of a list of tables, by number of the row from 1.
 
     Raises
@@ -147,11 +147,11 @@ def read_row_choices(table: type[SceneTable], given: Any, reader: Reader = CHOIC
         As ``read_number_choices``; also for each key that is not the number of a row.
     """
     where = table.__name__
-    if not isinstance(given, Mapping):
-        raise BadInput([Mistake("", where, given, f"a table, such as {{ 1 = {{ {where.lower()} = 3 }} }}")])
+    if not isinstance(given_choices, Mapping):
+        raise BadInput([Mistake("", where, given_choices, f"a table, such as {{ 1 = {{ {where.lower()} = 3 }} }}")])
     chosen: dict[str, Any] = {}
     mistakes: list[Mistake] = []
-    for row, values in given.items():
+    for row, values in given_choices.items():
         try:
             if not (row.isdecimal() and row == str(int(row)) != "0"):
                 why = "not the number of a row, counted from 1"

@@ -72,12 +72,14 @@ def check_design_row(scene: "Scene", values: Mapping[str, Any]) -> None:
         raise BadInput([Mistake(ROW_WORD, ANGLES_COLUMN, angles, f"the angles of the {count} segments")])
 
 
-def design_column_error(names: Collection[str], known: Collection[str], file: str) -> BadInput:
+def design_column_error(wrong_columns: Collection[str], known_columns: Collection[str], file: str) -> BadInput:
     """The error for columns that no scene of a mechanism reads, or for a row without columns."""
-    if not names:
+    if not wrong_columns:
         why = f"a {file if file == ROW_WORD else 'table'} with a size, a number or a law of this mechanism"
-        return BadInput([Mistake("camopt", file, None, f"{why}; {suggest_names('', known)}")])
-    return BadInput(Mistake(file, n, None, f"{NO_DESIGN}; {suggest_names(n, known)}", bare=True) for n in names)
+        return BadInput([Mistake("camopt", file, None, f"{why}; {suggest_names('', known_columns)}")])
+    return BadInput(
+        Mistake(file, n, None, f"{NO_DESIGN}; {suggest_names(n, known_columns)}", bare=True) for n in wrong_columns
+    )
 
 
 def unknown_columns(scene: "Scene", names: Collection[str]) -> list[str]:
@@ -101,10 +103,10 @@ def unknown_columns(scene: "Scene", names: Collection[str]) -> list[str]:
 
 
 def warn_of_unknown_columns(
-    unknown: Sequence[str], known: Collection[str], present_columns: Container[str], file: str
+    unknown: Sequence[str], known_columns: Collection[str], present_columns: Container[str], file: str
 ) -> None:
     """Warn the caller of a function of unknown columns, with suggestions that are not columns already."""
-    likes = {name: similar_name(name, known) for name in unknown}
+    likes = {name: similar_name(name, known_columns) for name in unknown}
     shown = [
         f"{n} (did you mean {like}?)" if like and like not in present_columns else n for n, like in likes.items()
     ]
@@ -130,11 +132,11 @@ def _unknown_law_mistakes(scene: "Scene", values: Mapping[str, Any]) -> Iterator
     known = (*LAWS, *scene.laws)
     for name in LAW_NAME_COLUMNS:
         law = values.get(name)
-        if not is_missing(law) and law not in known and law not in _law_column_texts_of_own_motion(scene):
+        if not is_missing(law) and law not in known and law not in _law_column_texts_of_scene_motion(scene):
             yield Mistake(ROW_WORD, name, law, f"a motion law; {suggest_names(str(law), known)}")
 
 
-def _law_column_texts_of_own_motion(scene: "Scene") -> tuple[str, ...]:
+def _law_column_texts_of_scene_motion(scene: "Scene") -> tuple[str, ...]:
     """The names that tables have for the laws of a motion, of rises and of returns; "" for no law."""
     turn = segments_and_programme_of_scene(scene)
     return ("",) if turn is None else ("", turn[1].law_names(RISE), turn[1].law_names(RETURN))

@@ -87,11 +87,11 @@ class _Arcs(NamedTuple):
     centres: ComplexArray
 
 
-def _outline_arcs(outline: DrawnOutline, turn: float) -> _Arcs:
-    """The arcs of an outline that runs anticlockwise (``turn`` 1) or clockwise (−1)."""
+def _outline_arcs(outline: DrawnOutline, outline_sense: float) -> _Arcs:
+    """The arcs of an outline that runs anticlockwise (``outline_sense`` 1) or clockwise (−1)."""
     chords, bulges = outline.chords, outline.bulges
     with np.errstate(divide="ignore", invalid="ignore"):
-        radii = turn * np.abs(chords) * (1.0 + bulges**2) / (4.0 * bulges)
+        radii = outline_sense * np.abs(chords) * (1.0 + bulges**2) / (4.0 * bulges)
         centres = outline.vertices + chords * (0.5 + 0.25j * (1.0 / bulges - bulges))
     lines = ~(np.abs(radii) < LARGEST_NUMBER)
     return _Arcs(np.where(lines, np.inf, radii), np.where(lines, chords / np.abs(chords), centres))
@@ -132,7 +132,7 @@ def _tangent_radii_and_centres(radii: FloatArray, centres: ComplexArray) -> tupl
 
 
 def _check_elements_meet_vertices(
-    elements: list[ElementSpec], vertices: ComplexArray, owners: IndexArray, clockwise: bool
+    elements: list[ElementSpec], vertices: ComplexArray, element_at_each_vertex: IndexArray, clockwise: bool
 ) -> None:
     """Raise ValueError if the elements make no profile, or miss a vertex between the two they belong to."""
 
@@ -148,7 +148,7 @@ def _check_elements_meet_vertices(
         )
     except ProfileFault as fault:
         raise ValueError(f"{f'element {fault.number}: ' if fault.number else ''}{fault.why}") from None
-    neighbours = np.column_stack([owners, np.roll(owners, 1)])
+    neighbours = np.column_stack([element_at_each_vertex, np.roll(element_at_each_vertex, 1)])
     distances = [
         max(_distance_from_unbounded_element(parts[k], z) for k in pair)
         for pair, z in zip(neighbours, mirror_unless_clockwise(vertices), strict=True)
@@ -163,8 +163,8 @@ def _point_text(point: complex) -> str:
     return f"({point.real:.6g}, {point.imag:.6g})"
 
 
-def _distance_from_unbounded_element(part: ProfilePiece, point: complex) -> float:
+def _distance_from_unbounded_element(element: ProfilePiece, point: complex) -> float:
     """Distance of a point from the circle or line of an element [mm]."""
-    if part.radius is None:
-        return abs((part.start.normal.conjugate() * point).real - part.line_distance_from_axis)
-    return abs(abs(point - part.centre) - abs(part.radius))
+    if element.radius is None:
+        return abs((element.start.normal.conjugate() * point).real - element.line_distance_from_axis)
+    return abs(abs(point - element.centre) - abs(element.radius))

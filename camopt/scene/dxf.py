@@ -153,7 +153,8 @@ def _check_block_nesting(document: Any) -> None:
         for key in order.static_order():
             pairs = zip(blocks.get(key, ()), inserted.get(key, ()), strict=True)
             counts[key] = sum(
-                _entity_count(entity) * (1 + sum(counts[k] for k in inner)) for entity, inner in pairs
+                _count_entities_vertices_and_points(entity) * (1 + sum(counts[k] for k in inner))
+                for entity, inner in pairs
             )
     except CycleError as cycle:
         raise ValueError(f'its block "{blocks[cycle.args[1][0]].name}" contains itself') from None
@@ -171,7 +172,7 @@ def _inserted_block_handles(entity: Any) -> set[str]:
     return handles
 
 
-def _entity_count(entity: Any) -> int:
+def _count_entities_vertices_and_points(entity: Any) -> int:
     """Number of entities, or of vertices of a polyline or points of a spline, in an entity."""
     if entity.dxftype() == "INSERT":
         return max(1, int(entity.dxf.row_count * entity.dxf.column_count)) * (1 + len(entity.attribs))
@@ -180,13 +181,13 @@ def _entity_count(entity: Any) -> int:
     return len(entity) if "POLYLINE" in entity.dxftype() else 1
 
 
-def _unit_in_mm(unit: int) -> float | None:
+def _unit_in_mm(unit_code: int) -> float | None:
     """Length of the drawing's unit [mm]; None if it has none."""
     from ezdxf import units
     from ezdxf.enums import InsertUnits
 
-    named = InsertUnits(unit), InsertUnits(units.MM)
-    return float(f"{units.conversion_factor(*named):.9g}") if unit else None
+    named = InsertUnits(unit_code), InsertUnits(units.MM)
+    return float(f"{units.conversion_factor(*named):.9g}") if unit_code else None
 
 
 def _closed_outlines(entities: Iterable[Any], with_splines: bool, unit_mm: float) -> Iterator[LayerOutline]:
@@ -202,13 +203,13 @@ def _closed_outlines(entities: Iterable[Any], with_splines: bool, unit_mm: float
         elif each.dxftype() in ("LWPOLYLINE", "POLYLINE"):
             corners = _polyline_vertices_and_bulges(each)
             if each.is_closed or abs(corners[0, 0] - corners[-1, 0]) <= gap:
-                yield LayerOutline(each.dxf.layer, _outline_through(corners, gap))
+                yield LayerOutline(each.dxf.layer, _outline_without_repeated_vertices(corners, gap))
             else:
                 loose.append(each)
         elif with_splines and each.dxftype() in ("SPLINE", "ELLIPSE"):
-            points = _curve_points(each, unit_mm)
+            points = _ellipse_or_spline_points(each, unit_mm)
             if abs(points[0] - points[-1]) <= gap:
-                outline = _outline_through(np.column_stack([points, np.zeros(points.size)]), gap)
+                outline = _outline_without_repeated_vertices(np.column_stack([points, np.zeros(points.size)]), gap)
                 yield LayerOutline(each.dxf.layer, outline)
             else:
                 loose.append(each)
@@ -225,10 +226,10 @@ def _closed_outlines(entities: Iterable[Any], with_splines: bool, unit_mm: float
         if edgeminer.is_loop(chain, gap_tol=gap):
             polyline = edgesmith.lwpolyline_from_chain(chain, max_sagitta=ELLIPSE_SAGITTA / unit_mm)
             corners = _polyline_vertices_and_bulges(polyline)
-            yield LayerOutline(chain[0].payload.dxf.layer, _outline_through(corners, gap))
+            yield LayerOutline(chain[0].payload.dxf.layer, _outline_without_repeated_vertices(corners, gap))
 
 
-def _curve_points(curve: Any, unit_mm: float) -> ComplexArray:
+def _ellipse_or_spline_points(curve: Any, unit_mm: float) -> ComplexArray:
     """Points on an ellipse, or on a spline within the range of its parameter, which unclamped knots exceed."""
     if curve.dxftype() == "ELLIPSE":
         return np.array([complex(*point.vec2) for point in curve.flattening(ELLIPSE_SAGITTA / unit_mm)])
@@ -249,7 +250,9 @@ def _polyline_vertices_and_bulges(polyline: Any) -> ComplexArray:
     return np.array(rows, dtype=complex).reshape(-1, 2)
 
 
-def _outline_through(vertices_and_bulges: ComplexArray, gap: float) -> DrawnOutline:
+def _outline_without_repeated_vertices(
+    vertices_and_bulges: ComplexArray, least_vertex_distance: float
+) -> DrawnOutline:
     """The outline through corners; of corners at the same point the last counts."""
-    distinct = np.abs(np.roll(vertices_and_bulges[:, 0], -1) - vertices_and_bulges[:, 0]) > gap
+    distinct = np.abs(np.roll(vertices_and_bulges[:, 0], -1) - vertices_and_bulges[:, 0]) > least_vertex_distance
     return DrawnOutline(vertices_and_bulges[distinct, 0], vertices_and_bulges[distinct, 1].real)

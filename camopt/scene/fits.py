@@ -38,7 +38,7 @@ def keyway_depth_tolerance(width: float) -> float:
     return next((allowed for most, allowed in DEPTH_TOLERANCES.items() if width <= most), 0.3)
 
 
-def expand_bore_and_fit(data: dict[str, Any]) -> None:
+def split_bore_into_diameter_and_fit(data: dict[str, Any]) -> None:
     """Split a bore such as "30 H7" into diameter (a number, or a text with a unit) and fit, in ``data`` itself."""
     part = data.get("part")
     if (

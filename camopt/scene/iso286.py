@@ -74,12 +74,12 @@ class Deviations(NamedTuple):
     upper: float
 
 
-def limit_deviations(name: str, size: float) -> Deviations:
+def limit_deviations(tolerance_class: str, size: float) -> Deviations:
     """Limit deviations of a tolerance class at a size [mm], for sizes up to 500 mm.
 
     Raises a ValueError that says what is allowed, for a class or a size outside the tables.
     """
-    letter, grade = _letter_and_grade(name)
+    letter, grade = _letter_and_grade_of_class(tolerance_class)
     if not 0.0 < size <= LARGEST_SIZE:
         raise ValueError(f"is for sizes above 0 and up to {LARGEST_SIZE:g} mm, not for {size:g} mm")
     width = _value_for_size_step(GRADE_WIDTHS[grade], size)
@@ -96,9 +96,9 @@ def limit_deviations(name: str, size: float) -> Deviations:
     return Deviations(lower / 1e3, (lower + width) / 1e3)
 
 
-def _letter_and_grade(name: str) -> tuple[str, int]:
+def _letter_and_grade_of_class(tolerance_class: str) -> tuple[str, int]:
     """Letter and grade of a class."""
-    parts = CLASS_PATTERN.fullmatch(name)
+    parts = CLASS_PATTERN.fullmatch(tolerance_class)
     letter, grade = (parts[1], int(parts[2])) if parts else ("", 0)
     if letter.lower() not in ZONE_LETTERS or grade not in GRADE_WIDTHS:
         known = ", ".join(ZONE_LETTERS)

@@ -30,12 +30,12 @@ class KeyDescription(NamedTuple):
 
 
 def keys_of_table(
-    place: str, names: Iterable[str] = (), tables: Mapping[str, type[SceneTable]] = SCENE_TABLES
+    place: str, key_names: Iterable[str] = (), tables: Mapping[str, type[SceneTable]] = SCENE_TABLES
 ) -> Iterator[KeyDescription]:
     """The keys of a table of a scene, or of a machine."""
     model = tables[place]
     properties = table_schema(model, tables[TOP_TABLE])
-    for name in names or model.model_fields:
+    for name in key_names or model.model_fields:
         if place != TOP_TABLE or name not in {each.split(".")[0] for each in tables}:
             record = key_record(model, name)
             field, schema = model.model_fields[name], properties[name]

@@ -65,12 +65,12 @@ END_WORDS = {"both": (True, True), "start": (True, False), "end": (False, True),
 """Whether a word includes the start, and the end."""
 
 
-def reversal_value_for_end(law: LawValues, end: int) -> str:
+def reversal_word_to_reverse_at_end(law: LawValues, end_number: int) -> str:
     """Value of ``reversal`` that makes one end of a table a reversal: end 0 is its start, end 1 its end.
 
     "" if the law is no table, or if ``rest`` or ``reversal`` already sets this end.
     """
-    side = 1 - end if law.get("mirror") else end
+    side = 1 - end_number if law.get("mirror") else end_number
     is_set = law.get("rest") or END_WORDS[law.get("reversal") or "none"][side]
     return "" if law.get("x") is None or is_set else ("both" if law.get("reversal") else ("start", "end")[side])
 
@@ -86,7 +86,7 @@ def _end_conditions_of_table(law: LawValues) -> tuple[EndCondition, EndCondition
     return start, end
 
 
-def allowed_noise_beyond_ends(law: LawValues) -> float:
+def overshoot_share_allowed_for_noise(law: LawValues) -> float:
     """Share of the stroke by which noise or rounding may take a table beyond its ends; 0 for other forms."""
     x, s = law.get("x"), law.get("s")
     if x is None or s is None or len(x) < LEAST_NOISE_POINTS:
@@ -140,8 +140,8 @@ def _check_table_points(key: str, law: LawValues) -> Iterator[Fault]:
     if len(s) != len(x):
         yield f"{key}.s", None, f"has {len(s)} values, and x has {len(x)}"
         return
-    yield from _check_ends(f"{key}.x", x, "a stroke runs from x = 0 to x = 1")
-    yield from _check_ends(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
+    yield from _check_first_is_zero_and_last_is_one(f"{key}.x", x, "a stroke runs from x = 0 to x = 1")
+    yield from _check_first_is_zero_and_last_is_one(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
     for number, (before, after) in enumerate(pairwise(x), start=2):
         if not after - before >= LEAST_GAP:
             yield f"{key}.x.{number}", after, f"must be at least {LEAST_GAP:g} above the {before:g} before it"
@@ -149,7 +149,7 @@ def _check_table_points(key: str, law: LawValues) -> Iterator[Fault]:
 
 
 def _check_spline(key: str, law: LawValues) -> Iterator[Fault]:
-    yield from _check_ends(
+    yield from _check_first_is_zero_and_last_is_one(
         f"{key}.coefficients", law["coefficients"], "s(0) = 0 and s(1) = 1, the first and the last"
     )
     yield from _check_knots(key, law, "coefficients")
@@ -162,14 +162,18 @@ def _check_positions(key: str, law: LawValues) -> Iterator[Fault]:
     yield from _check_knots(key, law, "positions")
 
 
-def _check_knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
-    degree, knots, count = law["degree"], law["knots"], len(law[values])
+def _check_knots(key: str, law: LawValues, coefficients_key: str) -> Iterator[Fault]:
+    degree, knots, count = law["degree"], law["knots"], len(law[coefficients_key])
     needed = max(count, degree + 1) + degree + 1
     if count <= degree:
-        yield f"{key}.{values}", law[values], f"needs at least {degree + 1} values for degree {degree}"
+        yield (
+            f"{key}.{coefficients_key}",
+            law[coefficients_key],
+            f"needs at least {degree + 1} values for degree {degree}",
+        )
         return
     if len(knots) != needed:
-        number = f"{count} {values} of degree {degree}"
+        number = f"{count} {coefficients_key} of degree {degree}"
         yield f"{key}.knots", None, f"has {len(knots)} values; {number} need {needed}"
         return
     first, last, inner = knots[: degree + 1], knots[-degree - 1 :], knots[degree + 1 : -degree - 1]
@@ -184,10 +188,10 @@ def _check_knots(key: str, law: LawValues, values: str) -> Iterator[Fault]:
             yield f"{key}.knots", knot, f"occurs {times} times; more than {degree} times makes the motion jump"
 
 
-def _check_ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
+def _check_first_is_zero_and_last_is_one(key: str, values: Sequence[float], reason: str) -> Iterator[Fault]:
     for place, end in LAW_ENDS:
         if abs(values[place] - end) > NEAR_END:
-            yield f"{key}.{place % len(values) + 1}", values[place], f"must be {end:g}: {why}"
+            yield f"{key}.{place % len(values) + 1}", values[place], f"must be {end:g}: {reason}"
 
 
 # ------------------------------------------------------------------------------------------ from a few numbers

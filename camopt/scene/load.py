@@ -19,17 +19,17 @@ FILE_COLUMNS = ("angle", "load")
 ROW_MESSAGE = "must be a row [cam angle in deg, load]"
 
 
-def split_constant_and_changing_load(load: Any, unit: float) -> tuple[float, ExternalLoad | None]:
+def split_constant_and_changing_load(load: Any, unit_in_N_or_N_mm: float) -> tuple[float, ExternalLoad | None]:
     """The constant part of a faultless load [N or N·mm], and the part that changes over the turn.
 
-    ``unit`` is that of the load in N (N·mm). A table with a single value is a constant.
+    ``unit_in_N_or_N_mm`` is that of the load in N (N·mm). A table with a single value is a constant.
     """
     if not isinstance(load, tuple):
-        return (0.0 if load is None else load) * unit, None
+        return (0.0 if load is None else load) * unit_in_N_or_N_mm, None
     values = {value for _, value in load}
     if len(values) == 1:
-        return values.pop() * unit, None
-    return 0.0, ExternalLoad(load, unit)
+        return values.pop() * unit_in_N_or_N_mm, None
+    return 0.0, ExternalLoad(load, unit_in_N_or_N_mm)
 
 
 def _tables_that_may_have_load(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:

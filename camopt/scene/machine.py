@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
-from camopt.core.mistakes import BadInput, Mistake, printable, suggest_names
+from camopt.core.mistakes import BadInput, Mistake, escape_unprintable, suggest_names
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.key import NO_UNIT, Key
 from camopt.core.storage.files import read_bytes
@@ -40,7 +40,7 @@ from camopt.scene.tables import (
     SignedNumber,
     check_number,
     check_one_line,
-    check_pair,
+    check_two_numbers,
     check_whole_number,
 )
 from camopt.scene.toml_text import has_unit_text, parse_toml, plain_mappings_and_lists
@@ -56,14 +56,14 @@ def _check_outline(value: Any) -> Any:
     """The points of an outline."""
     if not isinstance(value, (list, tuple)) or not 1 <= len(value) <= MOST_SPANS:
         raise ValueError(f"a list of 1 to {MOST_SPANS} points [x, y]")
-    points = tuple(check_pair(each) for each in value)
+    points = tuple(check_two_numbers(each) for each in value)
     if any(not isfinite(each) or abs(each) > LARGEST_VALUE for point in points for each in point):
         raise ValueError("a list of points [x, y] with finite numbers")
     return points
 
 
 def _check_range_of_angles(value: Any) -> Any:
-    start, end = check_pair(value)
+    start, end = check_two_numbers(value)
     if not (
         isfinite(start) and isfinite(end) and 0.0 < end - start <= 360.0 + NEAR_END and abs(start) <= LARGEST_VALUE
     ):
@@ -131,7 +131,8 @@ class Station(SceneTable):
         SignedNumber | None, Key("Direction in which a sliding tool leaves its lowest position", "deg")
     ] = None
     pivot: Annotated[
-        Annotated[Point, BeforeValidator(check_pair)] | None, Key("Point [x, y] about which a tool turns", "mm")
+        Annotated[Point, BeforeValidator(check_two_numbers)] | None,
+        Key("Point [x, y] about which a tool turns", "mm"),
     ] = None
     sense: Annotated[Literal["ccw", "cw"], Key("Sense in which a turning tool leaves its lowest position")] = "ccw"
 
@@ -349,7 +350,7 @@ class Machine(Drawable, SceneTable):
     def _read(cls, path: str, file: str) -> "Machine":
         """The machine of a TOML file that messages and results call ``file``."""
         machine = cls.__new__(cls)
-        data = {"name": printable(Path(path).stem), **parse_toml(read_bytes(path), file)}
+        data = {"name": escape_unprintable(Path(path).stem), **parse_toml(read_bytes(path), file)}
         machine._fill_and_check(data, file, Path(path).parent)
         return machine
 
@@ -472,17 +473,17 @@ def _scenes_of_stations(
     return scenes, mistakes
 
 
-def _scene_of_station(given: Any, place: str, file: str, folder: Path | None) -> Scene:
+def _scene_of_station(scene_or_path: Any, place: str, file: str, folder: Path | None) -> Scene:
     """The scene of a station: a table, the path of a file, or the name of a shipped scene."""
-    if isinstance(given, dict):
-        return Scene.from_dict(given, f"{file}: {place}")
-    path = path_beside_machine(folder, given)
+    if isinstance(scene_or_path, dict):
+        return Scene.from_dict(scene_or_path, f"{file}: {place}")
+    path = path_beside_machine(folder, scene_or_path)
     try:
-        return find_scene(path if path.suffix == ".toml" or path.is_file() else given)
+        return find_scene(path if path.suffix == ".toml" or path.is_file() else scene_or_path)
     except BadInput as error:
         missing = [each.file == "camopt" and each.key == "scene" for each in error.mistakes]
         raise BadInput(
-            Mistake(file, place, given, each.allowed) if is_missing else each
+            Mistake(file, place, scene_or_path, each.allowed) if is_missing else each
             for each, is_missing in zip(error.mistakes, missing, strict=True)
         ) from None
 

@@ -29,7 +29,7 @@ def _stage_numbers(scene: Scene) -> Iterator[NumberWithUnit]:
     for number, stage in enumerate(scene.train, start=1):
         for key, value in stage:
             if key in STAGE_NUMBER_KEYS and value is not None:
-                name = stage_quantity_name(number, key, turns=scene.output_turns_after_stages(number))
+                name = stage_quantity_name(number, key, angular=scene.output_turns_after_stages(number))
                 yield NumberWithUnit(f"train.{number}.{key}", value, QUANTITIES[name].unit)
 
 

@@ -20,8 +20,8 @@ from camopt.scene.law_forms import (
     TABLE_END_KEYS,
     Fault,
     LawValues,
-    allowed_noise_beyond_ends,
     law_form,
+    overshoot_share_allowed_for_noise,
 )
 from camopt.scene.tables import OwnLaw
 
@@ -240,6 +240,6 @@ def _check_overshoot(name: str, law: LawValues) -> Iterator[Fault]:
         return  # a spline stays within the range of its coefficients
     least, largest = law_displacement_range(motion_law)
     excess = max(-least, largest - 1.0)
-    if excess > max(allowed_noise_beyond_ends(law), LEAST_GAP):
+    if excess > max(overshoot_share_allowed_for_noise(law), LEAST_GAP):
         within = "it must stay between 0 and 1 unless overshoot = true"
         yield f"laws.{name}", None, f"s goes beyond its ends by {excess:.2g}; {within}"

@@ -12,7 +12,12 @@ from pydantic import BeforeValidator
 from camopt.core.mistakes import shorten, suggest_names
 from camopt.core.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.core.quantities.expression import CONSTANTS, FUNCTIONS, MOST_CHARACTERS, WORD_PATTERN, parse_expression
-from camopt.core.quantities.function import FunctionCall, QuantityFunction, installed_quantities, load_installed
+from camopt.core.quantities.function import (
+    FunctionCall,
+    QuantityFunction,
+    installed_quantities,
+    load_installed_quantity,
+)
 from camopt.core.quantities.key import Key
 from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity, own_quantity
 from camopt.scene.law_forms import Fault
@@ -110,7 +115,7 @@ def _table_of_quantity_definition(definition: Any) -> Any:
     name = definition.get("function") if isinstance(definition, dict) and "columns" not in definition else None
     if isinstance(name, str) and name in installed_quantities():
         with suppress(ValueError):  # reported when the quantity is computed
-            return load_installed(name).table | definition
+            return load_installed_quantity(name).table | definition
     return definition
 
 
@@ -160,10 +165,12 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
                 f"{OWN_EFFECT}.{name}",
                 table,
                 partial(
-                    _check_name_in_expression, quantities_above=names[:place], quantities_not_above=names[place:]
+                    _refuse_name_unreadable_in_expression,
+                    earlier_quantities=names[:place],
+                    this_and_later_quantities=names[place:],
                 ),
             )
-    yield from _check_quantity_names(data, names)
+    yield from _check_objective_and_output_names(data, names)
 
 
 def _check_quantity_table(key: str, table: Mapping[str, Any], check_name: Callable[[str], None]) -> Iterator[Fault]:
@@ -182,10 +189,10 @@ def _check_quantity_table(key: str, table: Mapping[str, Any], check_name: Callab
             yield f"{key}.columns.{place}", name, why
 
 
-def _message_of_failed_check(check: Callable[..., Any], *given: Any) -> str:
+def _message_of_failed_check(check: Callable[..., Any], *arguments: Any) -> str:
     """The message of the ValueError that a check raises; empty without one."""
     try:
-        check(*given)
+        check(*arguments)
     except ValueError as wrong:
         return str(wrong)
     return ""
@@ -204,18 +211,18 @@ def _quantity_name_fault(name: str) -> str:
     return ""
 
 
-def _check_name_in_expression(
-    name: str, quantities_above: Collection[str], quantities_not_above: Collection[str]
+def _refuse_name_unreadable_in_expression(
+    name: str, earlier_quantities: Collection[str], this_and_later_quantities: Collection[str]
 ) -> None:
     """Raise ValueError if an expression may not read a name: this quantity, a later one, or an unknown one."""
-    if name in quantities_not_above:
+    if name in this_and_later_quantities:
         raise ValueError(
             f"{name} must be defined above it in [{OWN_EFFECT}]: an expression reads only quantities above it"
         )
-    if name in quantities_above:
+    if name in earlier_quantities:
         return
     if name not in QUANTITIES:
-        meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*quantities_above, *QUANTITIES))
+        meant = suggest_names(QUANTITY_SYNONYMS.get(name, name), (*earlier_quantities, *QUANTITIES))
         raise ValueError(f"{shorten(name)} is not a quantity; {meant}")
     if QUANTITIES[name].kind is not float or QUANTITIES[name].effect in VERDICTS:
         raise ValueError(f"{name} cannot be used: an expression reads only numerical quantities of a design")
@@ -231,7 +238,9 @@ def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield f"limits.{key}", limits[key], unknown_key_message(str(key), Limits, own)
 
 
-def _check_quantity_names(data: Mapping[str, Any], own: Collection[str]) -> Iterator[Fault]:
+def _check_objective_and_output_names(
+    data: Mapping[str, Any], own_quantity_names: Collection[str]
+) -> Iterator[Fault]:
     """Check that objectives are quantities, and outputs quantities or effects."""
     allowed_names = {
         "search.minimise": ("a quantity", ()),
@@ -240,7 +249,7 @@ def _check_quantity_names(data: Mapping[str, Any], own: Collection[str]) -> Iter
     }
     for key, (what, others) in allowed_names.items():
         named = value_at_key(data, key)
-        known = (*own, *QUANTITIES, *others)
+        known = (*own_quantity_names, *QUANTITIES, *others)
         for place, name in enumerate(named if isinstance(named, list) else [named], start=1):
             if isinstance(name, str) and name not in known and name not in QUANTITIES:
                 yield (

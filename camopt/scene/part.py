@@ -31,7 +31,7 @@ from camopt.scene.tables import (
     SignedNumber,
     allow_text_in_schema,
     check_one_line,
-    check_pair,
+    check_two_numbers,
 )
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ class Part(SceneTable):
         None
     )
     edges: Annotated[
-        Annotated[tuple[SignedNumber, SignedNumber], BeforeValidator(check_pair)] | None,
+        Annotated[tuple[SignedNumber, SignedNumber], BeforeValidator(check_two_numbers)] | None,
         Key("Outer and inner edges by ISO 13715, below 0 where material is removed", "mm"),
     ] = None
     name: Annotated[OneLine | None, Key("Name in the title block; the scene's name if not given")] = None
@@ -224,9 +224,9 @@ def bore_or_keyway_reach(bore: float, width: float, depth: float) -> float:
 
 
 def complete_part(
-    part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None, paired: bool
+    part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None, has_two_discs: bool
 ) -> Part:
-    """The part, completed from other tables of the scene; ``paired`` for two discs.
+    """The part, completed from other tables of the scene; ``has_two_discs`` for two discs.
 
     The bore comes from the shaft, material and density from ``[materials]``, the name from the scene.
     """
@@ -238,15 +238,17 @@ def complete_part(
         "name": title,
         "profile_tolerance": profile_tolerance,
         "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
-        "disc_gap": USUAL_GAP * part.thickness if paired and part.thickness else None,
+        "disc_gap": USUAL_GAP * part.thickness if has_two_discs and part.thickness else None,
     }
     return part.model_copy(update={key: v for key, v in defaults.items() if getattr(part, key) is None})
 
 
-def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None) -> Iterator[Fault]:
+def check_part(
+    scene: "Scene", mechanism: Mechanism, lift: float | None, tip_radius: float | None
+) -> Iterator[Fault]:
     """Check that the sizes of the part are consistent and lie inside the cam.
 
-    ``trace_and_normal`` of the follower is in mm, or in deg of its arm; ``radius`` is the radius of a roller or
+    ``trace_and_normal`` of the follower is in mm, or in deg of its arm; ``tip_radius`` is the radius of a roller or
     spherical face [mm].
     """
     part, body = scene.part, mechanism.body
@@ -273,7 +275,7 @@ def check_part(scene: "Scene", mechanism: Mechanism, travel: float | None, radiu
         yield from _check_bore_and_keyway_inside(part, hole, base, "the base circle (radius {:g})")
         yield from _check_face_groove_or_rib_height(part, body)
     else:
-        yield from _check_groove(scene, hole, mechanism, travel, radius)
+        yield from _check_groove(scene, hole, mechanism, lift, tip_radius)
 
 
 class _Hole:
@@ -302,35 +304,37 @@ def _check_keyway(part: Part, hole: _Hole) -> Iterator[Fault]:
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({hole.bore:g})"
 
 
-def _check_hub(part: Part, hole: _Hole, base: float | None, discs: int) -> Iterator[Fault]:
+def _check_hub(part: Part, hole: _Hole, base_radius: float | None, disc_count: int) -> Iterator[Fault]:
     """Check that a hub has both sizes, holds the plates and the bore, and lies inside the base circle."""
     given = [key for key in HUB_KEYS if getattr(part, key) is not None]
     for key in (*HUB_KEYS, "thickness") if given else ():
         if getattr(part, key) is None:
             yield f"part.{key}", None, f"missing; part.{given[0]} describes a hub, which needs it"
     whole, plate, diameter = map(known_number_or_none, (part.hub_length, part.thickness, part.hub_diameter))
-    if plate and discs > 1:
-        plate = discs * plate + (known_number_or_none(part.disc_gap) or USUAL_GAP * plate)
+    if plate and disc_count > 1:
+        plate = disc_count * plate + (known_number_or_none(part.disc_gap) or USUAL_GAP * plate)
     if whole and plate and whole < plate:
-        what = "the thickness" if discs == 1 else "two thicknesses and the gap"
+        what = "the thickness" if disc_count == 1 else "two thicknesses and the gap"
         yield "part.hub_length", whole, f"must be at least {what} ({plate:g}), which it includes"
     reach = hole.reach
     if diameter and reach and diameter <= 2 * reach:
         yield "part.hub_diameter", diameter, f"must be above {2 * reach:g}: the bore and its keyway are inside it"
-    if diameter and base and (reach or 0.0) < base < diameter / 2:
-        yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
+    if diameter and base_radius and (reach or 0.0) < base_radius < diameter / 2:
+        yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base_radius:g})"
 
 
-def _check_bore_and_keyway_inside(part: Part, hole: _Hole, radius: float | None, what: str) -> Iterator[Fault]:
+def _check_bore_and_keyway_inside(
+    part: Part, hole: _Hole, circle_radius: float | None, circle_words: str
+) -> Iterator[Fault]:
     """Bore and keyway are inside a circle about the axis."""
-    if not radius or not hole.reach or not hole.bore or hole.reach < radius:
+    if not circle_radius or not hole.reach or not hole.bore or hole.reach < circle_radius:
         return
-    if hole.bore / 2 < radius:
-        yield "part.keyway_depth", VALUE_IN_SCENE, f"must leave a wall to {what.format(radius)}"
+    if hole.bore / 2 < circle_radius:
+        yield "part.keyway_depth", VALUE_IN_SCENE, f"must leave a wall to {circle_words.format(circle_radius)}"
     elif own := known_number_or_none(
         part.bore
     ):  # a shaft as thick as the base circle has its own message, or is one piece with the cam
-        yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
+        yield "part.bore", own, f"must leave a wall to {circle_words.format(circle_radius)}"
 
 
 def _check_face_groove_or_rib_height(part: Part, body: Body) -> Iterator[Fault]:
@@ -347,7 +351,7 @@ def _check_face_groove_or_rib_height(part: Part, body: Body) -> Iterator[Fault]:
 
 
 def _check_groove(
-    scene: "Scene", hole: _Hole, mechanism: Mechanism, travel: float | None, radius: float | None
+    scene: "Scene", hole: _Hole, mechanism: Mechanism, lift: float | None, tip_radius: float | None
 ) -> Iterator[Fault]:
     """Check that a groove (rib) lies within the length of the cylinder and leaves a wall to the bore."""
     body = mechanism.body
@@ -360,22 +364,22 @@ def _check_groove(
         yield from _check_bore_and_keyway_inside(
             part, hole, mean - (depth or 0.0) / 2, f"{body.foot} (radius {{:g}})"
         )
-    needed = groove_length_along_axis(scene, mechanism, travel, radius)
+    needed = groove_length_along_axis(scene, mechanism, lift, tip_radius)
     if depth and whole and needed is not None and whole <= needed:
         yield "part.thickness", whole, f"must be above {needed:g}, the length of the {what} along the axis"
 
 
 def groove_length_along_axis(
-    scene: "Scene", mechanism: Mechanism, travel: float | None, radius: float | None
+    scene: "Scene", mechanism: Mechanism, lift: float | None, tip_radius: float | None
 ) -> float | None:
     """Length of the groove (rib) along the axis [mm]; None if a size is missing."""
     arm, ribbed = known_number_or_none(scene.follower.arm_length), mechanism.has_rib
     spacing = known_number_or_none(scene.follower.roller_spacing) if ribbed else 0.0
-    if travel is None or radius is None or spacing is None:
+    if lift is None or tip_radius is None or spacing is None:
         return None
-    rollers = -2 * radius if ribbed else 2 * radius
+    rollers = -2 * tip_radius if ribbed else 2 * tip_radius
     if not mechanism.motion.angular:
-        return travel + spacing + rollers
+        return lift + spacing + rollers
     if arm is None or spacing > 2 * arm:
         return None
-    return 2 * arm * sin(radians(travel) / 2 + asin(spacing / (2 * arm))) + rollers
+    return 2 * arm * sin(radians(lift) / 2 + asin(spacing / (2 * arm))) + rollers

@@ -103,9 +103,13 @@ def check_profile(scene: "Scene") -> Iterator[Fault]:
             yield f"profile.{fault.number}" if fault.number else "profile", None, fault.why
 
 
-def _check_base_radius(base: float | None, least: float) -> Iterator[Fault]:
-    if base is not None and abs(base - least) > TOUCHING_SHARE * least:
-        yield "cam.base_radius", base, f"the least radius of the profile is {least:.10g}: leave it out"
+def _check_base_radius(base_radius: float | None, least_profile_radius: float) -> Iterator[Fault]:
+    if base_radius is not None and abs(base_radius - least_profile_radius) > TOUCHING_SHARE * least_profile_radius:
+        yield (
+            "cam.base_radius",
+            base_radius,
+            f"the least radius of the profile is {least_profile_radius:.10g}: leave it out",
+        )
 
 
 # --------------------------------------------------------------------------------------------------- elements

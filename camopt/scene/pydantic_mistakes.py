@@ -84,10 +84,10 @@ def _mistake_from_error(
     return Mistake(file, key, value, plain.get(kind, pydantic_error["msg"].lower()))
 
 
-def unknown_key_message(name: str, model: type[BaseModel], others: Iterable[str] = ()) -> str:
-    """The message for a key that a table does not have; ``others`` are further known keys."""
+def unknown_key_message(name: str, model: type[BaseModel], further_known_keys: Iterable[str] = ()) -> str:
+    """The message for a key that a table does not have; ``further_known_keys`` are further known keys."""
     other = _unique_key_with_last_part(name)
-    meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *others))
+    meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *further_known_keys))
     why = f"not a known key; {meant}"
     if "." in name and name.partition(".")[0] in model.model_fields:  # a dotted key that ``nest_dotted_keys`` left
         why = "is given twice: leave one of them out"

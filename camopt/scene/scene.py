@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationError
 
-from camopt.core.mistakes import BadInput, Mistake, printable, suggest_names
+from camopt.core.mistakes import BadInput, Mistake, escape_unprintable, suggest_names
 from camopt.core.quantities import STAGE_NUMBER_KEYS, quantity_name_by_number_key, stage_quantity_name
 from camopt.core.quantities.display import Drawable, HasHtml
 from camopt.core.quantities.key import Key
@@ -27,7 +27,7 @@ from camopt.scene.checks import faults_across_tables
 from camopt.scene.design_rows import check_design_row, is_missing, values_of_row
 from camopt.scene.drawn_profile import replace_drawing_by_elements
 from camopt.scene.faultless_tables import faultless_table
-from camopt.scene.fits import expand_bore_and_fit, expand_standard_keyway
+from camopt.scene.fits import expand_standard_keyway, split_bore_into_diameter_and_fit
 from camopt.scene.former_keys import FORMER_KEYS, replace_former_keys
 from camopt.scene.law_forms import VALUE_IN_SCENE
 from camopt.scene.limits import Limits
@@ -320,7 +320,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         unread = [*replace_former_keys(given)]
         expand_own_quantities(given)
         mistakes += replace_wrong_shapes(given, SCENE_TABLES, file)
-        expand_bore_and_fit(given)  # before units, since a fit is no unit
+        split_bore_into_diameter_and_fit(given)  # before units, since a fit is no unit
         if has_unit_text({key: value for key, value in given.items() if key != "name"}):
             given, unit_mistakes = replace_unit_texts(given, SCENE_TABLES, file)
             mistakes += unit_mistakes
@@ -387,7 +387,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         """
         name = os.fsdecode(path)
         data = parse_toml(read_bytes(name), name)
-        data = plain_mappings_and_lists({"name": printable(Path(name).stem), **data}, name)
+        data = plain_mappings_and_lists({"name": escape_unprintable(Path(name).stem), **data}, name)
         scene, changes = cls.__new__(cls), changes or {}
         try:
             scene._fill_and_check(data, name, Path(name).parent)
@@ -459,7 +459,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         for number, row in enumerate(self.train, start=1):
             own, turns = keys_of_stage_kind(row.stage), self.output_turns_after_stages(number)
             keys = [key for key in STAGE_NUMBER_KEYS if key in own]
-            found |= {f"train.{number}.{key}": stage_quantity_name(number, key, turns=turns) for key in keys}
+            found |= {f"train.{number}.{key}": stage_quantity_name(number, key, angular=turns) for key in keys}
         return found
 
     @property

@@ -27,7 +27,7 @@ def text_of_scene(scene: Scene) -> str:
     with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails on some tables out of order
         source = _scene_source_text(scene.file)
         if 0 < len(source) <= LONGEST_TEXT:
-            text = _update_text(source, find_scene(scene.file), scene)
+            text = _scene_text_with_new_values(source, find_scene(scene.file), scene)
             if Scene.embedded(text, scene.file).to_dict() == scene.to_dict():
                 return text
     return scene.to_toml()
@@ -40,7 +40,7 @@ def _scene_source_text(file: str) -> str:
     return decode_user_text(read_bytes(file)) if Path(file).suffix == ".toml" else ""
 
 
-def _update_text(source: str, before: Scene, after: Scene) -> str:
+def _scene_text_with_new_values(source: str, before: Scene, after: Scene) -> str:
     """The text of one scene with the values of another."""
     import tomlkit  # noqa: PLC0415, most commands write no scene
 

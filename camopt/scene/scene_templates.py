@@ -49,7 +49,9 @@ FLANK_HEIGHTS = ("groove_depth", "rib_height")
 def _example_values_by_key(place: str, turns: bool = False) -> dict[str, Any]:
     """The example values of the keys of a table."""
     records = {name: key_record(SCENE_TABLES[place], name) for name in SCENE_TABLES[place].model_fields}
-    return {name: record.example_of(turns=turns) for name, record in records.items() if record.example is not None}
+    return {
+        name: record.example_of(angular=turns) for name, record in records.items() if record.example is not None
+    }
 
 
 def minimal_scene_tables(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
@@ -191,10 +193,10 @@ def _mechanism_and_tip(form: str | None, follower: str | None) -> tuple[Mechanis
     return next((pair for pair in pairs if pair[1].name == "roller"), pairs[0])
 
 
-def _template_text(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:
+def _template_text(scene: Scene, data: Mapping[str, Any], comment_lines: list[str]) -> str:
     """A scene as text: its tables in order, each with further keys switched off."""
     more = further_key_examples_by_table(scene)
-    lines = [*about, *HELP_LINES, f"name = {_inline_toml_value(data['name'])}"]
+    lines = [*comment_lines, *HELP_LINES, f"name = {_inline_toml_value(data['name'])}"]
     for place, given in _tables_in_order(data):
         own = {key: value for key, value in given.items() if f"{place}.{key}" not in SCENE_TABLES}
         if own or place in more:
@@ -224,21 +226,23 @@ HELP_LINES = [
 ]
 
 
-def _table_lines(place: str, own: Mapping[str, Any], more: Mapping[str, Any], scene: Scene) -> Iterator[str]:
+def _table_lines(
+    place: str, given_values: Mapping[str, Any], example_values: Mapping[str, Any], scene: Scene
+) -> Iterator[str]:
     """The lines of a table."""
     known = "laws.NAME" if place.startswith("laws.") else place
-    yield ("" if own else "#") + (table_heading(place) if place in TABLE_LISTS else f"[{place}]")
+    yield ("" if given_values else "#") + (table_heading(place) if place in TABLE_LISTS else f"[{place}]")
     for key in SCENE_TABLES[known].model_fields:
-        if key in own or key in more:
+        if key in given_values or key in example_values:
             line = (
-                f"{key} = {_inline_toml_value(own[key])}"
-                if key in own
-                else f"#{key} = {_inline_toml_value(more[key])}"
+                f"{key} = {_inline_toml_value(given_values[key])}"
+                if key in given_values
+                else f"#{key} = {_inline_toml_value(example_values[key])}"
             )
             record = key_record(SCENE_TABLES[known], key)
             moved = scene.given_motion_is_angle if place.startswith("motion") else scene.tool_turns
             turns = scene.mechanism.motion.angular, moved, scene.straight_spring
-            unit = record.unit_of(turns=is_key_of_angular_motion(f"{place}.{key}", *turns))
+            unit = record.unit_of(angular=is_key_of_angular_motion(f"{place}.{key}", *turns))
             yield f"{line:<26}  # {'' if unit in ('', NO_UNIT) else f'{unit}: '}{record.sentence}"
 
 

@@ -53,18 +53,18 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
     }
 
 
-def table_schema(table_class: type[SceneTable], top: type[SceneTable] = Scene) -> dict[str, Any]:
-    """The JSON schemas of the keys of a table in a scene, or in a machine (``top``), by key."""
-    schema = _pydantic_schema(top)
-    table = schema if table_class is top else schema["$defs"][table_class.__name__]
+def table_schema(table_class: type[SceneTable], top_table: type[SceneTable] = Scene) -> dict[str, Any]:
+    """The JSON schemas of the keys of a table in a scene, or in a machine (``top_table``), by key."""
+    schema = _pydantic_schema(top_table)
+    table = schema if table_class is top_table else schema["$defs"][table_class.__name__]
     properties: dict[str, Any] = _convert_schema_dialect(table)["properties"]
     return properties
 
 
 @cache
-def _pydantic_schema(top: type[SceneTable] = Scene) -> dict[str, Any]:
+def _pydantic_schema(top_table: type[SceneTable] = Scene) -> dict[str, Any]:
     """Pydantic's schema of a scene or a machine, cached since it takes a tenth of a second."""
-    return top.model_json_schema()
+    return top_table.model_json_schema()
 
 
 def _convert_schema_dialect(schema: Any) -> Any:

@@ -13,7 +13,7 @@ from camopt.scene.tables import (
     SceneTable,
     Switch,
     check_number,
-    check_pair,
+    check_two_numbers,
     check_whole_number,
     known_name_validator,
 )
@@ -24,7 +24,7 @@ def _check_peak_factor(value: Any) -> Any:
     if isinstance(value, str):
         return value
     if isinstance(value, (list, tuple)):
-        pair = check_pair(value)
+        pair = check_two_numbers(value)
         if not -LARGEST_VALUE <= pair[0] <= 0.0 < pair[1] <= LARGEST_VALUE:
             raise ValueError("a range that contains 0")
         return pair
@@ -42,7 +42,7 @@ OBJECTIVE_TERMS = (*AXIS_TERMS, "crossing_jerk")
 TERM_OR_AXIS = "a term of the objective; loads such as torque_peak_N_m are axes of a frontier only"
 PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_check_peak_factor)] | None
 ObjectiveTerm = Annotated[str, known_name_validator(OBJECTIVE_TERMS, TERM_OR_AXIS)]
-PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(check_pair)], ...]
+PointPairs = tuple[Annotated[tuple[float, float], BeforeValidator(check_two_numbers)], ...]
 
 
 class SynthesisSettings(SceneTable):

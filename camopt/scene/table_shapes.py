@@ -57,9 +57,9 @@ def _wrong_shapes_in_table(
             yield from _wrong_shapes_in_table(value, model, where, models, nested)
 
 
-def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator[WrongShape]:
+def _wrong_shapes_in_value(suspect: WrongShape, models: TablesByPlace) -> Iterator[WrongShape]:
     """The value itself if its key takes no list or table, else the wrong shapes inside it."""
-    place, holder, key, hint = whole
+    place, holder, key, hint = suspect
     value, members = holder[key], [*union_members(hint)]
     if _is_scalar(value):
         return
@@ -77,11 +77,11 @@ def _wrong_shapes_in_value(whole: WrongShape, models: TablesByPlace) -> Iterator
                     WrongShape(f"{place}.{name}", value, name, get_args(named)[1]), models
                 )
         else:
-            yield whole
+            yield suspect
         return
     rows = next((each for each in members if get_origin(each) is tuple), None)
     if rows is None or isinstance(value, int):
-        yield whole
+        yield suspect
     elif isinstance(value, list) and table_type_in(row_hint := get_args(rows)[0]):
         for index in range(len(value)):
             yield from _wrong_shapes_in_value(WrongShape(f"{place}.{index + 1}", value, index, row_hint), models)

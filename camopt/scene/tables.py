@@ -38,7 +38,7 @@ def check_number(value: Any) -> Any:
         raise ValueError("a finite number") from None
 
 
-def _number_as_given(value: Any) -> Any:
+def _check_number_and_keep_int(value: Any) -> Any:
     """The number; an int stays an int until its bounds are checked, so that mistakes show what the user wrote."""
     number = check_number(value)
     return value if type(value) is int else number
@@ -55,7 +55,7 @@ class BoundedNumber:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         finite = core_schema.float_schema(allow_inf_nan=False, **self.bounds)
-        number = core_schema.no_info_before_validator_function(_number_as_given, finite)
+        number = core_schema.no_info_before_validator_function(_check_number_and_keep_int, finite)
         return number if source is float else core_schema.nullable_schema(number)
 
 
@@ -135,13 +135,13 @@ def _check_law_name(value: Any) -> str:
     return value
 
 
-def _check_switch(value: Any) -> Any:
+def _check_true_or_false(value: Any) -> Any:
     if not isinstance(value, bool):
         raise ValueError("true or false")
     return value
 
 
-def _kind_of_segment(value: Any) -> Any:
+def _canonical_kind_of_segment(value: Any) -> Any:
     return canonical_segment_kind(value) if isinstance(value, str) else value
 
 
@@ -158,7 +158,7 @@ def allow_text_in_schema(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [{"type": "string"}, *kinds]
 
 
-Switch = Annotated[bool, BeforeValidator(_check_switch)]
+Switch = Annotated[bool, BeforeValidator(_check_true_or_false)]
 LawName = Annotated[str, Name(_check_law_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
 MaterialName = Annotated[str, known_name_validator(MATERIALS, "a material")]
 QUANTITY_SYNONYMS = {"size": "base_radius_mm"}
@@ -411,7 +411,7 @@ class Drive(TableOfRecords):
     ] = None
 
 
-def _number_or_range(message: str, least: float, most: float) -> BeforeValidator:
+def _number_or_range_validator(message: str, least: float, most: float) -> BeforeValidator:
     """A validator of a number, or of a range of numbers, within bounds."""
 
     def check_range(value: Any) -> Any:
@@ -428,10 +428,11 @@ def _number_or_range(message: str, least: float, most: float) -> BeforeValidator
 
 
 NumberOrRange = Annotated[
-    float | tuple[float, float], _number_or_range("a number, or a range [low, high]", -LARGEST_VALUE, LARGEST_VALUE)
+    float | tuple[float, float],
+    _number_or_range_validator("a number, or a range [low, high]", -LARGEST_VALUE, LARGEST_VALUE),
 ]
 CamAngle = Annotated[
-    float | tuple[float, float], _number_or_range("a cam angle, or a range [from, to], deg", 0.0, 360.0)
+    float | tuple[float, float], _number_or_range_validator("a cam angle, or a range [from, to], deg", 0.0, 360.0)
 ]
 
 MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
@@ -482,7 +483,7 @@ class Segment(SceneTable):
 
     segment: Annotated[
         Literal["rise", "dwell", "return", "move", "constant-velocity"],
-        BeforeValidator(_kind_of_segment),
+        BeforeValidator(_canonical_kind_of_segment),
         Field(json_schema_extra=_add_segment_aliases),
         Key("Kind of segment"),
     ]
@@ -545,7 +546,7 @@ class ProfileElement(SceneTable):
     ] = None
 
 
-def check_pair(value: Any) -> Any:
+def check_two_numbers(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise ValueError("two numbers")
     return tuple(check_number(v) for v in value)
@@ -629,7 +630,7 @@ class OwnLaw(SceneTable):
         Key("Share x of the stroke at which a symmetric law's acceleration crosses zero, in place of ½", "no unit"),
     ] = None
     peaks: Annotated[
-        Annotated[tuple[Positive, Positive], BeforeValidator(check_pair)] | None,
+        Annotated[tuple[Positive, Positive], BeforeValidator(check_two_numbers)] | None,
         Key(
             "Ratio of the largest acceleration to the largest deceleration, [a, d], in place of `crossing`",
             "no unit",

@@ -140,7 +140,7 @@ def _tolerance_validator() -> TypeAdapter[Any]:
     return TypeAdapter(OptionalTolerance)
 
 
-def _read_tolerance(number: Any, value: Any, where: str) -> Tolerance | None:
+def _read_tolerance(number_type: Any, value: Any, where: str) -> Tolerance | None:
     """The tolerance of a number of another table."""
     try:
         tolerance: Tolerance | None = _tolerance_validator().validate_python(value)
@@ -332,19 +332,19 @@ def _angle_tolerances_in(table: Any) -> Iterator[tuple[str, Any]]:
 # ----------------------------------------------------------------------------------------------------- checks
 
 
-def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, name: str) -> Iterator[Fault]:
+def check_tolerances(scene: "Scene", mechanism: Mechanism, tip: Tip, mechanism_name: str) -> Iterator[Fault]:
     """Check that the number of each tolerance exists, and that its extremes are allowed."""
     given, drawn = scene.tolerances, scene.part.profile_tolerance
     yield from _check_profile_tolerances(scene, mechanism)
     for key, each in given.number_tolerances():
         place = f"tolerances.{key}"
-        if why := _missing_number_reason(scene, key, mechanism, tip, name):
+        if why := _missing_number_reason(scene, key, mechanism, tip, mechanism_name):
             yield place, None, why
         else:
             size = known_number_or_none(_nominal_number(scene, key))
             yield from (
                 *_check_iso_class(place, each, key, size),
-                *_check_extreme_numbers(place, each, key, size),
+                *_check_number_at_both_tolerance_ends(place, each, key, size),
                 *_check_distribution(place, each),
             )
     for key in ANGLE_TOLERANCES:
@@ -378,7 +378,7 @@ def _check_profile_tolerances(scene: "Scene", mechanism: Mechanism) -> Iterator[
             yield place, off, f"must be below {key} ({sizes[key]:g})"
 
 
-def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: Tip, name: str) -> str:
+def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: Tip, mechanism_name: str) -> str:
     """Why the number of a tolerance does not exist; "" if it does."""
     table, _, rest = key.partition(".")
     last = rest.rpartition(".")[2]
@@ -386,7 +386,7 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
         return "cannot have a tolerance: give the largest diameter of the shaft, and the fit as part.bore_fit"
     if rest in SEARCH_SIZES and table in ("cam", "follower"):
         if key not in mechanism.keys(tip):
-            return f"a {name} has no {last.replace('_', ' ')}"
+            return f"a {mechanism_name} has no {last.replace('_', ' ')}"
         if last in RADIUS_KEYS and mechanism.has_flanks_on_both_sides:
             return (
                 "cannot have a tolerance: both walls of the groove hold the roller, so its radius does not move it"
@@ -396,7 +396,7 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
         if not mechanism.further_contacts:
             return "belongs to a second contact, but this follower has one contact"
         return "" if key in mechanism.second_contact_size_keys else f"{mechanism.drive.words} has none"
-    if table == "train" and (why := _missing_stage_reason(scene, rest)):
+    if table == "train" and (why := _missing_stage_number_reason(scene, rest)):
         return why
     value = scene.numbers((key,))[key]
     named = table == "materials" and getattr(scene.materials, last.partition("_")[0], None) is not None
@@ -406,9 +406,9 @@ def _missing_number_reason(scene: "Scene", key: str, mechanism: Mechanism, tip: 
     return f"{key} changes over the turn and cannot have a tolerance" if isinstance(value, (tuple, list)) else ""
 
 
-def _missing_stage_reason(scene: "Scene", rest: str) -> str:
-    """Why a number of a train does not exist; "" if it does; ``rest`` is the stage's number and the key."""
-    number, _, last = rest.partition(".")
+def _missing_stage_number_reason(scene: "Scene", stage_number_and_key: str) -> str:
+    """Why a number of a train does not exist, "" if it does; the stage and its key are such as 2.crank."""
+    number, _, last = stage_number_and_key.partition(".")
     if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
         return f"the train of the scene has {stage_count_text(scene)}"
     stage = scene.train[int(number) - 1].stage
@@ -449,24 +449,30 @@ def _check_distribution(place: str, tolerance: Tolerance) -> Iterator[Fault]:
         yield f"{place}.shared", VALUE_IN_SCENE, "needs the name of a batch, which is missing"
 
 
-def _check_extreme_numbers(place: str, tolerance: Tolerance, key: str, size: float | None) -> Iterator[Fault]:
+def _check_number_at_both_tolerance_ends(
+    place: str, tolerance: Tolerance, key: str, nominal: float | None
+) -> Iterator[Fault]:
     """Check that the scene allows the least and the largest value of the number."""
     plus, minus = tolerance.plus, tolerance.minus
     if tolerance.values and not (plus or minus):
         plus, minus = max(tolerance.values), -min(tolerance.values)
     last = key.rpartition(".")[2]
-    if size is not None and last in SEARCH_SIZES and last not in SIGNED_SIZES:
-        if minus >= size > 0.0:
-            yield place, minus, f"must be below {key} ({size:g}): a size is above 0"
+    if nominal is not None and last in SEARCH_SIZES and last not in SIGNED_SIZES:
+        if minus >= nominal > 0.0:
+            yield place, minus, f"must be below {key} ({nominal:g}): a size is above 0"
         return
     for side, off in ((1.0, plus), (-1.0, minus)):
-        if size is None or not off:
+        if nominal is None or not off:
             continue
         try:
-            TypeAdapter(_number_type(key)).validate_python(size + side * off)
+            TypeAdapter(_number_type(key)).validate_python(nominal + side * off)
         except ValidationError as error:
             (allowed,) = (each.allowed for each in mistakes_from_pydantic(error, Tolerance, place))
-            yield place, off, f"would change {key} from {size:g} to {size + side * off:g}, which must be {allowed}"
+            yield (
+                place,
+                off,
+                f"would change {key} from {nominal:g} to {nominal + side * off:g}, which must be {allowed}",
+            )
 
 
 def _check_iso_class(place: str, tolerance: Tolerance, key: str, size: float | None) -> Iterator[Fault]:

@@ -47,8 +47,8 @@ def parse_toml(data: bytes | str, file: str) -> dict[str, Any]:
     return tables
 
 
-def _toml_mistake(file: str, what: str) -> BadInput:
-    return BadInput([Mistake(file, "TOML", None, f"not valid: {what}", bare=True)])
+def _toml_mistake(file: str, reason: str) -> BadInput:
+    return BadInput([Mistake(file, "TOML", None, f"not valid: {reason}", bare=True)])
 
 
 def _error_with_line(text: str, error: str) -> str:

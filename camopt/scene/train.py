@@ -18,7 +18,7 @@ from camopt.model.motion.segments import start_position
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.carried_load import CarriedLoad
 from camopt.model.trains.link import formula_value_at_end
-from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_trains
+from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_train_with_arrays
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
 from camopt.scene.load import split_constant_and_changing_load
 from camopt.scene.mapping import tables_in_list
@@ -101,7 +101,7 @@ def build_train(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     if not rows:
         return None
     stages = _stage_values(rows, {})
-    return _with_carried_parts(
+    return _train_with_stage_masses_and_forces(
         assemble_train([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
     )
 
@@ -109,8 +109,8 @@ def build_train(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
 def build_trains(rows: Sequence[TrainStage], numbers: Mapping[str, Any], *, angular: bool) -> Train:
     """The trains with other numbers, by key such as ``train.1.crank``: arrays, or ranges with slopes."""
     stages = _stage_values(rows, numbers)
-    return _with_carried_parts(
-        assemble_trains([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
+    return _train_with_stage_masses_and_forces(
+        assemble_train_with_arrays([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
     )
 
 
@@ -128,11 +128,11 @@ def _link_kind_and_sizes(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]
     return stage["stage"], {key: each for key, each in stage.items() if key not in ("stage", *CARRIED_KEYS)}
 
 
-def _with_carried_parts(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
-    return replace(train, carried=tuple(_carried_parts(stages, train)))
+def _train_with_stage_masses_and_forces(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
+    return replace(train, carried=tuple(_masses_and_forces_of_stages(stages, train)))
 
 
-def _carried_parts(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[CarriedLoad]:
+def _masses_and_forces_of_stages(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[CarriedLoad]:
     """The mass of each stage, and the constant forces on it."""
     for number, stage in enumerate(stages, start=1):
         joint, turns, unit = _output_joint_turns_and_unit(train, number)
@@ -153,9 +153,9 @@ def _carried_parts(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterato
             yield CarriedLoad(joint - 1, stage["arm_inertia"] * 1e3)
 
 
-def _output_joint_turns_and_unit(train: Train, number: int) -> tuple[int, bool, float]:
+def _output_joint_turns_and_unit(train: Train, stage_number: int) -> tuple[int, bool, float]:
     """The output joint of a stage, whether it turns, and the unit of forces there in N (N·mm)."""
-    joint = max(k for k, stage in enumerate(train.stages, start=1) if stage == number)
+    joint = max(k for k, stage in enumerate(train.stages, start=1) if stage == stage_number)
     turns = train.links[joint - 1].driver_and_driven_angular[1]
     return joint, turns, 1e3 if turns else 1.0
 
@@ -250,7 +250,7 @@ def _train_from_given_end(scene: "Scene", train: Train) -> Train:
     return train.reversed_train if scene.given_at_follower else train
 
 
-def _given_turn(scene: "Scene", train: Train) -> GivenTurn | None:
+def _given_motion_at_tool_end(scene: "Scene", train: Train) -> GivenTurn | None:
     """The given motion at the tool end of a train; None where it is not known."""
     if scene.profile:
         try:
@@ -272,7 +272,7 @@ def _given_turn(scene: "Scene", train: Train) -> GivenTurn | None:
 def _check_dead_points(scene: "Scene", train: Train) -> Iterator[Fault]:
     """Faults where the tool, or a follower with a given motion, reaches a dead point of the train."""
     who, train = "follower" if scene.given_at_follower else "tool", _train_from_given_end(scene, train)
-    turn = _given_turn(scene, train)
+    turn = _given_motion_at_tool_end(scene, train)
     unit, word = (radians(1.0), "deg") if train.angular else (1.0, "mm")
     for side, end in zip((-1.0, 1.0), train.tool_travel_ends, strict=True) if turn else ():
         assert turn is not None
@@ -301,7 +301,7 @@ class Lifts(NamedTuple):
 def lifts_through_train(scene: "Scene", given_lift: float | None) -> Lifts:
     """The lifts of tool and follower of a scene with a train; ``given_lift`` is the lift of ``[[motion]]``."""
     other, train = None, None if any(check_train(scene)) else train_without_loads(scene)
-    if train is not None and (turn := _given_turn(scene, out := _train_from_given_end(scene, train))):
+    if train is not None and (turn := _given_motion_at_tool_end(scene, out := _train_from_given_end(scene, train))):
         low, high = sorted(
             formula_value_at_end(out.follower_displacement, level) for level in (turn.low, turn.high)
         )

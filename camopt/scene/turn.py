@@ -159,12 +159,14 @@ def _check_segment_law(scene: "Scene", kind: str, law: str, key: str) -> Iterato
         yield key, law, "is a law of positions, for a move"
 
 
-def _move_needs_position(row: tables.Segment, after: tables.Segment, last: bool) -> bool:
+def _move_needs_position(row: tables.Segment, after: tables.Segment, is_last_segment: bool) -> bool:
     """Whether a move must give its position as a number: if the next segment or the next turn starts there.
 
     A move with a law must give it too.
     """
-    free = row.law is None and (ends_at_constant_velocity_start(row, after) or (after.segment == MOVE and not last))
+    free = row.law is None and (
+        ends_at_constant_velocity_start(row, after) or (after.segment == MOVE and not is_last_segment)
+    )
     return finite_number_or_none(row.to) is None and not free
 
 
@@ -253,10 +255,10 @@ def _check_positions_of_turn(segments: Sequence[MotionSegment]) -> Iterator[Faul
         yield "motion.lift", None, why
 
 
-def _below_start_fault(segments: Sequence[MotionSegment], k: int, before: float) -> Fault:
+def _below_start_fault(segments: Sequence[MotionSegment], segment_number: int, position_before: float) -> Fault:
     """The fault of a return that goes below the start of the turn, where the follower is lowest."""
-    if "rise" not in [each.segment for each in segments[:k]]:
+    if "rise" not in [each.segment for each in segments[:segment_number]]:
         why = "the turn starts where the follower is lowest: a rise must come before the first return"
-        return f"motion.{k}.segment", VALUE_IN_SCENE, why
-    why = f"must be at most {before:g}: the follower never goes below the start of the turn"
-    return f"motion.{k}.lift", VALUE_IN_SCENE, why
+        return f"motion.{segment_number}.segment", VALUE_IN_SCENE, why
+    why = f"must be at most {position_before:g}: the follower never goes below the start of the turn"
+    return f"motion.{segment_number}.lift", VALUE_IN_SCENE, why

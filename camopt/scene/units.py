@@ -79,22 +79,26 @@ class _UnitReader:
         self.mistakes: list[Mistake] = []
 
     def convert_table(
-        self, given: Mapping[str, Any], model: type[SceneTable], place: str, known: str
+        self, given: Mapping[str, Any], model: type[SceneTable], place: str, kind_of_table: str
     ) -> dict[str, Any]:
-        """The values of a table; ``known`` is the place of its kind of table (``tables_by_place``)."""
+        """The values of a table; ``kind_of_table`` is the place of its kind of table (``tables_by_place``)."""
         values = {}
         for key, value in given.items():
             where = f"{place}.{key}".lstrip(".")
-            named = known in NAMED_TABLES
-            stands = f"{known}.NAME" if named else without_table_prefix(f"{known}.{key}".lstrip("."))
-            if known == "" and key in NAMED_TABLES and isinstance(value, Mapping):
+            named = kind_of_table in NAMED_TABLES
+            stands = (
+                f"{kind_of_table}.NAME" if named else without_table_prefix(f"{kind_of_table}.{key}".lstrip("."))
+            )
+            if kind_of_table == "" and key in NAMED_TABLES and isinstance(value, Mapping):
                 values[key] = self.convert_table(value, model, where, key)
             elif stands in self.models and isinstance(value, (Mapping, list)):  # tolerances.profile is a number
                 values[key] = self.convert_table_or_rows(value, self.models[stands], where, stands)
             else:
                 known_key = key in model.model_fields
                 unit = (
-                    key_record(model, key).unit_of(turns=self.is_key_of_angular_motion(where)) if known_key else ""
+                    key_record(model, key).unit_of(angular=self.is_key_of_angular_motion(where))
+                    if known_key
+                    else ""
                 )
                 values[key] = self.convert_value(value, unit, where)
         return values
@@ -111,18 +115,18 @@ class _UnitReader:
             else is_key_of_angular_motion(where, self.angular, turns, has_straight_spring(self.scene))
         )
 
-    def convert_table_or_rows(self, value: Any, model: type[SceneTable], place: str, known: str) -> Any:
+    def convert_table_or_rows(self, value: Any, model: type[SceneTable], place: str, kind_of_table: str) -> Any:
         if isinstance(value, list):
             return [
-                self.convert_table_or_rows(each, model, f"{place}.{row}", known)
+                self.convert_table_or_rows(each, model, f"{place}.{row}", kind_of_table)
                 for row, each in enumerate(value, start=1)
             ]
-        by_row = known in TABLE_LISTS and place != known == without_table_prefix(place)
+        by_row = kind_of_table in TABLE_LISTS and place != kind_of_table == without_table_prefix(place)
         if by_row and isinstance(value, Mapping):
             return {
                 row: self.convert_table_or_rows(each, model, f"{place}.{row}", "") for row, each in value.items()
             }
-        return self.convert_table(value, model, place, known) if isinstance(value, Mapping) else value
+        return self.convert_table(value, model, place, kind_of_table) if isinstance(value, Mapping) else value
 
     def convert_value(self, value: Any, unit: str, where: str) -> Any:
         """A number, a list of numbers or a range, converted."""

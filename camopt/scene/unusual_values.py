@@ -5,8 +5,8 @@ from math import sqrt
 
 from camopt.core.numerics.neighbours import derivative_noise_share
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.scene.checks import groove_axial_length
-from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, reversal_value_for_end
+from camopt.scene.checks import groove_length_of_scene
+from camopt.scene.law_forms import LEAST_NOISE_POINTS, NEAR_END, reversal_word_to_reverse_at_end
 from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.segments import following_segments
 from camopt.scene.table_places import key_record
@@ -118,7 +118,7 @@ def thin_hub_notes(scene: Scene) -> list[str]:
 def thin_groove_side_notes(scene: Scene) -> list[str]:
     """A sentence on a groove that is nearer than ``THIN_SIDE`` of its depth to an end of its cylinder."""
     whole, depth = scene.part.thickness, scene.part.groove_depth
-    run = groove_axial_length(scene) if whole and depth else None
+    run = groove_length_of_scene(scene) if whole and depth else None
     if not whole or not depth or run is None or whole - run >= 2.0 * THIN_SIDE * depth:
         return []
     rest, deep = (
@@ -151,7 +151,7 @@ def _default_rest_at_reversal_notes(scene: Scene) -> Iterator[str]:
         if {row.segment, after.segment} == {"rise", "return"} and {row.law, after.law} <= scene.laws.keys():
             where = f"the follower rests between motion.{number} and motion.{number % len(rows) + 1}"
             for name, end in ((row.law, 1), (after.law, 0)):
-                if word := reversal_value_for_end(vars(scene.laws[str(name)]), end):
+                if word := reversal_word_to_reverse_at_end(vars(scene.laws[str(name)]), end):
                     turns = f'set reversal = "{word}" to let it reverse with the acceleration of the points'
                     yield f"laws.{name}: {where}; {turns}; set rest to keep the rest without this note"
 

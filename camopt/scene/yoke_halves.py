@@ -29,31 +29,39 @@ def append_second_half_turn(data: dict[str, Any]) -> None:
         data["motion"] = [*rows, *(_opposite_segment(row, total) for row in rows)]
 
 
-def _opposite_segment(row: Mapping[str, Any], total: float) -> dict[str, Any]:
+def _opposite_segment(row: Mapping[str, Any], sum_of_opposite_positions: float) -> dict[str, Any]:
     """The segment half a turn later, with the opposite motion."""
     found = {**row, "segment": OPPOSITE_KIND.get(row.get("segment", ""), row.get("segment"))}
-    found |= {key: _opposite_value(total, row[key]) for key in ("to",) if row.get(key) is not None}
+    found |= {
+        key: _opposite_value(sum_of_opposite_positions, row[key]) for key in ("to",) if row.get(key) is not None
+    }
     found |= {key: _opposite_value(0.0, row[key]) for key in DERIVATIVE_UNITS if row.get(key) is not None}
     if row.get("through"):
-        found["through"] = [_opposite_condition(each, total) for each in row["through"]]
+        found["through"] = [_opposite_condition(each, sum_of_opposite_positions) for each in row["through"]]
     return found
 
 
-def _opposite_condition(condition: Mapping[str, Any], total: float) -> dict[str, Any]:
+def _opposite_condition(condition: Mapping[str, Any], sum_of_opposite_positions: float) -> dict[str, Any]:
     """The condition within a move half a turn later."""
-    sums = {"angle": None, "position": total}
+    sums = {"angle": None, "position": sum_of_opposite_positions}
     return {
         key: _opposite_value(sums.get(key, 0.0), value) for key, value in condition.items() if value is not None
     }
 
 
-def _opposite_value(total: float | None, value: Any) -> Any:
-    """``total`` less a number or a range; without a total, a cam angle half a turn later."""
+def _opposite_value(sum_of_opposite_values: float | None, value: Any) -> Any:
+    """``sum_of_opposite_values`` less a number or a range; without a total, a cam angle half a turn later."""
     if isinstance(value, Sequence) and not isinstance(value, str):
-        ends = [_opposite_value(total, end) for end in value]
-        return ends if total is None else ends[::-1]
+        ends = [_opposite_value(sum_of_opposite_values, end) for end in value]
+        return ends if sum_of_opposite_values is None else ends[::-1]
     number = finite_number_or_none(value)
-    return value if number is None else number + 180.0 if total is None else total - number
+    return (
+        value
+        if number is None
+        else number + 180.0
+        if sum_of_opposite_values is None
+        else sum_of_opposite_values - number
+    )
 
 
 def _range_numbers(value: Any) -> list[float]:

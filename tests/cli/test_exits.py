@@ -9,7 +9,7 @@ import pytest
 
 from camopt.cli import exits
 from camopt.cli.main import camopt, main
-from camopt.core.mistakes import BadInput, Mistake, Stopped, printable
+from camopt.core.mistakes import BadInput, Mistake, Stopped, escape_unprintable
 from camopt.core.storage.files import expand_user_path
 from camopt.solve.tables.cells import column_heading
 
@@ -142,7 +142,7 @@ def test_messages_are_one_line_of_printable_characters(field):
     text = str(BadInput([Mistake(**fields)]))
     assert text.isprintable()
     assert "second line" in text
-    assert printable("Größe μ ∞ 凸轮") == "Größe μ ∞ 凸轮"
+    assert escape_unprintable("Größe μ ∞ 凸轮") == "Größe μ ∞ 凸轮"
 
 
 # --------------------------------------------------------------------------- paths, before the work
@@ -181,7 +181,7 @@ def test_a_folder_that_takes_no_files_is_found_out_before_the_work(run, command,
     for home, name in (
         ("solve.synthesis.synthesise", "synthesise"),
         ("solve.synthesis.frontier", "frontier"),
-        ("show.studies.accuracy", "measure"),
+        ("show.studies.accuracy", "measure_accuracy_costs"),
     ):
         monkeypatch.setattr(f"camopt.{home}.{name}", work)
     code, err = run(command, "--out", "/proc/nothing/inside")

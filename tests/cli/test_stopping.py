@@ -10,7 +10,7 @@ import pytest
 
 import camopt
 from camopt.cli.main import main
-from camopt.show.studies.accuracy import measure
+from camopt.show.studies.accuracy import measure_accuracy_costs
 from camopt.solve.front.table_certificate import certify_table
 
 COARSE = camopt.find_scene("roller-1000rpm").replace(
@@ -30,7 +30,7 @@ WORK = {
     "sweep_part": lambda progress, folder: camopt.sweep_part(COARSE, (1, 2), out=folder.parent, progress=progress),
     "merge": lambda progress, folder: camopt.merge([folder / "parts"], progress=progress),
     "certify_table": lambda progress, folder: certify_table(folder / "designs.parquet", progress),
-    "measure": lambda progress, _: measure(COARSE, progress),
+    "measure": lambda progress, _: measure_accuracy_costs(COARSE, progress),
 }
 """Whatever takes ``progress``."""
 

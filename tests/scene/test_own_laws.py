@@ -26,7 +26,7 @@ from camopt.model.motion import LAWS
 from camopt.model.motion.law import is_symmetric
 from camopt.model.motion.programme import law_displacement_range
 from camopt.model.motion.spline import EndCondition, SplineLaw, fit_table_spline
-from camopt.scene.law_forms import LEAST_GAP, allowed_noise_beyond_ends
+from camopt.scene.law_forms import LEAST_GAP, overshoot_share_allowed_for_noise
 from camopt.scene.own_laws import check_laws, make_own_law_from_values
 from camopt.scene.problem.problem import resolve
 from camopt.scene.unusual_values import unusual_value_notes
@@ -196,7 +196,9 @@ def test_any_table_is_a_law_through_its_points_or_a_mistake(steps, smooth):
     law = scene.laws["own"]
     made = fit_table_spline("own", law.x, law.s)
     assert made.displacement(law.x) == pytest.approx(np.array(law.s), abs=1e-12)
-    by = max(LEAST_GAP, allowed_noise_beyond_ends({"x": law.x, "s": law.s}))  # noise shows in many points alone
+    by = max(
+        LEAST_GAP, overshoot_share_allowed_for_noise({"x": law.x, "s": law.s})
+    )  # noise shows in many points alone
     assert -by <= dense(made).min() <= dense(made).max() <= 1.0 + by
     assert [float(getattr(made, verb)(end)) for verb in VERBS[1:3] for end in (0.0, 1.0)] == [0.0] * 4
     found = evaluate(scene)

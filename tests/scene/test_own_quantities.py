@@ -21,7 +21,7 @@ from camopt.model.effects.quantity_expression import RANGE_RULES
 from camopt.scene.keys import find_keys
 from camopt.scene.problem.problem import resolve
 from camopt.show.reporting.sections import limits_table
-from camopt.show.studies.cost_report import effects_run
+from camopt.show.studies.cost_report import needed_effect_runs
 
 BASE = find_scene("roller-1000rpm")
 READ = "outer_radius_mm * pressure_angle_max_deg"
@@ -187,12 +187,14 @@ def test_an_expression_is_what_python_makes_of_it_and_ranges_hold_it(seed):
 def test_an_own_quantity_is_evaluated_and_calls_for_its_effects_alone():
     scene = find_scene("roller-1000rpm").replace(quantities={"mine": "cam_mass_kg"}, **{"part.thickness": 20})
     scene = scene.replace(**{"materials.cam": "steel", "cam.base_radius": 60, "outputs": ["sizes"]})
-    assert [each.effect for each in effects_run(resolve(scene)) if "cam_mass_kg" in each.writes + each.reads] == [
+    assert [
+        each.effect for each in needed_effect_runs(resolve(scene)) if "cam_mass_kg" in each.writes + each.reads
+    ] == [
         "solid",
         "quantities.mine",
     ]
     without = scene.replace(quantities={"mine": "base_radius_mm / 2"})
-    assert "solid" not in [each.effect for each in effects_run(resolve(without))]
+    assert "solid" not in [each.effect for each in needed_effect_runs(resolve(without))]
     assert evaluate(without)["mine"] == 30.0
 
 

@@ -102,7 +102,7 @@ def test_a_unit_that_is_read_is_that_of_the_column(key):
     """Of a follower that swings and drives a slide by a train, and the other way round."""
     for angular in (False, True):
         turns = {"angular": angular, "tool_turns": not angular}
-        read = NUMBER_KEYS[key].unit_of(turns=is_key_of_angular_motion(key, **turns, straight_spring=False))
+        read = NUMBER_KEYS[key].unit_of(angular=is_key_of_angular_motion(key, **turns, straight_spring=False))
         assert read.replace("no unit", "") == QUANTITIES[quantity_name_by_number_key(**turns)[key]].unit
 
 

@@ -12,7 +12,7 @@ from camopt.cli.options import (
     OutputPath,
     former_again_option,
     output_options,
-    refuse_without,
+    refuse_options_without,
     scene_options,
     scheduler_option,
 )
@@ -70,9 +70,9 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | N
     The result is a table and a picture of error against time.
     """
     if engine is None:
-        refuse_without("--scheduler", {"workers": workers})
+        refuse_options_without("--scheduler", {"workers": workers})
     with library.publication(out, "accuracy", library.ACCURACY) as unit, cli.progress(quiet, "laws") as advance:
-        result = library.measure(scene, advance, engine)
+        result = library.measure_accuracy_costs(scene, advance, engine)
         library.write_accuracy(result, unit.staging)
     return cli.print_result(result, as_json, quiet, unit.files)
 

@@ -19,9 +19,9 @@ from camopt.cli.options import (
     outputs_option,
     override_options,
     pop_overrides_as_changes,
-    refuse_scene_file,
-    refuse_with,
-    refuse_without,
+    refuse_options_with,
+    refuse_options_without,
+    refuse_to_overwrite_scene_file,
     row_option,
     scene_options,
     scene_or_machine_options,
@@ -74,7 +74,7 @@ def evaluate(
     bound.
     """
     if not points:
-        refuse_without("--points", spacing)
+        refuse_options_without("--points", spacing)
     with cli.progress(quiet, ""):
         result = camopt.fastest(scene) if fastest else camopt.evaluate(scene)
     still = picture and picture.suffix.lower() in PICTURE_SUFFIXES
@@ -116,7 +116,7 @@ def plot(scene: Any, picture: Path, as_json: bool, quiet: bool, construction: in
     """
     document: dict[str, Any] = {"scene": scene.name, "file": str(picture)}
     if construction is None:
-        refuse_without("--construction", {"steps": steps or None})
+        refuse_options_without("--construction", {"steps": steps or None})
         (camopt.plot if picture.suffix.lower() in PICTURE_SUFFIXES else camopt.animate)(scene, picture)
     else:
         result = camopt.construct(scene, construction)
@@ -266,17 +266,17 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     kind of file cannot use. A machine gives its timing diagram (PDF, SVG) or one TOML file with its scenes inside.
     """
     if isinstance(scene, camopt.Machine):
-        refuse_with("a machine", settings)
+        refuse_options_with("a machine", settings)
         if file.suffix.lower() not in MACHINE_SUFFIXES:
             why = f"{', '.join(MACHINE_SUFFIXES)} for a machine; camopt machine --out writes the files of its cams"
             raise BadInput([Mistake("camopt", "FILE", str(file), why)])
-        refuse_scene_file(scene.file, file, "FILE")
+        refuse_to_overwrite_scene_file(scene.file, file, "FILE")
         if file.suffix.lower() == ".toml":
             library.write_text(file, scene.with_files_inside().to_toml())
         else:
             camopt.plot(scene, file)
         return cli.print_json_or_files({"machine": scene.name, "file": str(file)}, as_json, quiet, [file])
-    refuse_scene_file(scene.file, file, "FILE")
+    refuse_to_overwrite_scene_file(scene.file, file, "FILE")
     with cli.progress(quiet, ""):
         result = camopt.export(
             scene, file, **{name: value for name, value in settings.items() if value is not None}

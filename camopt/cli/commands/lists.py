@@ -7,7 +7,7 @@ import click
 
 import camopt
 from camopt import cli, library
-from camopt.cli.options import Command, OutputPath, output_options, refuse_with
+from camopt.cli.options import Command, OutputPath, output_options, refuse_options_with
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 
 
@@ -53,9 +53,9 @@ def new(
     its solution.
     """
     if exercise:
-        refuse_with("--exercise", {"form": form, "follower": follower, "machine": machine or None})
+        refuse_options_with("--exercise", {"form": form, "follower": follower, "machine": machine or None})
     if machine:
-        refuse_with("--machine", {"form": form, "follower": follower})
+        refuse_options_with("--machine", {"form": form, "follower": follower})
     if name and name.endswith(".toml") and file is None:
         file, name = library.checked_path(name, "FILE"), None
     if (exercise or machine) and name:

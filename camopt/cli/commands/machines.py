@@ -7,7 +7,14 @@ import click
 
 import camopt
 from camopt import cli, library
-from camopt.cli.options import PICTURE_SUFFIXES, Command, OutputPath, UnitNumber, output_options, refuse_with
+from camopt.cli.options import (
+    PICTURE_SUFFIXES,
+    Command,
+    OutputPath,
+    UnitNumber,
+    output_options,
+    refuse_options_with,
+)
 
 
 @click.command(cls=Command)
@@ -50,11 +57,13 @@ def machine(
     phases.
     """
     if fastest:
-        refuse_with("--fastest", {"plot": picture, "lift": lifts or None, "out": out, "phases": phases or None})
+        refuse_options_with(
+            "--fastest", {"plot": picture, "lift": lifts or None, "out": out, "phases": phases or None}
+        )
         with cli.progress(quiet, ""):
             return cli.print_result(camopt.fastest_machine(machine), as_json, quiet)
     if lifts:
-        refuse_with("--lift", {"plot": picture, "out": out, "phases": phases or None})
+        refuse_options_with("--lift", {"plot": picture, "out": out, "phases": phases or None})
         return cli.print_result(camopt.machine_timing(machine, lifts), as_json, quiet)
     files = list[Path]()
     with cli.progress(quiet, ""):

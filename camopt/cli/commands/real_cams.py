@@ -20,10 +20,10 @@ from camopt.cli.options import (
     name_options_in_mistakes,
     output_options,
     pop_overrides_as_changes,
-    refuse_scene_file,
-    refuse_scene_folder,
-    refuse_with,
-    refuse_without,
+    refuse_options_with,
+    refuse_options_without,
+    refuse_to_overwrite_scene_file,
+    refuse_to_overwrite_scene_in_folder,
     scene_options,
     set_option,
 )
@@ -158,17 +158,17 @@ def tolerance(
     """
     if measured:
         others = {"plot": picture, "out": out, "cams": cams, "seed": seed, "allocate": allocate, "costs": costs}
-        refuse_with("--measured", {**others, "within": within, "only": only or None})
+        refuse_options_with("--measured", {**others, "within": within, "only": only or None})
         profiles = [camopt.MeasuredProfile(file, profile or "", probe or 0.0, layer) for file in measured]
         return _print_inspection(scene, profiles, reading, as_json, quiet)
     read_options = {name: value or None for name, value in reading.items()}  # an absent flag is False
-    refuse_without("--measured", {"profile": profile, "probe": probe, "layer": layer, **read_options})
+    refuse_options_without("--measured", {"profile": profile, "probe": probe, "layer": layer, **read_options})
     if cams is None:
-        refuse_without("--cams", {"seed": seed, "within": within})
+        refuse_options_without("--cams", {"seed": seed, "within": within})
     if allocate is None:
-        refuse_without("--allocate", {"costs": costs, "only": only or None})
+        refuse_options_without("--allocate", {"costs": costs, "only": only or None})
     if out:
-        refuse_scene_folder(scene, out, library.CAM_FILES[0])
+        refuse_to_overwrite_scene_in_folder(scene, out, library.CAM_FILES[0])
     limit, goal = (_parse_tool_error(scene, *pair) for pair in (("--within", within), ("--allocate", allocate)))
     batch = None if cams is None else camopt.sample_cams(scene, cams, seed=seed or 0, within=limit)
     allocation = None if goal is None else camopt.allocate(scene, goal, costs=costs, only=only)
@@ -201,16 +201,18 @@ def _parse_tool_error(scene: Any, option: str, text: str | None) -> float | None
 def _print_inspection(
     scene: Any,
     profiles: "list[camopt.MeasuredProfile]",
-    reading: dict[str, Any],
+    read_options: dict[str, Any],
     as_json: bool,
     quiet: bool,
 ) -> int:
     """Show a measured cam against its drawing."""
-    columns = reading.pop("columns")
+    columns = read_options.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
     if scene.mechanism.further_contacts or len(profiles) > 1:
-        return cli.print_result(camopt.inspect_pair(profiles, scene, columns=chosen, **reading), as_json, quiet)
-    return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **reading), as_json, quiet)
+        return cli.print_result(
+            camopt.inspect_pair(profiles, scene, columns=chosen, **read_options), as_json, quiet
+        )
+    return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **read_options), as_json, quiet)
 
 
 @click.command(cls=Command)
@@ -283,10 +285,10 @@ def fit(
     with columns of cam angle and lift, or with one column of lifts at equal steps. With --profile it has points of
     a profile. It may also be a drawing of the profile (DXF), or a lobe as grinders exchange it (S96).
     """
-    refuse_scene_file(target, out)
+    refuse_to_overwrite_scene_file(target, out)
     is_profile = any((profile, layer, file.suffix.lower() == ".dxf"))
     if not is_profile:
-        refuse_without("--profile", {"probe": probe})
+        refuse_options_without("--profile", {"probe": probe})
     changes = pop_overrides_as_changes({"rpm": rpm, "settings": settings})
     if target:
         scene = cli.read_scene(target, None, changes, allowed_words=library.SCENE_WORDS)

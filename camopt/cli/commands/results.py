@@ -22,7 +22,7 @@ from camopt.cli.options import (
     outputs_option,
     override_options,
     pop_overrides_as_changes,
-    refuse_scene_file,
+    refuse_to_overwrite_scene_file,
     row_option,
     scene_or_machine_options,
 )
@@ -63,7 +63,7 @@ def report(
     shown = [cli.read_scene_or_result_path(target, row, changes) for target in what]
     for target in shown:
         if hasattr(target, "file"):
-            refuse_scene_file(target.file, out)
+            refuse_to_overwrite_scene_file(target.file, out)
     with cli.progress(quiet, ""):
         camopt.report(shown, out, full=full, align_noses=align_noses, turn=turn)
     return cli.print_json_or_files({"file": str(out)}, as_json, quiet, [out])

@@ -24,7 +24,7 @@ from camopt.cli.options import (
     option_spelling,
     output_options,
     outputs_option,
-    refuse_scene_folder,
+    refuse_to_overwrite_scene_in_folder,
     scene_options,
     scene_with_changes,
     scheduler_option,
@@ -121,8 +121,8 @@ def sweep(
     scene = scene_with_changes(scene, _search_changes(**options))
     if resume:
         scene, keep = cli.scene_and_keep_to_resume(scene, keep, out, part)
-    refuse_scene_folder(scene, out)
-    notify = cli.print_note_if_loss if quiet else cli.print_note
+    refuse_to_overwrite_scene_in_folder(scene, out)
+    notify = cli.print_note_if_loss_warning if quiet else cli.print_note
     by_boxes = not part and not engine and cli.sweep_decides_whole_boxes(scene, keep)
     result: Any
     with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
@@ -183,7 +183,11 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: 
     """
     with cli.progress(quiet, "designs") as advance:
         result = camopt.merge(
-            parts, out, progress=advance, tell=cli.print_note_if_loss if quiet else cli.print_note, again=again
+            parts,
+            out,
+            progress=advance,
+            tell=cli.print_note_if_loss_warning if quiet else cli.print_note,
+            again=again,
         )
     return cli.print_result(result, as_json, quiet, [] if result.already_done else result.files)
 
@@ -211,7 +215,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     bound.
     """
     if out:
-        refuse_scene_folder(scene, out, library.OPTIMUM)
+        refuse_to_overwrite_scene_in_folder(scene, out, library.OPTIMUM)
     if not quiet:
         cli.print_notes(library.notes_on_scene(scene))
         named = [*scene.search.minimise, *scene.search.maximise]
@@ -248,7 +252,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 
     The law is a B-spline, found by convex optimisation. camopt proves a bound on the size over all motions.
     """
-    refuse_scene_folder(scene, out, library.SCENE_FILE)
+    refuse_to_overwrite_scene_in_folder(scene, out, library.SCENE_FILE)
     if not quiet:
         cli.print_notes(library.dropped_ramps_in_words(scene))
     with library.publication(out, "synthesise", library.SYNTHESIS) as unit:

@@ -130,7 +130,7 @@ def connect_cluster(scheduler: str, workers: int | None) -> Iterator[Cluster]:
             stack.callback(logger.setLevel, logger.level)
             logger.setLevel(SILENT_LEVEL)
         local = scheduler == LOCAL
-        address = stack.enter_context(_local_cluster(workers or cpu_count() or 1)) if local else scheduler
+        address = stack.enter_context(_local_scheduler_address(workers or cpu_count() or 1)) if local else scheduler
         try:
             with warnings.catch_warnings(
                 action="ignore", category=VersionMismatchWarning
@@ -143,15 +143,15 @@ def connect_cluster(scheduler: str, workers: int | None) -> Iterator[Cluster]:
 
 
 @contextmanager
-def _local_cluster(count: int) -> Iterator[str]:
-    """Start a scheduler in this process with ``count`` worker processes, and yield its address."""
+def _local_scheduler_address(worker_count: int) -> Iterator[str]:
+    """Start a scheduler in this process with ``worker_count`` worker processes, and yield its address."""
     free_port = {"dashboard_address": "127.0.0.1:0"}
-    settings = {"threads_per_worker": 1, "memory_limit": 1.0 / count, "silence_logs": SILENT_LEVEL}
+    settings = {"threads_per_worker": 1, "memory_limit": 1.0 / worker_count, "silence_logs": SILENT_LEVEL}
     with dask.config.set(SETTINGS):
         with hold_interrupts():  # threads and processes that start here get none
             cluster = LocalCluster(n_workers=0, dashboard_address=None, scheduler_kwargs=free_port, **settings)
         with cluster:
-            cluster.scale(count)
+            cluster.scale(worker_count)
             try:
                 yield cluster.scheduler_address
             finally:  # the workers' unfinished tasks are not needed

@@ -60,10 +60,11 @@ class Processes:
             try:
                 result = futures[number].result()
             except BrokenProcessPool:
-                result = self._result_alone(work, item)
+                result = self._run_item_in_new_processes(work, item)
                 later = zip(futures[number + 1 :], items[number + 1 :], strict=True)
                 futures[number + 1 :] = [
-                    future if has_result(future) else self._submit(work, other) for future, other in later
+                    future if has_result_or_own_error(future) else self._submit(work, other)
+                    for future, other in later
                 ]
             yield result
 
@@ -85,7 +86,7 @@ class Processes:
             submitted: Future[WorkResult] = self._executor.submit(work, (item,))
         return submitted
 
-    def _result_alone(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> WorkResult:
+    def _run_item_in_new_processes(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> WorkResult:
         """Run one item in new processes, where no other item can kill them."""
         for _ in range(ITEM_TRIES):
             self._replace_process_pool()
@@ -107,7 +108,7 @@ class Processes:
         )
 
 
-def has_result(future: "Future[Any]") -> bool:
+def has_result_or_own_error(future: "Future[Any]") -> bool:
     """Whether an item has a result or an error of its own, and not that of a dead process."""
     return future.done() and not isinstance(future.exception(), BrokenProcessPool)
 
@@ -117,13 +118,13 @@ def exit_after_parent(alive_receiver: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
-    def wait() -> None:
+    def exit_when_pipe_closes() -> None:
         try:
             alive_receiver.recv()
         finally:
             os._exit(1)
 
-    Thread(target=wait, daemon=True).start()
+    Thread(target=exit_when_pipe_closes, daemon=True).start()
 
 
 @contextmanager

@@ -91,17 +91,17 @@ class PinnedTuple:
     numbers: list[Any]
 
 
-def as_pinned_tuple(value: Any) -> Any:
+def as_pinned_tuple(named_tuple: Any) -> Any:
     """Copy a NamedTuple to a ``PinnedTuple``; its arrays must never be replaced."""
-    owner: Any = type(value)
-    pinned = _pinned_tuple_class(owner)(*value)
-    pinned.record, pinned.numbers = kernel_argument_type(value), flatten_to_machine_arguments(value)
+    owner: Any = type(named_tuple)
+    pinned = _pinned_tuple_class(owner)(*named_tuple)
+    pinned.record, pinned.numbers = kernel_argument_type(named_tuple), flatten_to_machine_arguments(named_tuple)
     return pinned
 
 
 @cache
-def _pinned_tuple_class(owner: Any) -> Any:
-    return type(owner.__name__, (owner, PinnedTuple), {})
+def _pinned_tuple_class(tuple_class: Any) -> Any:
+    return type(tuple_class.__name__, (tuple_class, PinnedTuple), {})
 
 
 def _array_address(array: Any) -> int:

@@ -63,7 +63,7 @@ class Kernel(KernelPart):
         if kinds not in self.loaded:
             with COMPILE_LOCK:
                 if kinds not in self.loaded:
-                    self.loaded[kinds] = self.file(kinds).machine_code(self.object_code)
+                    self.loaded[kinds] = self.file(kinds).load_or_compile(self.object_code)
                     READY_KERNELS.append(self.py_func.__qualname__)
         return self.loaded[kinds]
 
@@ -143,7 +143,7 @@ class TieredKernel(Kernel):
         others = [(curve.kernel, curve.code.arguments) for curve in arguments if hasattr(curve, "kernel")]
         return [*others, (self, kinds)]
 
-    def uncompiled_work_limit(self, called: "list[tuple[Kernel, Kinds]]", least_work: float) -> float:
+    def uncompiled_work_limit(self, kernels_and_kinds: "list[tuple[Kernel, Kinds]]", least_work: float) -> float:
         """Limit of the work of an uncompiled run that needs at least ``least_work``.
 
         0 if all kernels are on disk.
@@ -153,20 +153,20 @@ class TieredKernel(Kernel):
             return before_loading
         missing = [
             kernel.work_left_until_compiling_pays(kinds)
-            for kernel, kinds in called
+            for kernel, kinds in kernels_and_kinds
             if not (kinds in kernel.loaded or kernel.file(kinds).exists)
         ]
         return max(missing, default=0.0)
 
     def _run_uncompiled_and_add_work(
-        self, called: Any, arguments: tuple[Any, ...], least_work: float, work_limit: float
+        self, kernels_and_kinds: Any, arguments: tuple[Any, ...], least_work: float, work_limit: float
     ) -> None:
         try:
             self.run_uncompiled(arguments, work_limit)
         finally:
             done = max(PLAIN_RUN.work, least_work)
             TieredKernel.whole_work += done
-            for kernel, kinds in called:
+            for kernel, kinds in kernels_and_kinds:
                 kernel.plain_work[kinds] += done
 
     def run_uncompiled(self, arguments: tuple[Any, ...], work_limit: float) -> None:

@@ -54,7 +54,7 @@ class KernelFile:
         stem = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._file = folder / f"{stem}-{self._key.hex()[:16]}.kernel"
 
-    def machine_code(self, compile_code: Callable[[tuple[Any, ...]], ObjectCode]) -> MachineCode:
+    def load_or_compile(self, compile_code: Callable[[tuple[Any, ...]], ObjectCode]) -> MachineCode:
         """Machine code from disk, or compiled and kept. If two processes compile at once, one file stays."""
         code = self.read()
         if code is None:

@@ -65,18 +65,20 @@ class KernelLibrary(JITCodeLibrary):
         passes.run(self._final_module, builder)
 
 
-def compiler_into(library: type[JITCodeLibrary]) -> Any:
+def compiler_for_library_class(library_class: type[JITCodeLibrary]) -> Any:
     """Numba's compiler, which puts a function into a library of a class."""
-    return lambda typing, target, _, *others: Compiler(typing, target, library(target.codegen(), "part"), *others)
+    return lambda typing, target, _, *others: Compiler(
+        typing, target, library_class(target.codegen(), "part"), *others
+    )
 
 
 # without wrappers for calls from Python, which never occur, compilation is faster
 KERNEL_OPTIONS: Any = {
-    "pipeline_class": compiler_into(KernelLibrary),
+    "pipeline_class": compiler_for_library_class(KernelLibrary),
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
-LINKED_OPTIONS: Any = {**KERNEL_OPTIONS, "pipeline_class": compiler_into(PartLibrary)}
+LINKED_OPTIONS: Any = {**KERNEL_OPTIONS, "pipeline_class": compiler_for_library_class(PartLibrary)}
 INLINE_OPTIONS: Any = {"forceinline": True, **LINKED_OPTIONS}
 
 
@@ -99,13 +101,13 @@ def numba_type(kind: Any) -> Any:
     return types.Array(number, kind.dimensions, kind.layout) if kind.dimensions else number
 
 
-def python_class_of(kind: Any) -> type:
+def python_class_of_numba_type(numba_kind: Any) -> type:
     """Python's class for a type of numba: a value type, a NamedTuple, tuple, NoneType, or else float."""
-    if isinstance(kind, ValueType):
-        return kind.owner
-    if isinstance(kind, types.NoneType):
+    if isinstance(numba_kind, ValueType):
+        return numba_kind.owner
+    if isinstance(numba_kind, types.NoneType):
         return NoneType
-    owner: type = getattr(kind, "instance_class", tuple if isinstance(kind, types.BaseTuple) else float)
+    owner: type = getattr(numba_kind, "instance_class", tuple if isinstance(numba_kind, types.BaseTuple) else float)
     return owner
 
 
@@ -150,7 +152,7 @@ def _register_value_type(owner: type, fields: tuple[str, ...]) -> None:
 def _register_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
     """Let kernels call the function that ``choose`` returns for the argument classes, in place of ``function``."""
     overload(function, jit_options=INLINE_OPTIONS)(
-        wraps(choose)(lambda *kinds: choose(*map(python_class_of, kinds)))
+        wraps(choose)(lambda *kinds: choose(*map(python_class_of_numba_type, kinds)))
     )
 
 

@@ -89,62 +89,67 @@ def gather_feasible_designs(
 
 
 @compiled_once_it_pays(work=FILTER_WORK)
-def write_block_counts_and_least_costs(verdicts, curves, bodies, place, least_costs, counts):
+def write_block_counts_and_least_costs(verdicts, curve_numbers, body_radii, size_index, least_costs, counts):
     """Write the counts of a block and the lowest cost for each size."""
     existing, held, possible = 0, 0, 0
-    for i in range(curves.size):
-        at, body = verdicts.places[curves[i]], bodies[i]
-        existing += verdicts.exists[curves[i]]
+    for i in range(curve_numbers.size):
+        at, body = verdicts.places[curve_numbers[i]], body_radii[i]
+        existing += verdicts.exists[curve_numbers[i]]
         surely = (verdicts.sure_bodies.least[at] <= body) & (body <= verdicts.sure_bodies.most[at])
         held += surely
         possible += (verdicts.possible_bodies.least[at] <= body) & (body <= verdicts.possible_bodies.most[at])
-        if surely and verdicts.cost[at] < least_costs[place]:
-            least_costs[place] = verdicts.cost[at]
-        place = place + 1 if place + 1 < least_costs.size else 0
+        if surely and verdicts.cost[at] < least_costs[size_index]:
+            least_costs[size_index] = verdicts.cost[at]
+        size_index = size_index + 1 if size_index + 1 < least_costs.size else 0
     counts[0], counts[1], counts[2] = existing, held, possible - held
 
 
 @write_block_counts_and_least_costs.array_version
-def _write_block_counts_in_python(verdicts, curves, bodies, place, least_costs, counts):
-    at = verdicts.places[curves]
+def _write_block_counts_in_python(verdicts, curve_numbers, body_radii, size_index, least_costs, counts):
+    at = verdicts.places[curve_numbers]
     held, possible = (
-        np.flatnonzero(_is_in_radius_range(verdicts.sure_bodies, at, bodies)),
-        _is_in_radius_range(verdicts.possible_bodies, at, bodies),
+        np.flatnonzero(_bodies_in_radius_range(verdicts.sure_bodies, at, body_radii)),
+        _bodies_in_radius_range(verdicts.possible_bodies, at, body_radii),
     )
-    np.minimum.at(least_costs, (place + held) % least_costs.size, verdicts.cost[at[held]])
-    counts[:] = np.count_nonzero(verdicts.exists[curves]), held.size, np.count_nonzero(possible) - held.size
+    np.minimum.at(least_costs, (size_index + held) % least_costs.size, verdicts.cost[at[held]])
+    counts[:] = np.count_nonzero(verdicts.exists[curve_numbers]), held.size, np.count_nonzero(possible) - held.size
 
 
-def _is_in_radius_range(ranges, curve_places, bodies):
+def _bodies_in_radius_range(ranges, curve_places, body_radii):
     """Which bodies are within the range of their curve."""
-    return (ranges.least[curve_places] <= bodies) & (bodies <= ranges.most[curve_places])
+    return (ranges.least[curve_places] <= body_radii) & (body_radii <= ranges.most[curve_places])
 
 
 @compiled_once_it_pays(work=FILTER_WORK)
-def write_feasible_designs(verdicts, curves, bodies, place, cost_limits, include_costly, found, count):
+def write_feasible_designs(
+    verdicts, curve_numbers, body_radii, size_index, cost_limits, include_costly, feasible, count
+):
     """Write the gathered designs of a block, and the number of those that are proved to hold all limits."""
     held_count, open_count = 0, 0
-    for i in range(curves.size):
-        at, body = verdicts.places[curves[i]], bodies[i]
+    for i in range(curve_numbers.size):
+        at, body = verdicts.places[curve_numbers[i]], body_radii[i]
         if (verdicts.sure_bodies.least[at] <= body) & (body <= verdicts.sure_bodies.most[at]):
-            cheap = verdicts.cost[at] <= cost_limits[place]
+            cheap = verdicts.cost[at] <= cost_limits[size_index]
             if include_costly or cheap:
-                found.held[held_count], found.cheap[held_count] = i, cheap
+                feasible.held[held_count], feasible.cheap[held_count] = i, cheap
                 held_count += 1
         elif (verdicts.possible_bodies.least[at] <= body) & (body <= verdicts.possible_bodies.most[at]):
-            found.open[open_count] = i
+            feasible.open[open_count] = i
             open_count += 1
-        place = place + 1 if place + 1 < cost_limits.size else 0
+        size_index = size_index + 1 if size_index + 1 < cost_limits.size else 0
     count[0] = held_count
 
 
 @write_feasible_designs.array_version
-def _write_feasible_designs_in_python(verdicts, curves, bodies, place, cost_limits, include_costly, found, count):
-    at = verdicts.places[curves]
+def _write_feasible_designs_in_python(
+    verdicts, curve_numbers, body_radii, size_index, cost_limits, include_costly, feasible, count
+):
+    at = verdicts.places[curve_numbers]
     surely, perhaps = (
-        _is_in_radius_range(ranges, at, bodies) for ranges in (verdicts.sure_bodies, verdicts.possible_bodies)
+        _bodies_in_radius_range(ranges, at, body_radii)
+        for ranges in (verdicts.sure_bodies, verdicts.possible_bodies)
     )
-    found.open[:], held = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
-    cheap = verdicts.cost[at[held]] <= cost_limits[(place + held) % cost_limits.size]
+    feasible.open[:], held = np.flatnonzero(perhaps & ~surely), np.flatnonzero(surely)
+    cheap = verdicts.cost[at[held]] <= cost_limits[(size_index + held) % cost_limits.size]
     held, cheap = (held, cheap) if include_costly else (held[cheap], cheap[cheap])
-    found.held[: held.size], found.cheap[: held.size], count[0] = held, cheap, held.size
+    feasible.held[: held.size], feasible.cheap[: held.size], count[0] = held, cheap, held.size

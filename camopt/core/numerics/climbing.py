@@ -81,7 +81,7 @@ class ClimbGoal(NamedTuple):
 
 
 @inline_in_kernels
-def sign_index_range(extreme_kind):
+def range_of_search_signs(extreme_kind):
     """Range of the signs (1, −1) of ``PeakQuery`` that a goal needs."""
     return (1 if extreme_kind == LEAST else 0), (1 if extreme_kind == LARGEST else 2)
 
@@ -152,11 +152,28 @@ def begin_climb(climbs, column, design, ends, half_width, concavity):
 
 
 @called_by_kernels
-def step_climbs(climb_count, half_width, state):
+def step_climbs(climb_count, half_width, climb_states):
     """Do one step of every climb, from new values and slopes, without branches."""
-    low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
-    best, at, bound, values, slopes = state[BEST], state[AT], state[BOUND], state[VALUE], state[GRADIENT]
-    concavity, gain, steep, following = state[CONCAVITY], state[GAIN], state[SLOPE], state[NEXT]
+    low, high, rising, falling, side = (
+        climb_states[LOW],
+        climb_states[HIGH],
+        climb_states[RISING],
+        climb_states[FALLING],
+        climb_states[SIDE],
+    )
+    best, at, bound, values, slopes = (
+        climb_states[BEST],
+        climb_states[AT],
+        climb_states[BOUND],
+        climb_states[VALUE],
+        climb_states[GRADIENT],
+    )
+    concavity, gain, steep, following = (
+        climb_states[CONCAVITY],
+        climb_states[GAIN],
+        climb_states[SLOPE],
+        climb_states[NEXT],
+    )
     for j in range(np.uint64(climb_count)):
         u, value, slope = following[j], values[j], slopes[j]
         bracket, grade = Bracket(low[j], high[j], rising[j], falling[j], side[j]), abs(slope)
@@ -171,23 +188,26 @@ def step_climbs(climb_count, half_width, state):
 
 
 @step_climbs.array_version
-def _step_climbs_in_python(climb_count, half_width, state):
-    u, value, slope, concavity = (state[row, :climb_count] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
-    bracket, grade = Bracket(*(state[row, :climb_count] for row in (LOW, HIGH, RISING, FALLING, SIDE))), abs(slope)
-    best, at, bound, steep = (state[row, :climb_count] for row in (BEST, AT, BOUND, SLOPE))
-    state[GAIN, :climb_count] = gain = remaining_gain_bound(grade, bracket, half_width, concavity)
+def _step_climbs_in_python(climb_count, half_width, climb_states):
+    u, value, slope, concavity = (climb_states[row, :climb_count] for row in (NEXT, VALUE, GRADIENT, CONCAVITY))
+    bracket, grade = (
+        Bracket(*(climb_states[row, :climb_count] for row in (LOW, HIGH, RISING, FALLING, SIDE))),
+        abs(slope),
+    )
+    best, at, bound, steep = (climb_states[row, :climb_count] for row in (BEST, AT, BOUND, SLOPE))
+    climb_states[GAIN, :climb_count] = gain = remaining_gain_bound(grade, bracket, half_width, concavity)
     bound[:] = smaller(bound, value + gain)
     best[:] = larger(value, best)
     at[:] = select(grade < steep, u, at)
     steep[:] = smaller(grade, steep)
     bracket = shrink_illinois_bracket(bracket, u, slope)
     for row, values in zip((LOW, HIGH, RISING, FALLING, SIDE), bracket, strict=True):
-        state[row, :climb_count] = values
-    state[NEXT, :climb_count] = chord_root(bracket)
+        climb_states[row, :climb_count] = values
+    climb_states[NEXT, :climb_count] = chord_root(bracket)
 
 
 @called_by_kernels
-def keep_unfinished_climbs(climb_count, centre_and_half_width, errors, is_last_step, query, found, climbs):
+def keep_unfinished_climbs(climb_count, centre_and_half_width, errors, is_last_step, query, tile_extremes, climbs):
     """Store the results of climbs and keep the unfinished ones; return their number.
 
     ``centre_and_half_width`` is (centre, half-width) of the panel; ``errors`` are the designs' rounding errors in
@@ -196,16 +216,18 @@ def keep_unfinished_climbs(climb_count, centre_and_half_width, errors, is_last_s
     still, state = 0, climbs.state
     for j in range(climb_count):
         i = climbs.design[j]
-        if state[BEST, j] >= found.best[i] - errors[i]:  # its place is more exact than a node
-            found.best[i] = found.best[i] if state[EXACT, j] else max(found.best[i], state[BEST, j])
-            found.at[i] = centre_and_half_width[0] + centre_and_half_width[1] * state[AT, j]
+        if state[BEST, j] >= tile_extremes.best[i] - errors[i]:  # its place is more exact than a node
+            tile_extremes.best[i] = (
+                tile_extremes.best[i] if state[EXACT, j] else max(tile_extremes.best[i], state[BEST, j])
+            )
+            tile_extremes.at[i] = centre_and_half_width[0] + centre_and_half_width[1] * state[AT, j]
         near = state[SLOPE, j] <= query.location * state[CONCAVITY, j]
         exact = state[EXACT, j] > 0.0 or state[GAIN, j] <= allowed_gain(
-            found.best[i], query.relative_error, errors[i]
+            tile_extremes.best[i], query.relative_error, errors[i]
         )
-        lost = state[BOUND, j] < found.best[i] - errors[i]
+        lost = state[BOUND, j] < tile_extremes.best[i] - errors[i]
         if (exact and near) or lost or is_last_step:
-            found.top[i] = max(found.top[i], state[BOUND, j])
+            tile_extremes.top[i] = max(tile_extremes.top[i], state[BOUND, j])
         else:
             state[EXACT, j] = exact
             for k in range(STATES):
@@ -217,50 +239,65 @@ def keep_unfinished_climbs(climb_count, centre_and_half_width, errors, is_last_s
 
 @keep_unfinished_climbs.array_version
 def _keep_unfinished_climbs_in_python(
-    climb_count, centre_and_half_width, errors, is_last_step, query, found, climbs
+    climb_count, centre_and_half_width, errors, is_last_step, query, tile_extremes, climbs
 ):
     i, state = climbs.design[:climb_count], climbs.state[:STATES, :climb_count]
     if np.any(i[1:] == i[:-1]):  # both halves of a panel climb: the second needs the result of the first
         return keep_unfinished_climbs.py_func(
-            climb_count, centre_and_half_width, errors, is_last_step, query, found, climbs
+            climb_count, centre_and_half_width, errors, is_last_step, query, tile_extremes, climbs
         )
-    error, better = errors[i], state[BEST] >= found.best[i] - errors[i]
-    best = np.where(better & (state[EXACT] == 0.0), larger(found.best[i], state[BEST]), found.best[i])
-    found.best[i], found.at[i] = (
+    error, better = errors[i], state[BEST] >= tile_extremes.best[i] - errors[i]
+    best = np.where(
+        better & (state[EXACT] == 0.0), larger(tile_extremes.best[i], state[BEST]), tile_extremes.best[i]
+    )
+    tile_extremes.best[i], tile_extremes.at[i] = (
         best,
-        np.where(better, centre_and_half_width[0] + centre_and_half_width[1] * state[AT], found.at[i]),
+        np.where(better, centre_and_half_width[0] + centre_and_half_width[1] * state[AT], tile_extremes.at[i]),
     )
     near = state[SLOPE] <= query.location * state[CONCAVITY]
     exact = (state[EXACT] > 0.0) | (state[GAIN] <= allowed_gain(best, query.relative_error, error))
     ended = (exact & near) | (state[BOUND] < best - error) | is_last_step
-    top, still = larger(found.top[i], state[BOUND]), np.flatnonzero(~ended)
-    found.top[i[ended]], state[EXACT] = top[ended], exact
+    top, still = larger(tile_extremes.top[i], state[BOUND]), np.flatnonzero(~ended)
+    tile_extremes.top[i[ended]], state[EXACT] = top[ended], exact
     climbs.design[: still.size], state[:, : still.size] = i[still], state[:, still]
     return still.size
 
 
 @inline_in_kernels
-def climb_all_concave_parts(curve, first, climb_count, panels, panel, query, work):
+def climb_all_concave_parts(curve, first_design, climb_count, panels, panel, query, workspace):
     """Climb to the maxima of all concave parts at once. Finished climbs leave the table.
 
     A value that is exact enough is fixed, while the climb goes on to find its place. So the value has the same
     digits whether its place is wanted or not.
     """
-    place, errors, climbs = (panels.centre[panel], panels.half_width[panel]), work.bounds.error[panel], work.climbs
+    place, errors, climbs = (
+        (panels.centre[panel], panels.half_width[panel]),
+        workspace.bounds.error[panel],
+        workspace.climbs,
+    )
     state = climbs.state
     for step in range(CLIMB_STEPS):
         if climb_count == 0:
             break
-        there = (curve.source, panel, state[NEXT], query.sign, first, climbs.design, climb_count, state[VALUE:])
+        there = (
+            curve.source,
+            panel,
+            state[NEXT],
+            query.sign,
+            first_design,
+            climbs.design,
+            climb_count,
+            state[VALUE:],
+        )
         call_by_address(curve.panel, there)
         step_climbs(climb_count, place[1], state)
         climb_count = keep_unfinished_climbs(
-            climb_count, place, errors, step == CLIMB_STEPS - 1, query, work.found, climbs
+            climb_count, place, errors, step == CLIMB_STEPS - 1, query, workspace.found, climbs
         )
 
 
 @inline_in_kernels
-def climb_concave_part(curve, design, panels, panel, ends, concavity, sign, aim):
+def climb_concave_part(curve, design, panels, panel, ends, concavity, sign, climb_goal):
     """Climb for one design; return the largest value, its u in the panel, and a bound of the maximum."""
     bracket = Bracket(ends.low, ends.high, ends.rising, ends.falling, 0.0)
     largest, at, bound, flattest, exact = -np.inf, ends.low, np.inf, np.inf, False
@@ -274,8 +311,8 @@ def climb_concave_part(curve, design, panels, panel, ends, concavity, sign, aim)
             flattest, at = grade, u
         gain = remaining_gain_bound(grade, bracket, half_width, concavity)
         bound = min(bound, value + gain)
-        exact = exact or gain <= aim.gain
-        if bound < aim.best or (exact and grade <= aim.slope):
+        exact = exact or gain <= climb_goal.gain
+        if bound < climb_goal.best or (exact and grade <= climb_goal.slope):
             break
         bracket = shrink_illinois_bracket(bracket, u, slope)
     return largest, at, max(bound, largest)

@@ -50,49 +50,49 @@ class PartBounds(NamedTuple):
 
 
 @inline_in_kernels
-def fill_node_values(f, table, first, count, values):
+def fill_node_values(f, table, first_design, count, values):
     """Write the curve of design first + i at node t to values[t, i]."""
     for t in range(table.nodes.shape[0]):
         at, row = state_at_node(table, t), values[t]
         for i in range(np.uint64(count)):  # unsigned: an index that may be negative would keep the loop scalar
-            row[i] = value_and_slope(f, np.uint64(first) + i, at)[0]
+            row[i] = value_and_slope(f, np.uint64(first_design) + i, at)[0]
 
 
 @called_by_address(NONE, COUNT, COUNT, MATRIX_KIND)
-def evaluate_nodes(source, first, count, values):
+def evaluate_nodes(curve_address, first_design, count, values):
     """Write the curve of design first + i at node t to values[t, i]."""
-    f, table = source[0]
-    fill_node_values(f, table, first, count, values)
+    f, table = curve_address[0]
+    fill_node_values(f, table, first_design, count, values)
 
 
 @evaluate_nodes.array_version
-def _evaluate_nodes_in_python(source, first, count, values):
-    f, table = source[0]
+def _evaluate_nodes_in_python(curve_address, first_design, count, values):
+    f, table = curve_address[0]
     PLAIN_RUN.add_formula_work_within_limit(len(table.nodes) * count)
     at = state_at_node(table_as_columns(table), ...)
-    values[: len(table.nodes), :count] = curve_value(f, slice(first, first + count), at)
+    values[: len(table.nodes), :count] = curve_value(f, slice(first_design, first_design + count), at)
 
 
 @called_by_address(NONE, COUNT, NUMBER, COUNT, COUNT, BOUNDS_RECORD)
-def bound_curves_over_row(source, row, half_width, first, count, bounds):
+def bound_curves_over_row(curve_address, row, half_width, first_design, count, bounds):
     """Bound the curve of design first + i by jets over a row of the table: a panel or a group of panels."""
-    f, table = source[0]
+    f, table = curve_address[0]
     at = state_jets_over_row(table, row)
     eighth = 0.5 * half_width * half_width  # an eighth of the squared width
     for i in range(np.uint64(count)):
-        jet = value_and_slope(f, np.uint64(first) + i, at)[0]
+        jet = value_and_slope(f, np.uint64(first_design) + i, at)[0]
         bounds.excess[row, i] = infinite_if_nan(eighth * jet.second + jet.error)
         bounds.third[row, i] = infinite_if_nan(jet.third)
         bounds.error[row, i] = infinite_if_nan(jet.error)
 
 
 @bound_curves_over_row.array_version
-def _bound_curves_over_rows_in_python(source, rows, half_width, first, count, bounds):
+def _bound_curves_over_rows_in_python(curve_address, rows, half_width, first_design, count, bounds):
     """Bound several rows of the table at once: ``rows`` (rows,), ``half_width`` (rows, 1)."""
-    f, table = source[0]
+    f, table = curve_address[0]
     PLAIN_RUN.add_formula_work_within_limit(JET_WORK * len(rows) * count)
     at, eighth = state_jets_over_row(table_rows_as_columns(table, rows), ...), 0.5 * half_width * half_width
-    jet = curve_value(f, slice(first, first + count), at)
+    jet = curve_value(f, slice(first_design, first_design + count), at)
     bounds.excess[rows, :count] = infinite_if_nan(eighth * jet.second + jet.error)
     bounds.third[rows, :count] = infinite_if_nan(jet.third)
     bounds.error[rows, :count] = infinite_if_nan(jet.error)
@@ -106,49 +106,51 @@ def oriented_value_and_slope(f, i, at, sign):
 
 
 @called_by_address(NONE, COUNT, NUMBER, COUNT, COUNTS, COUNT, MATRIX_KIND)
-def evaluate_at_node(source, node, sign, first, designs, count, out):
+def evaluate_at_node(curve_address, node, sign, first_design, designs, count, values_and_slopes):
     """Evaluate some designs at one node."""
-    f, table = source[0]
-    at, values, slopes = state_at_node(table, node), out[0], out[1]
+    f, table = curve_address[0]
+    at, values, slopes = state_at_node(table, node), values_and_slopes[0], values_and_slopes[1]
     for j in range(np.uint64(count)):
-        values[j], slopes[j] = oriented_value_and_slope(f, np.uint64(first + designs[j]), at, sign)
+        values[j], slopes[j] = oriented_value_and_slope(f, np.uint64(first_design + designs[j]), at, sign)
 
 
 @evaluate_at_node.array_version
-def _evaluate_at_node_in_python(source, node, sign, first, designs, count, out):
-    f, table = source[0]
+def _evaluate_at_node_in_python(curve_address, node, sign, first_design, designs, count, values_and_slopes):
+    f, table = curve_address[0]
     PLAIN_RUN.add_formula_work_within_limit(count)
-    out[0, :count], out[1, :count] = oriented_value_and_slope(
-        f, first + designs[:count], state_at_node(table, node), sign
+    values_and_slopes[0, :count], values_and_slopes[1, :count] = oriented_value_and_slope(
+        f, first_design + designs[:count], state_at_node(table, node), sign
     )
 
 
 @called_by_address(NONE, COUNT, NUMBERS, NUMBER, COUNT, COUNTS, COUNT, MATRIX_KIND)
-def evaluate_on_panel(source, panel, u, sign, first, designs, count, out):
+def evaluate_on_panel(curve_address, panel, u, sign, first_design, designs, count, values_and_slopes):
     """Evaluate some designs on one panel, each at its own u in [−1, 1]."""
-    (f, table), values, slopes = source[0], out[0], out[1]
+    (f, table), values, slopes = curve_address[0], values_and_slopes[0], values_and_slopes[1]
     for j in range(np.uint64(count)):
         at = state_on_panel(table, panel, u[j])
-        values[j], slopes[j] = oriented_value_and_slope(f, np.uint64(first + designs[j]), at, sign)
+        values[j], slopes[j] = oriented_value_and_slope(f, np.uint64(first_design + designs[j]), at, sign)
 
 
 @evaluate_on_panel.array_version
-def _evaluate_on_panel_in_python(source, panel, u, sign, first, designs, count, out):
+def _evaluate_on_panel_in_python(curve_address, panel, u, sign, first_design, designs, count, values_and_slopes):
     PLAIN_RUN.add_formula_work_within_limit(count)
-    out[0, :count], out[1, :count] = evaluate_points(source, panel, u[:count], sign, first + designs[:count])
+    values_and_slopes[0, :count], values_and_slopes[1, :count] = evaluate_points(
+        curve_address, panel, u[:count], sign, first_design + designs[:count]
+    )
 
 
 @called_by_address(Record(tuple, (NUMBER, NUMBER)), COUNT, NUMBER, NUMBER, COUNT)
-def evaluate_point(source, panel, u, sign, design):
+def evaluate_point(curve_address, panel, u, sign, design):
     """Oriented value and slope of one design at u in [−1, 1] of a panel."""
-    f, table = source[0]
+    f, table = curve_address[0]
     return oriented_value_and_slope(f, np.uint64(design), state_on_panel(table, panel, u), sign)
 
 
 @inline_in_kernels
-def bounds_from_jets(f, design, at):
+def curve_bounds_from_jets(f, design, jet_state):
     """Bounds of a curve from a state of jets."""
-    value, slope = value_and_slope(f, design, at)
+    value, slope = value_and_slope(f, design, jet_state)
     return PartBounds(
         value.low,
         value.high,
@@ -162,25 +164,33 @@ def bounds_from_jets(f, design, at):
 
 
 @called_by_address(Record(PartBounds, (NUMBER,) * len(PartBounds._fields)), COUNT, NUMBER, NUMBER, COUNT)
-def bound_part(source, panel, middle, reach, design):
-    """Bounds of one design over the part |u − middle| ≤ reach of a panel; the whole panel if ``reach`` is 1."""
-    f, table = source[0]
-    at = state_jets_over_row(table, panel) if reach == 1.0 else state_jets_over_part(table, panel, middle, reach)
-    return bounds_from_jets(f, np.uint64(design), at)
+def bound_curve_over_part(curve_address, panel, middle, half_length, design):
+    """Bounds of one design over the part |u − middle| ≤ half_length of a panel; 1 is the whole panel."""
+    f, table = curve_address[0]
+    at = (
+        state_jets_over_row(table, panel)
+        if half_length == 1.0
+        else state_jets_over_part(table, panel, middle, half_length)
+    )
+    return curve_bounds_from_jets(f, np.uint64(design), at)
 
 
-def bound_parts(source: Any, panel: int, middles: FloatArray, reaches: FloatArray, designs: Any) -> PartBounds:
+def bound_curves_over_parts(
+    curve_address: Any, panel: int, middles: FloatArray, half_lengths: FloatArray, designs: Any
+) -> PartBounds:
     """Bounds of many designs, uncompiled, each over its own part of a panel; no part is the whole panel."""
-    f, table = source[0]
-    bounds: PartBounds = bounds_from_jets(f, designs, state_jets_over_part(table, panel, middles, reaches))
+    f, table = curve_address[0]
+    bounds: PartBounds = curve_bounds_from_jets(
+        f, designs, state_jets_over_part(table, panel, middles, half_lengths)
+    )
     return bounds
 
 
 def evaluate_points(
-    source: Any, panel: int, u: FloatArray, sign: float, designs: Any
+    curve_address: Any, panel: int, u: FloatArray, sign: float, designs: Any
 ) -> tuple[FloatArray, FloatArray]:
     """Oriented values and slopes of many designs, uncompiled, each at its own u of a panel."""
-    f, table = source[0]
+    f, table = curve_address[0]
     values, slopes = oriented_value_and_slope(f, designs, state_on_panel(table, panel, u), sign)
     return values, slopes
 
@@ -209,7 +219,7 @@ EVALUATOR_RECORD = Record(
                 evaluate_at_node,
                 evaluate_on_panel,
                 evaluate_point,
-                bound_part,
+                bound_curve_over_part,
             )
         ),
     ),
@@ -217,14 +227,14 @@ EVALUATOR_RECORD = Record(
 
 
 @inline_in_kernels
-def evaluator_with_function_addresses(source, address):
-    """The evaluator of ``source``, a curve and motion table that are kept at ``address``."""
+def evaluator_with_function_addresses(curve_and_table, address):
+    """The evaluator of ``curve_and_table``, a curve and motion table that are kept at ``address``."""
     return Evaluator(
         address,
-        function_address(evaluate_nodes, source),
-        function_address(bound_curves_over_row, source),
-        function_address(evaluate_at_node, source),
-        function_address(evaluate_on_panel, source),
-        function_address(evaluate_point, source),
-        function_address(bound_part, source),
+        function_address(evaluate_nodes, curve_and_table),
+        function_address(bound_curves_over_row, curve_and_table),
+        function_address(evaluate_at_node, curve_and_table),
+        function_address(evaluate_on_panel, curve_and_table),
+        function_address(evaluate_point, curve_and_table),
+        function_address(bound_curve_over_part, curve_and_table),
     )

@@ -1,9 +1,9 @@
 """Curves: functions of the cam angle, and their formulas, which kernels compile into themselves.
 
 A curve is a NamedTuple of arrays, with one entry a design, and of other curves, such as
-``side_thrust(along, pressure, arm, reach)``. Its formula is a plain function with the same parameters. It gives the
-value for one design, from the follower's state at one cam angle (``numerics.state``) and the design's entries. With
-dual numbers (``numerics.dual``) it also gives the slope by the cam angle.
+``jamming_ratio(pressure_tangent, friction_intercept, friction_slope)``. Its formula is a plain function with the
+same parameters. It gives the value for one design, from the follower's state at one cam angle (``numerics.state``)
+and the design's entries. With dual numbers (``numerics.dual``) it also gives the slope by the cam angle.
 
 The code that evaluates curves (``curve_kernels``) is written once. Numba compiles it for each type of curve, so a
 formula runs as fast as if it were written inside the loop, and the machine code is kept on disk. Names of curve
@@ -21,7 +21,7 @@ import numpy as np
 
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels, inline_in_kernels_by_overload
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.dual import constant_like, dual_from_pair, dual_state, state_without_slopes
+from camopt.core.numerics.dual import constant_like, dual_or_value_from_pair, dual_state, state_without_slopes
 from camopt.core.numerics.state import State
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 
@@ -81,25 +81,27 @@ def curve_type_from_formula(function: Callable[..., Any] | None = None, *, reads
     return owner
 
 
-def curve_formula(owner: type, *, reads_load: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+def curve_formula(curve_type: type, *, reads_load: bool = False) -> Callable[[CurveFormula], CurveFormula]:
     """Register the formula of a curve type: a function of the curve, a design and the state."""
 
     def register(function: CurveFormula) -> CurveFormula:
-        CURVE_FORMULAS[owner] = KERNEL_FORMULAS[owner] = function
+        CURVE_FORMULAS[curve_type] = KERNEL_FORMULAS[curve_type] = function
         if reads_load:
-            LOADED_CURVES.add(owner)
+            LOADED_CURVES.add(curve_type)
         return function
 
     return register
 
 
-def value_and_slope_formula(owner: type, *, reads_load: bool = False) -> Callable[[CurveFormula], CurveFormula]:
+def value_and_slope_formula(
+    curve_type: type, *, reads_load: bool = False
+) -> Callable[[CurveFormula], CurveFormula]:
     """Register a formula that returns both value and slope."""
 
     def register(function: CurveFormula) -> CurveFormula:
         pair = inline_in_kernels(function)
-        curve_formula(owner, reads_load=reads_load)(
-            lambda f, i, at: dual_from_pair(pair(f, i, state_without_slopes(at, at.y)), at.y)
+        curve_formula(curve_type, reads_load=reads_load)(
+            lambda f, i, at: dual_or_value_from_pair(pair(f, i, state_without_slopes(at, at.y)), at.y)
         )
         return function
 
@@ -116,11 +118,11 @@ def _choose_curve_derivatives_for_kernels(f, i, at):
     return DERIVATIVE_FORMULAS.get(f)
 
 
-def derivative_formula(owner: type) -> Callable[[DerivativeFormula], DerivativeFormula]:
+def derivative_formula(curve_type: type) -> Callable[[DerivativeFormula], DerivativeFormula]:
     """Register the formula of ``curve_derivatives`` for a curve type."""
 
     def register(function: DerivativeFormula) -> DerivativeFormula:
-        DERIVATIVE_FORMULAS[owner] = function
+        DERIVATIVE_FORMULAS[curve_type] = function
         return function
 
     return register
@@ -136,7 +138,7 @@ def quotient_derivatives(w, s):
 
 
 @inline_in_kernels
-def rotated_derivatives(cosine, sine, at):
+def cosine_and_sine_derivatives_of_sum(cosine, sine, at):
     """Cosine and sine of an angle plus y, each with three derivatives."""
     c, s = cosine_and_sine_of_sum(cosine, sine, at.y)
     c1, s1, square = -s * at.y1, c * at.y1, np.square(at.y1)

@@ -63,7 +63,7 @@ def _group_by_branch(costs: FloatArray) -> FloatArray:
 
 
 @compiled_once_it_pays(work=COMPARE_WORK)
-def mark_dominated_points(tree, costs, found, stack):
+def mark_dominated_points(tree, costs, dominated, stack):
     """Mark the points that a known point of a tree dominates."""
     objectives, last = costs.shape[1], tree.starts.size - 2
     for i in range(costs.shape[0]):
@@ -82,7 +82,7 @@ def mark_dominated_points(tree, costs, found, stack):
                 every &= tree.most[node, m] <= mine
                 less |= tree.most[node, m] < mine
             if every and less:
-                found[i] = True
+                dominated[i] = True
                 break
             if some and level < last:
                 for k in range(TREE_BRANCHES):
@@ -91,11 +91,11 @@ def mark_dominated_points(tree, costs, found, stack):
 
 
 @mark_dominated_points.array_version
-def _mark_dominated_points_in_python(tree, every, dominated, stack):
+def _mark_dominated_points_in_python(tree, all_costs, dominated, stack):
     """Mark many points together, level by level."""
     roots = int(tree.starts[1])
-    for first in range(0, len(every), COMPARED_AT_ONCE):
-        costs, found = (column[first : first + COMPARED_AT_ONCE] for column in (every, dominated))
+    for first in range(0, len(all_costs), COMPARED_AT_ONCE):
+        costs, found = (column[first : first + COMPARED_AT_ONCE] for column in (all_costs, dominated))
         point, branch = np.repeat(np.arange(len(costs)), roots), np.tile(np.arange(roots), len(costs))
         for start in tree.starts[:-1]:
             least, most, mine = tree.least[start + branch], tree.most[start + branch], costs[point]

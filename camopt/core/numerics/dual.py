@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload
-from camopt.core.numerics.jet import Jet, to_power
+from camopt.core.numerics.jet import Jet, power_of_number
 from camopt.core.numerics.number_type import OTHER, OWN, OperationRules, register_number_operations
 from camopt.core.numerics.state import Load, State, TrainForces
 
@@ -28,17 +28,17 @@ class Dual(NamedTuple):
     slope: Any
 
 
-def as_constant(x: Any) -> Any:
+def as_dual_constant(x: Any) -> Any:
     """A constant as a dual number with slope 0, unless it is a plain number."""
     return x if isinstance(x, PLAIN_KINDS) else Dual(x, 0.0)
 
 
-chosen_by_type(as_constant)(lambda x: lambda x: x)
+chosen_by_type(as_dual_constant)(lambda x: lambda x: x)
 
 
-def constant_like(x: Any, y: Any) -> Any:
-    """A constant in the form in which it combines with ``y``."""
-    return as_constant(constant_like(x, y.value)) if type(y) is Dual else x
+def constant_like(constant: Any, template: Any) -> Any:
+    """A constant in the form in which it combines with ``template``."""
+    return as_dual_constant(constant_like(constant, template.value)) if type(template) is Dual else constant
 
 
 def _divide_duals(a, b):
@@ -46,7 +46,7 @@ def _divide_duals(a, b):
     return Dual(value, (a.slope - value * b.slope) / b.value)
 
 
-def _divide_by_dual(a, b):
+def _divide_number_by_dual(a, b):
     value = a / b.value
     return Dual(value, -(value * b.slope) / b.value)
 
@@ -57,7 +57,7 @@ def _dual_root(a):
 
 
 def _dual_power(a, b):
-    value = to_power(a.value, b)
+    value = power_of_number(a.value, b)
     return Dual(value, b * value * a.slope / a.value)
 
 
@@ -85,7 +85,7 @@ DUAL_RULES: OperationRules = {
     operator.truediv: {
         (OWN, OWN): _divide_duals,
         (OWN, OTHER): lambda a, b: Dual(a.value / b, a.slope / b),
-        (OTHER, OWN): _divide_by_dual,
+        (OTHER, OWN): _divide_number_by_dual,
     },
     operator.pow: {(OWN, OTHER): _dual_power},
     operator.neg: {(OWN,): lambda a: Dual(-a.value, -a.slope)},
@@ -93,7 +93,7 @@ DUAL_RULES: OperationRules = {
     np.square: {(OWN,): lambda a: Dual(np.square(a.value), 2.0 * a.value * a.slope)},
     np.absolute: {(OWN,): lambda a: Dual(np.absolute(a.value), np.sign(a.value) * a.slope)},
     np.maximum: {(OWN, OTHER): _larger_of_dual_and_number},
-    np.sign: {(OWN,): lambda a: as_constant(np.sign(a.value))},
+    np.sign: {(OWN,): lambda a: as_dual_constant(np.sign(a.value))},
 }
 """Rules of each operation for operands that are dual numbers or others. A sign is a constant."""
 
@@ -159,11 +159,11 @@ def _choose_load_from_dual_for_kernels(load):
     return _drop_force_slopes if load is TrainForces else lambda load: Load(load.value.value, load.value.slope)
 
 
-def dual_from_pair(pair: Any, y: Any) -> Any:
+def dual_or_value_from_pair(pair: Any, y: Any) -> Any:
     """A pair of value and slope as a dual number if the displacement ``y`` is one; else the value."""
     return Dual(*pair) if type(y) is Dual else pair[0]
 
 
-@chosen_by_type(dual_from_pair)
-def _choose_dual_from_pair_for_kernels(pair, y):
+@chosen_by_type(dual_or_value_from_pair)
+def _choose_dual_or_value_for_kernels(pair, y):
     return (lambda pair, y: Dual(pair[0], pair[1])) if y is Dual else lambda pair, y: pair[0]

@@ -28,7 +28,7 @@ from camopt.core.kernels.arguments import COUNT, NUMBER, ArgumentKind, Record, a
 from camopt.core.kernels.compile import compiled, compiled_once_it_pays
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LEAST, UNIT_ROUNDOFF, FloatArray
-from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient_to_maximum, sign_index_range
+from camopt.core.numerics.climbing import PeakQuery, allowed_gain, orient_to_maximum, range_of_search_signs
 from camopt.core.numerics.curve_kernels import EVALUATOR_RECORD, evaluator_with_function_addresses
 from camopt.core.numerics.curves import LOADED_CURVES
 from camopt.core.numerics.identity_cache import cached_by_identity
@@ -80,13 +80,13 @@ class Extremes(NamedTuple):
 
 
 @called_by_kernels
-def write_best_nodes(values, count, panels, kinds, extreme_kind, best, node):
+def write_best_nodes(values, count, panels, stroke_kinds, extreme_kind, best, node):
     """Largest oriented node value of each design over pieces of some kinds, and the first node that has it."""
     for i in range(count):
         best[i] = -np.inf
         node[i] = -1
     for q in range(panels.kind.size):
-        if panels.kind[q] & kinds:
+        if panels.kind[q] & stroke_kinds:
             for t in range(panels.first_panel[q] + q, panels.first_panel[q + 1] + q + 1):
                 row = values[t]
                 for i in range(count):
@@ -100,12 +100,12 @@ def write_best_nodes(values, count, panels, kinds, extreme_kind, best, node):
 
 
 @write_best_nodes.array_version
-def _write_best_nodes_in_python(values, count, panels, kinds, extreme_kind, best, node):
+def _write_best_nodes_in_python(values, count, panels, stroke_kinds, extreme_kind, best, node):
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel) + 1)
-    nodes = np.flatnonzero(panels.kind[piece] & kinds)
+    nodes = np.flatnonzero(panels.kind[piece] & stroke_kinds)
     oriented = orient_to_maximum(values[nodes, :count], extreme_kind)
     if np.isnan(oriented).any():  # a NaN stays the best until the next node
-        write_best_nodes.py_func(values, count, panels, kinds, extreme_kind, best, node)
+        write_best_nodes.py_func(values, count, panels, stroke_kinds, extreme_kind, best, node)
         return
     most = np.full((len(oriented) + 1, count), -np.inf)
     for t in range(len(oriented)):  # a fifth of the time of np.maximum.accumulate
@@ -156,10 +156,15 @@ def _may_designs_exceed_best_in_python(start_values, end_values, largest_rise, d
 
 
 @called_by_kernels
-def choose_candidate_designs(panel, node, count, query, work):
+def choose_candidate_designs(panel, node, count, query, workspace):
     """Choose the designs that may exceed their best value in a panel by more than allowed; return their number."""
-    before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
-    best, top, error, chosen = work.found.best, work.found.top, work.bounds.error[panel], work.chosen
+    before, after, excess = workspace.values[node], workspace.values[node + 1], workspace.bounds.excess[panel]
+    best, top, error, chosen = (
+        workspace.found.best,
+        workspace.found.top,
+        workspace.bounds.error[panel],
+        workspace.chosen,
+    )
     many = 0
     for i in range(count):
         bound = max(query.sign * before[i], query.sign * after[i]) + excess[i]
@@ -171,192 +176,208 @@ def choose_candidate_designs(panel, node, count, query, work):
 
 
 @choose_candidate_designs.array_version
-def _choose_candidate_designs_in_python(panel, node, count, query, work):
-    before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
-    best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
+def _choose_candidate_designs_in_python(panel, node, count, query, workspace):
+    before, after, excess = (
+        workspace.values[node, :count],
+        workspace.values[node + 1, :count],
+        workspace.bounds.excess[panel],
+    )
+    best, top, error = (
+        workspace.found.best[:count],
+        workspace.found.top[:count],
+        workspace.bounds.error[panel, :count],
+    )
     bound = larger(query.sign * before, query.sign * after) + excess[:count]
     more = bound > best + allowed_gain(best, query.relative_error, error)
     top[:] = np.where(more, top, larger(top, bound))
     chosen = np.flatnonzero(more)
-    work.chosen[: chosen.size] = chosen
+    workspace.chosen[: chosen.size] = chosen
     return chosen.size
 
 
 @inline_in_kernels
-def may_panel_exceed_best(curve, first, count, panels, panel, node, extreme_kind, work):
+def may_panel_exceed_best(curve, first_design, count, panels, panel, node, extreme_kind, workspace):
     """Whether a panel may exceed the best value of any design, by its jets."""
-    before, after = work.values[node], work.values[node + 1]
+    before, after = workspace.values[node], workspace.values[node + 1]
     for row in (panels.group[panel], panel):  # the bounds of the group are enough for most panels
-        if not work.looked[row]:
-            call_by_address(curve.row, (curve.source, row, panels.half_width[panel], first, count, work.bounds))
-            work.looked[row] = True
+        if not workspace.looked[row]:
+            call_by_address(
+                curve.row, (curve.source, row, panels.half_width[panel], first_design, count, workspace.bounds)
+            )
+            workspace.looked[row] = True
         if not may_any_design_exceed_best(
-            before, after, work.bounds.excess[row], count, extreme_kind, work.found.best
+            before, after, workspace.bounds.excess[row], count, extreme_kind, workspace.found.best
         ):
             return False
     return True
 
 
 @may_panel_exceed_best.array_version
-def _may_panel_exceed_best_in_python(curve, first, count, panels, panel, node, extreme_kind, work):
-    before, after, best = work.values[node], work.values[node + 1], work.found.best
+def _may_panel_exceed_best_in_python(curve, first_design, count, panels, panel, node, extreme_kind, workspace):
+    before, after, best = workspace.values[node], workspace.values[node + 1], workspace.found.best
     return all(
-        may_any_design_exceed_best(before, after, work.bounds.excess[row], count, extreme_kind, best)
+        may_any_design_exceed_best(before, after, workspace.bounds.excess[row], count, extreme_kind, best)
         for row in (panels.group[panel], panel)
     )
 
 
 @called_by_kernels
-def start_extremes_at_best_nodes(panels, kinds, extreme_kind, floor, count, work):
+def start_extremes_at_best_nodes(panels, stroke_kinds, extreme_kind, floor, count, workspace):
     """Start the extremes of a tile with the best nodes."""
-    found = work.found
-    write_best_nodes(work.values, count, panels, kinds, extreme_kind, found.best, found.node)
+    found = workspace.found
+    write_best_nodes(workspace.values, count, panels, stroke_kinds, extreme_kind, found.best, found.node)
     for i in range(count):
         found.best[i] = max(found.best[i], floor)
         found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
 @start_extremes_at_best_nodes.array_version
-def _start_extremes_in_python(panels, kinds, extreme_kind, floor, count, work):
-    found = work.found
-    write_best_nodes(work.values, count, panels, kinds, extreme_kind, found.best, found.node)
+def _start_extremes_in_python(panels, stroke_kinds, extreme_kind, floor, count, workspace):
+    found = workspace.found
+    write_best_nodes(workspace.values, count, panels, stroke_kinds, extreme_kind, found.best, found.node)
     found.best[:count] = larger(found.best[:count], floor)
     found.top[:count], found.rounding[:count] = found.best[:count], 0.0
     found.at[:count] = node_angle(panels, found.node[:count])
 
 
 @inline_in_kernels
-def search_panel_for_candidate_designs(curve, first, count, panels, panel_and_node, goal_and_precision, work):
+def search_panel_for_candidate_designs(
+    curve, first_design, count, panels, panel_and_node, goal_and_precision, workspace
+):
     """Search a panel for the designs whose best value it may exceed, by its jets.
 
     ``panel_and_node`` is the panel and its first node, ``goal_and_precision`` the goal and the precision.
     """
     (panel, node), (goal, precision) = panel_and_node, goal_and_precision
-    one, other = sign_index_range(goal)
+    one, other = range_of_search_signs(goal)
     for way in range(one, other):
         ask = PeakQuery(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
-        many = choose_candidate_designs(panel, node, count, ask, work)
+        many = choose_candidate_designs(panel, node, count, ask, workspace)
         if many:
-            search_panel_for_chosen_designs(curve, first, many, panels, panel, node, ask, work)
+            search_panel_for_chosen_designs(curve, first_design, many, panels, panel, node, ask, workspace)
 
 
 @inline_in_kernels
-def find_extremes_of_design_tile(curve, first, count, panels, question, precision, work):
+def find_extremes_of_design_tile(curve, first_design, count, panels, question, precision, workspace):
     """Find the extremes of a tile; a question is the kinds of stroke to search, and the goal."""
     kinds, goal = question
-    start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, work)
+    start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, workspace)
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
+                if may_panel_exceed_best(curve, first_design, count, panels, p, p + q, goal, workspace):
                     search_panel_for_candidate_designs(
-                        curve, first, count, panels, (p, p + q), (goal, precision), work
+                        curve, first_design, count, panels, (p, p + q), (goal, precision), workspace
                     )
 
 
 @find_extremes_of_design_tile.array_version
-def _find_extremes_of_tile_in_python(curve, first, count, panels, question, precision, work):
+def _find_extremes_of_tile_in_python(curve, first_design, count, panels, question, precision, workspace):
     kinds, goal = question
-    start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, work)
-    evaluate_unknown_row_bounds(curve, first, count, panels, np.unique(panels.group), work)
-    panel, piece = panels_that_may_exceed_best(panels, kinds, goal, count, work)
-    evaluate_unknown_row_bounds(curve, first, count, panels, panel, work)
+    start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, workspace)
+    evaluate_unknown_row_bounds(curve, first_design, count, panels, np.unique(panels.group), workspace)
+    panel, piece = panels_that_may_exceed_best(panels, kinds, goal, count, workspace)
+    evaluate_unknown_row_bounds(curve, first_design, count, panels, panel, workspace)
     for p, q in zip(panel.tolist(), piece.tolist(), strict=True):
-        if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
-            search_panel_for_candidate_designs(curve, first, count, panels, (p, p + q), (goal, precision), work)
+        if may_panel_exceed_best(curve, first_design, count, panels, p, p + q, goal, workspace):
+            search_panel_for_candidate_designs(
+                curve, first_design, count, panels, (p, p + q), (goal, precision), workspace
+            )
 
 
-def evaluate_unknown_row_bounds(curve, first, count, panels, rows, work):
+def evaluate_unknown_row_bounds(curve, first_design, count, panels, rows, workspace):
     """Evaluate the unknown bounds of some panels or groups together."""
-    rows = rows[~work.looked[rows]]
+    rows = rows[~workspace.looked[rows]]
     if rows.size:
         widths = np.empty(panels.rows)
         widths[: panels.half_width.size] = widths[panels.group] = panels.half_width
-        call_by_address(curve.row, (curve.source, rows, widths[rows, None], first, count, work.bounds))
-        work.looked[rows] = True
+        call_by_address(curve.row, (curve.source, rows, widths[rows, None], first_design, count, workspace.bounds))
+        workspace.looked[rows] = True
 
 
 @inline_in_kernels
-def search_again_for_inexact_designs(curve, first, count, panels, question, precision, work):
+def search_again_for_inexact_designs(curve, first_design, count, panels, question, precision, workspace):
     """Search again for the designs of a tile whose extremes are not exact enough."""
     kinds, goal = question
-    one, other = sign_index_range(goal)
-    many = restart_inexact_designs(count, precision, work)
+    one, other = range_of_search_signs(goal)
+    many = restart_inexact_designs(count, precision, workspace)
     for q in range(panels.kind.size if many else 0):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if may_panel_exceed_best(curve, first, count, panels, p, p + q, goal, work):
+                if may_panel_exceed_best(curve, first_design, count, panels, p, p + q, goal, workspace):
                     for way in range(one, other):
                         sharp = PeakQuery(
                             1.0 - 2.0 * way, precision.value, precision.location, SHARP_SHARE * precision.value
                         )
-                        search_panel_for_inexact_designs(curve, first, many, panels, p, p + q, sharp, work)
+                        search_panel_for_inexact_designs(
+                            curve, first_design, many, panels, p, p + q, sharp, workspace
+                        )
 
 
-def panels_that_may_exceed_best(panels, kinds, extreme_kind, count, work):
+def panels_that_may_exceed_best(panels, stroke_kinds, extreme_kind, count, workspace):
     """Panels that may exceed the best node by the jets of their groups, and the numbers of their pieces."""
     piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
-    panel = np.flatnonzero(panels.kind[piece] & kinds)
+    panel = np.flatnonzero(panels.kind[piece] & stroke_kinds)
     before, after = (
-        orient_to_maximum(work.values[panel + piece[panel] + side, :count], extreme_kind) for side in (0, 1)
+        orient_to_maximum(workspace.values[panel + piece[panel] + side, :count], extreme_kind) for side in (0, 1)
     )
-    most = larger(before, after) + work.bounds.excess[panels.group[panel], :count]
-    remaining = panel[np.any(most > work.found.best[:count], axis=1)]
+    most = larger(before, after) + workspace.bounds.excess[panels.group[panel], :count]
+    remaining = panel[np.any(most > workspace.found.best[:count], axis=1)]
     return remaining, piece[remaining]
 
 
 @called_by_kernels
-def write_extremes(found, count, extreme_kind, value, where, width):
+def write_extremes_of_tile(tile_extremes, count, extreme_kind, value, angle, width):
     """Write the extremes of a tile into the answers."""
     for i in range(count):
-        value[i] = -found.best[i] if extreme_kind == LEAST else found.best[i]
-        where[i] = found.at[i]
-        width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
+        value[i] = -tile_extremes.best[i] if extreme_kind == LEAST else tile_extremes.best[i]
+        angle[i] = tile_extremes.at[i]
+        width[i] = max(tile_extremes.top[i] - tile_extremes.best[i], 0.0) + 2.0 * tile_extremes.rounding[i]
 
 
-@write_extremes.array_version
-def _write_extremes_in_python(found, count, extreme_kind, value, where, width):
-    best = found.best[:count]
-    value[:count], where[:count] = -best if extreme_kind == LEAST else best, found.at[:count]
-    width[:count] = larger(found.top[:count] - best, 0.0) + 2.0 * found.rounding[:count]
+@write_extremes_of_tile.array_version
+def _write_extremes_of_tile_in_python(tile_extremes, count, extreme_kind, value, angle, width):
+    best = tile_extremes.best[:count]
+    value[:count], angle[:count] = -best if extreme_kind == LEAST else best, tile_extremes.at[:count]
+    width[:count] = larger(tile_extremes.top[:count] - best, 0.0) + 2.0 * tile_extremes.rounding[:count]
 
 
 @partial(compiled, size=SEARCH_SIZE)
-def answer_all_questions_on_curve(curve, panels, questions, precision, answers, work):
+def write_all_extremes_of_curve(curve, panels, questions, precision, answers, workspace):
     """Write the extremes of a curve, an ``Evaluator``, to ``answers`` (3, K, designs)."""
-    designs, tile = answers.shape[2], work.middle.size
+    designs, tile = answers.shape[2], workspace.middle.size
     for first in range(0, designs, tile):
         count = min(tile, designs - first)
-        call_by_address(curve.nodes, (curve.source, first, count, work.values))
-        work.looked[:] = False
+        call_by_address(curve.nodes, (curve.source, first, count, workspace.values))
+        workspace.looked[:] = False
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
-            find_extremes_of_design_tile(curve, first, count, panels, question, precision, work)
-            search_again_for_inexact_designs(curve, first, count, panels, question, precision, work)
+            find_extremes_of_design_tile(curve, first, count, panels, question, precision, workspace)
+            search_again_for_inexact_designs(curve, first, count, panels, question, precision, workspace)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
-            write_extremes(work.found, count, question[1], value, where, width)
+            write_extremes_of_tile(workspace.found, count, question[1], value, where, width)
 
 
-@answer_all_questions_on_curve.array_version
-def _answer_all_questions_in_python(curve, panels, questions, precision, answers, work):
-    answer_all_questions_on_curve.py_func(
+@write_all_extremes_of_curve.array_version
+def _write_all_extremes_in_python(curve, panels, questions, precision, answers, workspace):
+    write_all_extremes_of_curve.py_func(
         CachingEvaluator(*curve), panels, questions, precision, answers, uncompiled_workspace(panels)
     )
 
 
 @compiled_once_it_pays(work=SEARCH_WORK)
-def search_curve(f, table, panels, questions, precision, answers, work, answer_all_questions_on_curve):
-    """Search a curve over a motion table; ``answer_all_questions_on_curve`` is called by its address."""
+def search_curve(f, table, panels, questions, precision, answers, workspace, search_address):
+    """Search a curve over a motion table; ``search_address`` is called by its address."""
     source = (f, table)
     call_by_address(
-        answer_all_questions_on_curve,
+        search_address,
         (
             evaluator_with_function_addresses(source, address_of_values(source)),
             panels,
             questions,
             precision,
             answers,
-            work,
+            workspace,
         ),
     )
 
@@ -364,7 +385,7 @@ def search_curve(f, table, panels, questions, precision, answers, work, answer_a
 ANSWERS_KIND = ArgumentKind(NUMBER.name, 3)
 QUESTIONS_KIND = ArgumentKind(COUNT.name, 2)
 SEARCH_ADDRESS = AddressedKernel(
-    answer_all_questions_on_curve,
+    write_all_extremes_of_curve,
     (EVALUATOR_RECORD, PANEL_RECORD, QUESTIONS_KIND, PRECISION_RECORD, ANSWERS_KIND, WORKSPACE_RECORD),
 )
 

@@ -83,14 +83,14 @@ def smallest_and_largest(p, q, r, s):
     return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
 
 
-def to_power(a, exponent):
+def power_of_number(a, exponent):
     """a to a power; arrays number by number, for the same last digits of the C library as in kernels."""
     if type(a) is not np.ndarray:
         return a**exponent
     return np.array([number**exponent for number in a.ravel()]).reshape(a.shape)
 
 
-chosen_by_type(to_power)(lambda a, exponent: lambda a, exponent: a**exponent)
+chosen_by_type(power_of_number)(lambda a, exponent: lambda a, exponent: a**exponent)
 chosen_by_type(select)(lambda condition, a, b: lambda condition, a, b: a if condition else b)
 chosen_by_type(larger)(lambda a, b: lambda a, b: max(a, b))
 chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
@@ -224,11 +224,11 @@ def sign(a):
 
 
 @inline_in_kernels_by_overload
-def power(a, exponent):
+def jet_power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
     low, high = select(inside, a.low, FLOAT_ZERO), select(inside, a.high, np.inf)
-    p, q = to_power(low, exponent), to_power(high, exponent)
+    p, q = power_of_number(low, exponent), power_of_number(high, exponent)
     m, inverse = larger(p, q), 1.0 / low
     ratio1, ratio2, ratio3 = a.first * inverse, a.second * inverse, a.third * inverse
     one, two, three = (
@@ -272,22 +272,28 @@ def sine_or_cosine_jet(a, low_end_value, high_end_value, largest_derivative):
 
 
 @inline_in_kernels_by_overload
-def largest_wave_magnitude(low, high, width):
+def largest_sine_or_cosine_magnitude(low_end_value, high_end_value, width):
     """Largest magnitude of a sine or cosine over a range of arguments, from its values at the ends."""
-    return smaller(larger(abs(low), abs(high)) + 0.125 * width * width, 1.0)
+    return smaller(larger(abs(low_end_value), abs(high_end_value)) + 0.125 * width * width, 1.0)
 
 
 @inline_in_kernels_by_overload
 def sine(a):
     return sine_or_cosine_jet(
-        a, np.sin(a.low), np.sin(a.high), largest_wave_magnitude(np.cos(a.low), np.cos(a.high), a.high - a.low)
+        a,
+        np.sin(a.low),
+        np.sin(a.high),
+        largest_sine_or_cosine_magnitude(np.cos(a.low), np.cos(a.high), a.high - a.low),
     )
 
 
 @inline_in_kernels_by_overload
 def cosine(a):
     return sine_or_cosine_jet(
-        a, np.cos(a.low), np.cos(a.high), largest_wave_magnitude(np.sin(a.low), np.sin(a.high), a.high - a.low)
+        a,
+        np.cos(a.low),
+        np.cos(a.high),
+        largest_sine_or_cosine_magnitude(np.sin(a.low), np.sin(a.high), a.high - a.low),
     )
 
 
@@ -312,7 +318,7 @@ JET_RULES: OperationRules = {
         (OWN, OTHER): lambda a, b: multiply_number(a, 1.0 / b),
         (OTHER, OWN): lambda a, b: divide(constant_jet(a), b),
     },
-    operator.pow: {(OWN, OTHER): lambda a, b: power(a, b)},
+    operator.pow: {(OWN, OTHER): lambda a, b: jet_power(a, b)},
     operator.neg: {(OWN,): lambda a: negative(a)},
     np.sqrt: {(OWN,): lambda a: jet_root(a)},
     np.square: {(OWN,): lambda a: square(a)},

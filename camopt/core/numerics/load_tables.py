@@ -8,7 +8,11 @@ import numpy as np
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IndexArray, IntArray
 from camopt.core.numerics.jet import Jet
-from camopt.core.numerics.panels import derivatives, displacement_jets_over_part, displacement_jets_over_row
+from camopt.core.numerics.panels import (
+    displacement_jets_over_part,
+    displacement_jets_over_row,
+    value_and_three_derivatives,
+)
 from camopt.core.numerics.state import Load, TrainForces
 
 LOAD_ERRORS, ANGLE_ERRORS = 8.0, 64.0  # errors of a load, in roundings of the largest; of cam angles, of 1 rad
@@ -45,9 +49,9 @@ class TrainLoadTable(NamedTuple):
 
 
 def tabulated_load(
-    centre: FloatArray,
+    centre_loads: FloatArray,
     slope: FloatArray,
-    largest: float,
+    largest_load: float,
     half_width: FloatArray,
     first_panel: IntArray,
     group: IntArray,
@@ -57,16 +61,18 @@ def tabulated_load(
     Its rounding error is that of the largest magnitude in the turn, plus the slope times that of the cam angle.
     """
     rise = slope * half_width
-    low, high = centre - np.abs(rise), centre + np.abs(rise)
-    error = UNIT_ROUNDOFF * (LOAD_ERRORS * largest + ANGLE_ERRORS * np.abs(slope))
+    low, high = centre_loads - np.abs(rise), centre_loads + np.abs(rise)
+    error = UNIT_ROUNDOFF * (LOAD_ERRORS * largest_load + ANGLE_ERRORS * np.abs(slope))
     errors = np.transpose([error, error / half_width])
     piece = np.repeat(np.arange(len(first_panel) - 1), np.diff(first_panel))
-    nodes = np.empty((len(centre) + len(first_panel) - 1, 2))
+    nodes = np.empty((len(centre_loads) + len(first_panel) - 1, 2))
     for side in (0, 1):
-        nodes[np.arange(len(centre)) + piece + side] = np.transpose([centre + (2 * side - 1) * rise, slope])
+        nodes[np.arange(len(centre_loads)) + piece + side] = np.transpose(
+            [centre_loads + (2 * side - 1) * rise, slope]
+        )
     starts = np.flatnonzero(np.diff(group, prepend=-1))
     return LoadTable(
-        centre,
+        centre_loads,
         nodes,
         np.concatenate([slope, slope[starts]]),
         np.concatenate([low, np.minimum.reduceat(low, starts)]),
@@ -98,24 +104,26 @@ def select_load_rows(load: LoadTable | TrainLoadTable, rows: IndexArray) -> Load
     return load._replace(**{name: getattr(load, name)[rows] for name in ("slope", "low", "high", "error")})
 
 
-def chosen_by_load(train_function):
+def chosen_by_load_type(train_function):
     """Mark a function (load, row, place) of a LoadTable.
 
     ``train_function`` takes a train's load, and None stays None.
     """
 
     def register(function):
-        def load_function(load, row, place):
+        def load_function(load, row, angle_from_middle):
             if load is None:
                 return None
             return (
-                train_function(load, row, place) if isinstance(load, TrainLoadTable) else function(load, row, place)
+                train_function(load, row, angle_from_middle)
+                if isinstance(load, TrainLoadTable)
+                else function(load, row, angle_from_middle)
             )
 
         @chosen_by_type(load_function)
-        def function_for_load_type(load, row, place):
+        def function_for_load_type(load, row, angle_from_middle):
             if load is NoneType:
-                return lambda load, row, place: None
+                return lambda load, row, angle_from_middle: None
             return train_function if load is TrainLoadTable else function
 
         return load_function
@@ -123,58 +131,65 @@ def chosen_by_load(train_function):
     return register
 
 
-def _train_forces(load, row, place):
-    u = place / load.still.half_width[row]
-    value, slope, _, _ = derivatives(load.still, row, u)
-    carried, carried_slope, _, _ = derivatives(load.carried, row, u)
+def _train_forces_on_panel(load, row, angle_from_middle):
+    u = angle_from_middle / load.still.half_width[row]
+    value, slope, _, _ = value_and_three_derivatives(load.still, row, u)
+    carried, carried_slope, _, _ = value_and_three_derivatives(load.carried, row, u)
     return TrainForces(value, slope, carried, carried_slope)
 
 
-def _train_forces_at_node(load, row, place):
+def _train_forces_at_node(load, row, angle_from_middle):
     still, carried = load.still.nodes[row], load.carried.nodes[row]
     return TrainForces(still[0], still[1], carried[0], carried[1])
 
 
-def _train_forces_over_row(load, row, place):
+def _train_forces_over_row(load, row, angle_from_middle):
     value, slope, _, _ = displacement_jets_over_row(load.still, row)
     carried, carried_slope, _, _ = displacement_jets_over_row(load.carried, row)
     return TrainForces(value, slope, carried, carried_slope)
 
 
-def _train_forces_over_part(load, row, place):
+def _train_forces_over_part(load, row, angle_from_middle):
     h = load.still.half_width[row]
-    value, slope, _, _ = displacement_jets_over_part(load.still, row, place[0] / h, place[1] / h)
-    carried, carried_slope, _, _ = displacement_jets_over_part(load.carried, row, place[0] / h, place[1] / h)
+    value, slope, _, _ = displacement_jets_over_part(
+        load.still, row, angle_from_middle[0] / h, angle_from_middle[1] / h
+    )
+    carried, carried_slope, _, _ = displacement_jets_over_part(
+        load.carried, row, angle_from_middle[0] / h, angle_from_middle[1] / h
+    )
     return TrainForces(value, slope, carried, carried_slope)
 
 
-@chosen_by_load(_train_forces)
-def load_on_panel(load, row, place):
-    """The load on a panel at the cam angle ``place`` from its middle."""
-    return Load(load.centre[row] + load.slope[row] * place, load.slope[row])
+@chosen_by_load_type(_train_forces_on_panel)
+def load_on_panel(load, row, angle_from_middle):
+    """The load on a panel at the cam angle ``angle_from_middle`` from its middle."""
+    return Load(load.centre[row] + load.slope[row] * angle_from_middle, load.slope[row])
 
 
-@chosen_by_load(_train_forces_at_node)
-def load_at_node(load, row, place):
+@chosen_by_load_type(_train_forces_at_node)
+def load_at_node(load, row, angle_from_middle):
     """The load at a node."""
     return Load(load.nodes[row, 0], load.nodes[row, 1])
 
 
-@chosen_by_load(_train_forces_over_row)
-def load_over_row(load, row, place):
+@chosen_by_load_type(_train_forces_over_row)
+def load_over_row(load, row, angle_from_middle):
     """The load over a panel or group, in jets."""
-    return load_jets(load, row, load.low[row], load.high[row])
+    return load_and_slope_jets(load, row, load.low[row], load.high[row])
 
 
-@chosen_by_load(_train_forces_over_part)
-def load_over_part(load, row, place):
-    """The load over a part of a panel, in jets; ``place`` is its middle and half-width by the cam angle."""
-    value, room = load.centre[row] + load.slope[row] * place[0], abs(load.slope[row]) * place[1]
-    return load_jets(load, row, value - room, value + room)
+@chosen_by_load_type(_train_forces_over_part)
+def load_over_part(load, row, angle_from_middle):
+    """The load over a part of a panel, in jets; ``angle_from_middle`` is the part's middle and half-width."""
+    value, room = (
+        load.centre[row] + load.slope[row] * angle_from_middle[0],
+        abs(load.slope[row]) * angle_from_middle[1],
+    )
+    return load_and_slope_jets(load, row, value - room, value + room)
 
 
 @inline_in_kernels
-def load_jets(load, row, low, high):
+def load_and_slope_jets(load, row, low, high):
     """Jets of a load and its slope."""
     slope, error = load.slope[row], load.error[row]
     return Load(Jet(low, high, error[0], abs(slope), 0.0, 0.0), Jet(slope, slope, error[1], 0.0, 0.0, 0.0))

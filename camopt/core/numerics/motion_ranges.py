@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray, IntArray
 from camopt.core.numerics.interval import Interval, widen
-from camopt.core.numerics.panels import TABLE_DEGREE, derivatives, fourth_derivative
+from camopt.core.numerics.panels import TABLE_DEGREE, fourth_derivative, value_and_three_derivatives
 from camopt.core.numerics.sloped_interval import SlopedInterval, box_variables
 
 STEEPEST = (TABLE_DEGREE - 3.0) ** 2
@@ -33,7 +33,7 @@ def derivative_intervals_over_parts(
 
     Each is known at ``u``, the middle of the part, and the next derivative bounds its change over the part.
     """
-    middle = (*derivatives(table, panel, u), fourth_derivative(table, panel, u))
+    middle = (*value_and_three_derivatives(table, panel, u), fourth_derivative(table, panel, u))
     error, most = [*table.error[panel].T], [*table.most[panel].T]
     steepest = STEEPEST / table.half_width[panel]
     error[4] = np.maximum(error[4], steepest * error[3])
@@ -48,7 +48,7 @@ def derivative_intervals_over_parts(
             np.maximum(mean_value.low, table.low[panel, order] - error[order]),
             np.minimum(mean_value.high, table.high[panel, order] + error[order]),
         )
-        slopes = slopes_nonzero_by_angle_only(angle, following)
+        slopes = slopes_of_function_of_angle(angle, following)
         terms.append(
             value if order == derivative_count else replace(angle, value=value, at=at_middle, slopes=slopes)
         )
@@ -56,7 +56,7 @@ def derivative_intervals_over_parts(
     return terms[::-1]
 
 
-def slopes_nonzero_by_angle_only(angle: SlopedInterval, slope: Interval) -> Interval:
+def slopes_of_function_of_angle(angle: SlopedInterval, slope: Interval) -> Interval:
     """Slopes of a quantity that depends only on the cam angle."""
     low, high = np.zeros((2, *angle.slopes.low.shape))
     low[0], high[0] = slope.low, slope.high

@@ -39,22 +39,30 @@ def scaled_deviations_from_neighbours(angles: FloatArray, lifts: FloatArray, tur
     return np.asarray((lifts - predicted[group]) / spread[group])
 
 
-def noise_standard_deviation(x: Sequence[float], s: Sequence[float]) -> float:
+def noise_standard_deviation(positions: Sequence[float], measured_values: Sequence[float]) -> float:
     """Standard deviation of the errors of s, from the median deviation of the inner points."""
-    deviations = scaled_deviations_from_neighbours(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
+    deviations = scaled_deviations_from_neighbours(
+        np.array(positions, dtype=float), np.array(measured_values, dtype=float), 2.0
+    )
     inner = deviations[NEIGHBOURS:-NEIGHBOURS]  # points near the ends lack neighbours on one side
     return float(np.median(np.abs(inner))) / NORMAL_MEDIAN
 
 
-def derivative_noise_share(x: Sequence[float], s: Sequence[float], derivative_order: int) -> float:
+def derivative_noise_share(
+    positions: Sequence[float], measured_values: Sequence[float], derivative_order: int
+) -> float:
     """Share of noise in the root mean square of a derivative by divided differences, 0 to about 1.
 
     Errors σ change a difference Σ wⱼ·sⱼ by σ·√(Σ wⱼ²). For steps of h this is √6·σ/h² for the second derivative and
     √20·σ/h³ for the third.
     """
-    places, heights = (sliding_window_view(np.array(v, dtype=float), derivative_order + 1) for v in (x, s))
+    places, heights = (
+        sliding_window_view(np.array(v, dtype=float), derivative_order + 1) for v in (positions, measured_values)
+    )
     distances = places[:, :, None] - places[:, None, :] + np.eye(derivative_order + 1)
     weights = factorial(derivative_order) / distances.prod(axis=2)
     largest = float(np.sqrt(np.mean((weights * heights).sum(axis=1) ** 2)))
-    expected = noise_standard_deviation(x, s) * float(np.sqrt(np.mean((weights**2).sum(axis=1))))
+    expected = noise_standard_deviation(positions, measured_values) * float(
+        np.sqrt(np.mean((weights**2).sum(axis=1)))
+    )
     return expected / largest if largest else 0.0

@@ -39,14 +39,14 @@ def register_number_operations(
     def unary_operator(rules: Any) -> Any:
         return lambda number: apply(rules[OWN,], (number,))
 
-    def binary_operator(rules: Any, alone: tuple[bool, bool]) -> Any:
-        first = alone[0]
+    def binary_operator(rules: Any, operands_with_other: tuple[bool, bool]) -> Any:
+        first = operands_with_other[0]
 
         def apply_binary_rule(number: Any, other: Any) -> Any:
             if isinstance(other, owner):
                 rule = rules.get(OWN_PAIR)
             else:
-                rule = rules.get(alone) if isinstance(other, plain_operands) else None
+                rule = rules.get(operands_with_other) if isinstance(other, plain_operands) else None
             if rule is None:
                 return NotImplemented
             return apply(rule, (number, other) if first else (other, number))
@@ -55,7 +55,7 @@ def register_number_operations(
 
     owner.__array_ufunc__ = apply_ufunc_rule
     for operation, rules in rules_by_operation.items():
-        _register_in_kernels(operation, rules, owner, plain_operands)
+        _register_operation_in_kernels(operation, rules, owner, plain_operands)
         if operation is operator.neg:
             owner.__neg__ = unary_operator(rules)
         elif operation in OPERATORS:
@@ -63,7 +63,9 @@ def register_number_operations(
             setattr(owner, f"__r{operation.__name__}__", binary_operator(rules, (OTHER, OWN)))
 
 
-def _register_in_kernels(operation: Any, rules: Any, owner: type, plain_operands: tuple[type, ...]) -> None:
+def _register_operation_in_kernels(
+    operation: Any, rules: Any, owner: type, plain_operands: tuple[type, ...]
+) -> None:
     """Let kernels apply an operation to a number type."""
 
     def rule_for_operand_types(*kinds: type) -> Any:

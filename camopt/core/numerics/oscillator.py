@@ -128,12 +128,12 @@ def is_resonant(frequency_ratio: Any, damping: Any) -> Any:
 
 
 def periodic_response(
-    motion: FloatArray, half_width: FloatArray, corners: FloatArray, frequency_ratio: Any, damping: Any
+    motion: FloatArray, half_width: FloatArray, slope_jumps: FloatArray, frequency_ratio: Any, damping: Any
 ) -> Wave:
     """Periodic z over one turn for each r and ζ, which are arrays (rows, 1) or numbers.
 
-    ``motion`` (powers, panels) is y in u. ``half_width`` (panels,) adds up to half a turn. ``corners`` (panels,) is
-    the jump of y′ at the start of each panel. r > 0 must not be resonant (``is_resonant``).
+    ``motion`` (powers, panels) is y in u. ``half_width`` (panels,) adds up to half a turn. ``slope_jumps``
+    (panels,) is the jump of y′ at the start of each panel. r > 0 must not be resonant (``is_resonant``).
     """
     frequency_ratio, damping = (
         np.reshape(number, (-1, 1)) for number in np.broadcast_arrays(frequency_ratio, damping)
@@ -141,7 +141,7 @@ def periodic_response(
     h = np.broadcast_to(half_width, (len(frequency_ratio), half_width.size))
     phase, soft, moved = frequency_ratio * h, frequency_ratio < 1.0, motion[:, None]
     with np.errstate(over="ignore"):  # in soft rows, which are replaced below
-        shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, corners / frequency_ratio)
+        shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, slope_jumps / frequency_ratio)
     shift = np.where(soft, 2.0 * damping * moved, shift)
     drive, kicks = np.where(soft, phase * moved, drive), np.where(soft, 0.0, kicks)
     solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
@@ -156,11 +156,11 @@ def periodic_response(
 
 
 def response_from_rest(
-    motion: FloatArray, half_width: FloatArray, corners: FloatArray, frequency_ratio: FloatArray, damping: Any
+    motion: FloatArray, half_width: FloatArray, slope_jumps: FloatArray, frequency_ratio: FloatArray, damping: Any
 ) -> Wave:
     """z from rest, for each r in ``ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
     phase, damping = frequency_ratio * half_width, np.full_like(frequency_ratio, damping)
-    shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, corners / frequency_ratio)
+    shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, slope_jumps / frequency_ratio)
     solution = _polynomial_solution_by_panel(shift, drive, phase, damping)
     start = (np.zeros(len(frequency_ratio)), np.zeros(len(frequency_ratio)))
     return _assemble_wave(solution, half_width, phase, kicks, damping, start)

@@ -13,7 +13,13 @@ import numpy as np
 from camopt.core.kernels.compile import PLAIN_RUN
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.climbing import PanelPartEnds, PeakQuery, allowed_gain
-from camopt.core.numerics.curve_kernels import JET_WORK, Evaluator, PartBounds, bound_parts, evaluate_points
+from camopt.core.numerics.curve_kernels import (
+    JET_WORK,
+    Evaluator,
+    PartBounds,
+    bound_curves_over_parts,
+    evaluate_points,
+)
 from camopt.core.numerics.halving import (
     CLIMBS,
     POINT_WIDTH,
@@ -41,14 +47,16 @@ class CachingEvaluator(Evaluator):
         self.bounds: dict[tuple[int, int, float, float], PartBounds] = {}
         self.points: dict[tuple[int, int, float], tuple[float, float]] = {}
 
-    def begin_halving(self, panel: int, parts: FloatArray, query: PeakQuery, found: tuple[int, Any, Any]) -> None:
+    def begin_halving(
+        self, panel: int, parts: FloatArray, query: PeakQuery, first_best_and_errors: tuple[int, Any, Any]
+    ) -> None:
         """Wait for some parts of a panel, and evaluate the whole panel, which often settles them.
 
-        ``found`` has the first design, and the best values and rounding errors of the panel from that design on.
+        ``first_best_and_errors`` has the first design, and the panel's best values and rounding errors from it on.
         """
         if len(self.bounds) > MOST_KEPT_PARTS:
             self.bounds, self.points = {}, {}
-        self.waiting, self.query, self.found = parts[:, ::-1], query, found
+        self.waiting, self.query, self.found = parts[:, ::-1], query, first_best_and_errors
         designs = [i for i in np.unique(parts[0].astype(int)) if (panel, i, *WHOLE_PANEL) not in self.bounds]
         if designs:
             PLAIN_RUN.add_formula_work_within_limit(JET_WORK * len(designs))
@@ -56,25 +64,27 @@ class CachingEvaluator(Evaluator):
             whole = super().part(self.source, panel, *WHOLE_PANEL, together)
             self._store_bounds(panel, together, *WHOLE_PANEL, whole)
 
-    def part(self, source: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
-        """Bounds over a part of the panel, as ``curve_kernels.bound_part``."""
-        place = (panel, design, middle, reach)
+    def part(self, curve_address: Any, panel: int, middle: float, half_length: float, design: int) -> PartBounds:
+        """Bounds over a part of the panel, as ``curve_kernels.bound_curve_over_part``."""
+        place = (panel, design, middle, half_length)
         while place not in self.bounds:
             i, low, high = self.waiting[:3]
             here = np.flatnonzero((i == design) & (low < middle) & (middle < high))
-            if reach == POINT_WIDTH or not here.size:  # such a part is not halved, or nothing told that it would be
+            if (
+                half_length == POINT_WIDTH or not here.size
+            ):  # such a part is not halved, or nothing told that it would be
                 PLAIN_RUN.add_formula_work_within_limit(JET_WORK)
-                return super().part(source, panel, middle, reach, design)  # type: ignore[no-any-return]
+                return super().part(curve_address, panel, middle, half_length, design)  # type: ignore[no-any-return]
             # the search has passed those after it
             self.waiting, parts = np.split(self.waiting[:, : here[-1] + 1], [-WAITING_PARTS], axis=1)
             self._evaluate_parts_and_halves(panel, parts)
         return self.bounds[place]
 
-    def point(self, source: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
+    def point(self, curve_address: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
         """Oriented value and slope, as ``curve_kernels.evaluate_point``."""
         if (panel, design, u) not in self.points:
             PLAIN_RUN.add_formula_work_within_limit(1)
-            return super().point(source, panel, u, sign, design)  # type: ignore[no-any-return]
+            return super().point(curve_address, panel, u, sign, design)  # type: ignore[no-any-return]
         value, slope = self.points[panel, design, u]
         return sign * value, sign * slope
 
@@ -106,7 +116,7 @@ class CachingEvaluator(Evaluator):
             PLAIN_RUN.add_formula_work_within_limit(JET_WORK * designs.size)
             reaches = np.concatenate((reaches, np.full(designs.size, POINT_WIDTH)))
             designs, middles = np.tile(designs, 2), np.tile(middles, 2)
-        jets = bound_parts(self.source, panel, middles, reaches, designs)
+        jets = bound_curves_over_parts(self.source, panel, middles, reaches, designs)
         bounds, count = self._store_bounds(panel, designs, middles, reaches, jets), parts.shape[1]
         point_errors = PartBounds(*bounds).error[-count:]  # type: ignore[index]
         return self.query.sign * values, np.vstack((bounds[:, :count], point_errors))
@@ -126,17 +136,19 @@ class CachingEvaluator(Evaluator):
         blurred = has_excess_rounding_error(error, bound, best, self.query) & (error > 2.0 * bounds[-1])
         return blurred | ((verdict == UNSETTLED) & (bound > enough))
 
-    def _store_bounds(self, panel: int, designs: Any, middles: Any, reaches: Any, bounds: PartBounds) -> FloatArray:
+    def _store_bounds(
+        self, panel: int, designs: Any, middles: Any, half_lengths: Any, bounds: PartBounds
+    ) -> FloatArray:
         """Keep bounds of parts, and return them. Those of a whole panel, which other formulas give, stay."""
-        columns = np.atleast_1d(*np.broadcast_arrays(designs, middles, reaches, *bounds))
+        columns = np.atleast_1d(*np.broadcast_arrays(designs, middles, half_lengths, *bounds))
         for design, middle, reach, *numbers in zip(*columns, strict=True):
             self.bounds.setdefault((panel, design, middle, reach), PartBounds(*numbers))
         return np.array(columns[3:])
 
 
-def halves_of_parts(parts: FloatArray, values: FloatArray) -> FloatArray:
+def halves_of_parts(parts: FloatArray, middle_values: FloatArray) -> FloatArray:
     """Both halves of each part, by values and slopes at their middles."""
     design, low, high, left, right = parts[0], parts[1], parts[2], parts[3:5], parts[5:]
     middle = 0.5 * (low + high)
-    halves = ((design, low, middle, *left, *values), (design, middle, high, *values, *right))
+    halves = ((design, low, middle, *left, *middle_values), (design, middle, high, *middle_values, *right))
     return np.array(halves).transpose(1, 2, 0).reshape(7, -1)

@@ -14,7 +14,7 @@ TABLE_DEGREE = 12  # high enough that truncating trigonometric laws errs less th
 
 
 @inline_in_kernels_by_overload
-def derivatives(table, panel, u):
+def value_and_three_derivatives(table, panel, u):
     """(y, y', y'', y''') by the cam angle at u of a panel, by Horner's scheme."""
     y = table.coefficients[panel, TABLE_DEGREE]
     d1 = d2 = d3 = 0.0
@@ -56,19 +56,19 @@ def fourth_derivative_jet_over_row(table, row):
 
 
 @inline_in_kernels_by_overload
-def fourth_derivative_jet_over_part(table, panel, u, r):
+def fourth_derivative_jet_over_part(table, panel, u, half_length):
     """Jet of y'''' over the part [u − r, u + r] of a panel."""
     most, y4 = table.most[panel], fourth_derivative(table, panel, u)
-    room = r * table.half_width[panel] * most[5]
+    room = half_length * table.half_width[panel] * most[5]
     return Jet(y4 - room, y4 + room, table.error[panel][4], most[5], most[6], np.inf)
 
 
 @inline_in_kernels_by_overload
-def displacement_jets_over_part(table, panel, u, r):
+def displacement_jets_over_part(table, panel, u, half_length):
     """Jets of y and three derivatives over the part [u − r, u + r] of a panel, by the mean value theorem."""
-    y, y1, y2, y3 = derivatives(table, panel, u)
+    y, y1, y2, y3 = value_and_three_derivatives(table, panel, u)
     most, error, h = table.most[panel], table.error[panel], table.half_width[panel]
-    w = r * h
+    w = half_length * h
     d3 = smaller(abs(y3) + w * most[4], most[3])
     d2 = smaller(abs(y2) + w * d3, most[2])
     d1 = smaller(abs(y1) + w * d2, most[1])

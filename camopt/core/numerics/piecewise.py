@@ -29,12 +29,12 @@ from camopt.core.numerics.load_tables import (
     select_load_rows,
 )
 from camopt.core.numerics.panels import (
-    derivatives,
     displacement_jets_over_part,
     displacement_jets_over_row,
     fourth_derivative,
     fourth_derivative_jet_over_part,
     fourth_derivative_jet_over_row,
+    value_and_three_derivatives,
 )
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import State
@@ -101,7 +101,7 @@ def table_rows_as_columns(table: MotionTable, rows: IndexArray) -> MotionTable:
 @inline_in_kernels
 def state_on_panel(table, panel, u):
     """State of the follower at u of a panel."""
-    y, y1, y2, y3 = derivatives(table, panel, u)
+    y, y1, y2, y3 = value_and_three_derivatives(table, panel, u)
     load = load_on_panel(table.load, panel, u * table.half_width[panel])
     return State(y, y1, y2, y3, load, fourth_derivative(table, panel, u))
 
@@ -121,12 +121,12 @@ def state_jets_over_row(table, row):
 
 
 @inline_in_kernels
-def state_jets_over_part(table, panel, u, r):
+def state_jets_over_part(table, panel, u, half_length):
     """State over the part [u − r, u + r] of a panel, in jets, by the mean value theorem."""
-    y, y1, y2, y3 = displacement_jets_over_part(table, panel, u, r)
+    y, y1, y2, y3 = displacement_jets_over_part(table, panel, u, half_length)
     h = table.half_width[panel]
-    load = load_over_part(table.load, panel, (u * h, r * h))
-    return State(y, y1, y2, y3, load, fourth_derivative_jet_over_part(table, panel, u, r))
+    load = load_over_part(table.load, panel, (u * h, half_length * h))
+    return State(y, y1, y2, y3, load, fourth_derivative_jet_over_part(table, panel, u, half_length))
 
 
 def node_displacements_and_derivatives(table: Any, first_panel: IntArray) -> FloatArray:
@@ -136,7 +136,7 @@ def node_displacements_and_derivatives(table: Any, first_panel: IntArray) -> Flo
     nodes = np.empty((len(panels) + len(first_panel) - 1, 5))
     for side in (1, 0):
         u = 2.0 * side - 1.0
-        rows = (*derivatives(table, panels, u), fourth_derivative(table, panels, u))
+        rows = (*value_and_three_derivatives(table, panels, u), fourth_derivative(table, panels, u))
         nodes[panels + pieces + side] = np.stack(rows, axis=1)
     return nodes
 
@@ -249,7 +249,7 @@ def derivative_ranges_and_errors(
     )
 
 
-def load_polynomials_by_panel(table: MotionTable) -> FloatArray:
+def external_load_polynomials_by_panel(table: MotionTable) -> FloatArray:
     """External load on the panels in powers of u (powers, P); 0 if it is constant over the turn."""
     load = table.load
     if load is None:

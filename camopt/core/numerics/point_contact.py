@@ -43,12 +43,12 @@ def carlson_integrals(ellipticity: Any) -> tuple[Any, Any]:
     return square * elliprd(0.0, 1.0, square) / 3.0, elliprd(0.0, square, 1.0) / 3.0
 
 
-def contact_half_axis_ratio(t: Any) -> FloatArray:
+def contact_half_axis_ratio(radius_ratio: Any) -> FloatArray:
     """Ratio μ = b/a of a contact's half-axes.
 
     −d ln t/d ln μ lies between 3/2 (a circle) and 2 (a line), so steps with the slope 7/4 converge from anywhere.
     """
-    target = np.log(t)
+    target = np.log(radius_ratio)
     guess = -target / 1.75
     for _ in range(ITERATIONS):
         b, d = carlson_integrals(np.exp(guess))

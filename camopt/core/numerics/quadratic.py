@@ -15,7 +15,7 @@ INFEASIBLE_RESIDUAL = 1e-8  # residual below which no x holds all limits
 
 
 def constrained_least_squares(
-    factor: FloatArray, offset: FloatArray, rows: FloatArray, lower_limits: FloatArray, size_of_numbers: float = 0.0
+    factor: FloatArray, offset: FloatArray, rows: FloatArray, lower_limits: FloatArray, rounding_scale: float = 0.0
 ) -> FloatArray | None:
     """The x with the smallest |R·x + d| and rows·x ≥ least, for R of full rank; None if no x holds the limits.
 
@@ -24,12 +24,12 @@ def constrained_least_squares(
     if not factor.shape[1]:
         return (
             np.empty(0)
-            if np.all(lower_limits <= _allowed_violation(rows, lower_limits, np.empty(0), size_of_numbers))
+            if np.all(lower_limits <= _allowed_violation(rows, lower_limits, np.empty(0), rounding_scale))
             else None
         )
     turned, root = np.linalg.qr(factor)  # with z = U·(x − bottom) the norm is |z|, up to a constant
     bottom = np.asarray(np.linalg.solve(root, -(turned.T @ offset)), dtype=float)
-    if _holds_limits(rows, lower_limits, bottom, size_of_numbers):
+    if _holds_limits(rows, lower_limits, bottom, rounding_scale):
         return bottom
     from scipy.optimize import nnls
 
@@ -37,7 +37,7 @@ def constrained_least_squares(
     missing = lower_limits - rows @ bottom
     lengths = np.linalg.norm(by_z, axis=1)
     changeable = lengths > LEAST_ROW * lengths.max()
-    if np.any(missing[~changeable] > _allowed_violation(rows, lower_limits, bottom, size_of_numbers)[~changeable]):
+    if np.any(missing[~changeable] > _allowed_violation(rows, lower_limits, bottom, rounding_scale)[~changeable]):
         return None
     by_z, missing = by_z[changeable] / lengths[changeable, None], missing[changeable] / lengths[changeable]
     unit = float(missing.max())
@@ -50,11 +50,11 @@ def constrained_least_squares(
     active = forces > 0.0
     z = np.linalg.lstsq(by_z[active], missing[active], rcond=None)[0]  # the nearest point of the active planes
     x = np.asarray(bottom + np.linalg.solve(root, z), dtype=float)
-    return x if _holds_limits(rows, lower_limits, x, size_of_numbers) else None
+    return x if _holds_limits(rows, lower_limits, x, rounding_scale) else None
 
 
 def shortest_solution_and_null_space(
-    rows: FloatArray, values: FloatArray, size_of_numbers: float = 0.0
+    rows: FloatArray, values: FloatArray, rounding_scale: float = 0.0
 ) -> tuple[FloatArray, FloatArray] | None:
     """The shortest x with rows·x = values, and the directions of all other solutions; None if there is none.
 
@@ -69,7 +69,7 @@ def shortest_solution_and_null_space(
     rank = int((sizes > RANK_TOLERANCE * sizes[0]).sum())
     shortest = right[:rank].T @ ((left.T[:rank] @ (values / lengths)) / sizes[:rank])
     residual = np.abs(rows @ shortest - values)
-    if np.any(residual > _allowed_violation(rows, values, shortest, size_of_numbers)):
+    if np.any(residual > _allowed_violation(rows, values, shortest, rounding_scale)):
         return None
     return shortest, right[rank:].T
 
@@ -94,13 +94,13 @@ def least_relative_violation(
     return float(solution.fun) if solution.status == 0 else 0.0
 
 
-def _holds_limits(rows: FloatArray, lower_limits: FloatArray, x: FloatArray, size_of_numbers: float) -> bool:
-    return bool(np.all(lower_limits - rows @ x <= _allowed_violation(rows, lower_limits, x, size_of_numbers)))
+def _holds_limits(rows: FloatArray, lower_limits: FloatArray, x: FloatArray, rounding_scale: float) -> bool:
+    return bool(np.all(lower_limits - rows @ x <= _allowed_violation(rows, lower_limits, x, rounding_scale)))
 
 
 def _allowed_violation(
-    rows: FloatArray, lower_limits: FloatArray, x: FloatArray, size_of_numbers: float
+    rows: FloatArray, lower_limits: FloatArray, x: FloatArray, rounding_scale: float
 ) -> FloatArray:
     """Allowed violation of each limit."""
     values = np.abs(rows) @ np.abs(x) + np.abs(lower_limits)
-    return np.asarray(LIMIT_TOLERANCE * (values + LEAST_LIMIT * values.max(initial=size_of_numbers)))
+    return np.asarray(LIMIT_TOLERANCE * (values + LEAST_LIMIT * values.max(initial=rounding_scale)))

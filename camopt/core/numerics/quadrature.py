@@ -46,10 +46,10 @@ def gauss_rule(order: int) -> GaussRule:
     return GaussRule(nodes, weights, derivative)
 
 
-def _legendre_root_and_weight(order: int, number: int) -> tuple[float, float]:
+def _legendre_root_and_weight(order: int, root_number: int) -> tuple[float, float]:
     """A root of Legendre's polynomial, the largest first, and its weight, by Newton's method with many digits."""
     with localcontext(prec=ROOT_DIGITS):
-        x = Decimal(cos(pi * (number + 0.75) / (order + 0.5)))
+        x = Decimal(cos(pi * (root_number + 0.75) / (order + 0.5)))
         for _ in range(NEWTON_STEPS):
             before, here = Decimal(1), x
             for k in range(1, order):
@@ -89,24 +89,24 @@ class Integrals(NamedTuple):
     error: FloatArray
 
 
-def integrate_by_orders(
-    integrals: Callable[[GaussRule, Any], FloatArray],
-    scale: Callable[[FloatArray], FloatArray],
-    n: int,
+def integrate_with_rising_order(
+    integrals_by_rule: Callable[[GaussRule, Any], FloatArray],
+    error_scale: Callable[[FloatArray], FloatArray],
+    integral_count: int,
     relative_error: float,
 ) -> Integrals:
     """Integrals (kinds, n), each by the lowest order that differs little enough from the order before.
 
-    ``coefficient_integrals`` computes them for a rule and an index; errors are relative to ``scale``.
+    ``coefficient_integrals`` computes them for a rule and an index; errors are relative to ``error_scale``.
     """
-    value = integrals(gauss_rule(GAUSS_ORDERS[0]), slice(None))
-    error, open_ = np.full_like(value, np.inf), np.arange(n)
+    value = integrals_by_rule(gauss_rule(GAUSS_ORDERS[0]), slice(None))
+    error, open_ = np.full_like(value, np.inf), np.arange(integral_count)
     for order in GAUSS_ORDERS[1:]:
-        closer = integrals(gauss_rule(order), open_)
+        closer = integrals_by_rule(gauss_rule(order), open_)
         difference = np.abs(closer - value[:, open_])
         value[:, open_] = closer
-        error[:, open_] = difference + SUM_ERROR * scale(closer)
-        open_ = open_[np.any(difference > relative_error * scale(closer), axis=0)]
+        error[:, open_] = difference + SUM_ERROR * error_scale(closer)
+        open_ = open_[np.any(difference > relative_error * error_scale(closer), axis=0)]
         if not open_.size:
             break
     return Integrals(value, error)

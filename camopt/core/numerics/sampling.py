@@ -36,8 +36,8 @@ def write_sampled_extremes(
 
 
 @compiled
-def _write_sampled_extremes(f, design_count, table, questions, polish, largest_samples, work):
-    values, best, node = work
+def _write_sampled_extremes(f, design_count, table, questions, polish, largest_samples, buffers):
+    values, best, node = buffers
     for first in range(0, design_count, TILE):
         count = min(TILE, design_count - first)
         fill_node_values(f, table, first, count, values)

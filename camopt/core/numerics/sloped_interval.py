@@ -62,7 +62,7 @@ class SlopedInterval(np.lib.mixins.NDArrayOperatorsMixin):
                 return Quotient(_select_sloped(touching, a, whole), _select_sloped(touching, b, one))
         enter = as_interval if ufunc is np.power else _as_rounded_interval  # an exponent is exact
         entered = [x if isinstance(x, SlopedInterval) else enter(x) for x in inputs]
-        ranges, points = ([of(x) for x in entered] for of in (range_of, value_at_point))
+        ranges, points = ([of(x) for x in entered] for of in (range_of, value_at_box_point))
         with np.errstate(**UNBOUNDED_ERRSTATE):
             value, at = (INTERVAL_RULES[ufunc](*each) for each in (ranges, points))
             return apply_chain_rule(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
@@ -91,7 +91,7 @@ class LinkageInterval(SlopedInterval):
     keeps_quotients: ClassVar[bool] = False
 
     @classmethod
-    def from_interval(cls, number: SlopedInterval, radicands: list[SlopedInterval]) -> "LinkageInterval":
+    def from_sloped_interval(cls, number: SlopedInterval, radicands: list[SlopedInterval]) -> "LinkageInterval":
         """A number of a linkage over boxes; all its numbers share the list of radicands."""
         return cls(number.value, number.at, number.slopes, number.span, radicands)
 
@@ -115,7 +115,7 @@ def range_of(x: Any) -> Interval:
     return x.value if isinstance(x, SlopedInterval) else _as_rounded_interval(x)
 
 
-def value_at_point(x: Any) -> Interval:
+def value_at_box_point(x: Any) -> Interval:
     """Value at the point of a number, an array, an Interval or a SlopedInterval."""
     return x.at if isinstance(x, SlopedInterval) else _as_rounded_interval(x)
 
@@ -125,12 +125,16 @@ def _as_rounded_interval(x: Any) -> Interval:
     return x if isinstance(x, Interval) else widen(as_interval(x))
 
 
-def apply_chain_rule(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) -> SlopedInterval:
+def apply_chain_rule(
+    value: Interval, at: Interval, operands_and_partials: Sequence[tuple[Any, Any]]
+) -> SlopedInterval:
     """A function of some operands, from its range, its value at the point, and pairs (operand, partial derivative).
 
     The inputs may have the relative error ``INPUT_ROUNDOFF``, as after one operation.
     """
-    sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, SlopedInterval)]
+    sloped = [
+        (operand, partial) for operand, partial in operands_and_partials if isinstance(operand, SlopedInterval)
+    ]
     like = sloped[0][0]
     shape = like.span.low.shape[1:]
     with np.errstate(**UNBOUNDED_ERRSTATE):
@@ -276,9 +280,9 @@ def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
     return np.power(over, size), np.power(under, size)
 
 
-def _select_sloped(chosen: Any, a: SlopedInterval, b: SlopedInterval) -> SlopedInterval:
+def _select_sloped(condition: Any, a: SlopedInterval, b: SlopedInterval) -> SlopedInterval:
     def choose_ends(x: Interval, y: Interval) -> Interval:
-        return Interval(np.where(chosen, x.low, y.low), np.where(chosen, x.high, y.high))
+        return Interval(np.where(condition, x.low, y.low), np.where(condition, x.high, y.high))
 
     return SlopedInterval(
         choose_ends(a.value, b.value), choose_ends(a.at, b.at), choose_ends(a.slopes, b.slopes), a.span

@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.interval import Interval, as_interval, widen
-from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rule, range_of, value_at_point
+from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rule, range_of, value_at_box_point
 
 
 def angle_minus_sine(t: FloatArray) -> FloatArray:
@@ -31,7 +31,7 @@ def compensated_sum(*terms: Any) -> Any:
     The rounding error of each addition is computed exactly and added at the end. Ranges are added by their ends.
     """
     if any(isinstance(term, SlopedInterval) for term in terms):
-        value, at = (compensated_sum(*map(part, terms)) for part in (range_of, value_at_point))
+        value, at = (compensated_sum(*map(part, terms)) for part in (range_of, value_at_box_point))
         return apply_chain_rule(value, at, [(term, 1.0) for term in terms])
     if any(isinstance(term, Interval) for term in terms):
         ends = [as_interval(term) for term in terms]
@@ -56,15 +56,21 @@ def matrix_product(a: Any, b: Any) -> FloatArray:
     return total
 
 
-def triangle_angle(one: Any, other: Any, *opposite: Any) -> Any:
+def triangle_angle(first_side: Any, second_side: Any, *opposite_terms: Any) -> Any:
     """Angle between two sides of a triangle [rad], from the third side as a sum of terms.
 
     The half-angle form keeps all digits of a flat triangle, where the law of cosines loses them (W. Kahan,
     Miscalculating Area and Angles of a Needle-like Triangle). If there is no such triangle, the angle is 0 or π.
     """
-    near = np.maximum(compensated_sum(*opposite, -one, other) * compensated_sum(*opposite, one, -other), 0.0)
+    near = np.maximum(
+        compensated_sum(*opposite_terms, -first_side, second_side)
+        * compensated_sum(*opposite_terms, first_side, -second_side),
+        0.0,
+    )
     far = np.maximum(
-        compensated_sum(one, other, *(-term for term in opposite)) * compensated_sum(one, other, *opposite), 0.0
+        compensated_sum(first_side, second_side, *(-term for term in opposite_terms))
+        * compensated_sum(first_side, second_side, *opposite_terms),
+        0.0,
     )
     return 2.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
 
@@ -76,25 +82,25 @@ def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
     return total, (a - (total - part)) + (b - part)
 
 
-def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
+def difference_of_squares_root(a: Any, b: Any, added_to_a: Any = 0.0) -> Any:
     """√((a + more)² − b²) as the root of its factors, for a + more ≥ 0; 0 where |b| is larger.
 
     It rises with a and falls with |b|, so its ends are exact for intervals. The product of its factors would be
     wider, because both contain b.
     """
-    terms = (a, b, more)
+    terms = (a, b, added_to_a)
     if any(isinstance(term, SlopedInterval) for term in terms):
         value = difference_of_squares_root(*map(range_of, terms))
-        at = difference_of_squares_root(*map(value_at_point, terms))
-        longest, across = range_of(a + more), range_of(b)
+        at = difference_of_squares_root(*map(value_at_box_point, terms))
+        longest, across = range_of(a + added_to_a), range_of(b)
         return apply_chain_rule(
             value, at, list(zip(terms, (longest / value, -across / value, longest / value), strict=True))
         )
     if isinstance(a, Interval) or isinstance(b, Interval):
-        a, b, more = as_interval(a), as_interval(b), as_interval(more)
-        low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
-        return widen(Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high)))
-    whole, lost = exact_sum(a, more)  # each factor is a compensated sum
+        a, b, added_to_a = as_interval(a), as_interval(b), as_interval(added_to_a)
+        low = difference_of_squares_root(a.low, b.largest_magnitude, added_to_a.low)
+        return widen(Interval(low, difference_of_squares_root(a.high, b.least_magnitude, added_to_a.high)))
+    whole, lost = exact_sum(a, added_to_a)  # each factor is a compensated sum
     factors = (exact_sum(whole, term) for term in (-b, b))
     less, longer = (total + (lost + error) for total, error in factors)
     return np.sqrt(np.maximum(less * longer, 0.0))

@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.panels import derivatives, fourth_derivative
+from camopt.core.numerics.panels import fourth_derivative, value_and_three_derivatives
 from camopt.core.numerics.piecewise import MotionTable
 
 MOTION_ORDERS = 5
@@ -26,9 +26,11 @@ class PartRanges(NamedTuple):
     whole: list[Interval]
 
 
-def part_ranges(table: MotionTable, panel: IntArray, u: FloatArray, half_width_rad: FloatArray) -> PartRanges:
+def motion_ranges_over_parts(
+    table: MotionTable, panel: IntArray, u: FloatArray, half_width_rad: FloatArray
+) -> PartRanges:
     """Ranges over parts of panels with middle u and ``half_width_rad``, by the mean value theorem."""
-    motion = (*derivatives(table, panel, u), fourth_derivative(table, panel, u))
+    motion = (*value_and_three_derivatives(table, panel, u), fourth_derivative(table, panel, u))
     most, error, way = table.most[panel], table.error[panel], Interval(-half_width_rad, half_width_rad)
     middle, whole, slope = list[Interval](), list[Interval](), Interval(-most[:, 5], most[:, 5])
     for order in reversed(range(MOTION_ORDERS)):
@@ -56,23 +58,30 @@ class StretchRanges(NamedTuple):
         return [StretchRanges([interval[part] for interval in self.ranges], self.pieces[part]) for part in parts]
 
 
-def stretch_ranges(table: MotionTable, panel: IntArray, low: FloatArray, high: FloatArray) -> StretchRanges:
+def motion_ranges_over_stretches(
+    table: MotionTable, panel: IntArray, low: FloatArray, high: FloatArray
+) -> StretchRanges:
     """Ranges of a motion over stretches from ``low`` to ``high`` [rad from the centres of panels]."""
     half, count = table.half_width, table.half_width.size
     ends = np.full((2, MOTION_ORDERS, panel.size), np.inf) * np.array([1.0, -1.0])[:, None, None]
     pieces, first = np.zeros(panel.size, dtype=bool), np.isin(np.arange(count), table.first_panel)
     unknown = ~(low <= high)
 
-    def include_part(which: BoolArray, on: IntArray, start: FloatArray, end: FloatArray) -> None:
-        if which.any():
-            h = half[on[which]]
-            sides = np.clip(start[which], -h, h), np.clip(end[which], -h, h)
-            ranges = part_ranges(
-                table, on[which], (sides[0] + sides[1]) / (2.0 * h), (sides[1] - sides[0]) * (0.5 + INPUT_ROUNDOFF)
+    def include_part(
+        stretch_mask: BoolArray, panel_of_stretch: IntArray, start: FloatArray, end: FloatArray
+    ) -> None:
+        if stretch_mask.any():
+            h = half[panel_of_stretch[stretch_mask]]
+            sides = np.clip(start[stretch_mask], -h, h), np.clip(end[stretch_mask], -h, h)
+            ranges = motion_ranges_over_parts(
+                table,
+                panel_of_stretch[stretch_mask],
+                (sides[0] + sides[1]) / (2.0 * h),
+                (sides[1] - sides[0]) * (0.5 + INPUT_ROUNDOFF),
             ).whole
             for order, interval in enumerate(ranges):
-                ends[0, order, which] = np.minimum(ends[0, order, which], interval.low)
-                ends[1, order, which] = np.maximum(ends[1, order, which], interval.high)
+                ends[0, order, stretch_mask] = np.minimum(ends[0, order, stretch_mask], interval.low)
+                ends[1, order, stretch_mask] = np.maximum(ends[1, order, stretch_mask], interval.high)
 
     include_part((low <= half[panel]) & (high >= -half[panel]), panel, low, high)
     for way in (1, -1):

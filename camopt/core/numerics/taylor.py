@@ -34,9 +34,9 @@ class Taylor:
         """The series of the derivative, shorter by a term."""
         return Taylor([k * term for k, term in enumerate(self.terms) if k])
 
-    def integral(self, value: Any) -> "Taylor":
+    def integral(self, constant_term: Any) -> "Taylor":
         """The series with this derivative and the given value, longer by a term."""
-        return Taylor([value, *(term / (k + 1) for k, term in enumerate(self.terms))])
+        return Taylor([constant_term, *(term / (k + 1) for k, term in enumerate(self.terms))])
 
     def __neg__(self) -> "Taylor":
         return Taylor([-term for term in self.terms])

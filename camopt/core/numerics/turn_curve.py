@@ -124,9 +124,9 @@ class TurnCurve:
         """The curve plus a number."""
         return self + TurnCurve.constant(number)
 
-    def shifted(self, angle: float) -> "TurnCurve":
+    def shifted(self, start_rad: float) -> "TurnCurve":
         """The curve that starts at an angle [rad]: f(θ − angle)."""
-        start = angle % TURN
+        start = start_rad % TURN
         at = TURN - start  # of this curve, at the angle 0 of the shifted one
         if min(start, at) <= EQUAL_ENDS:
             return self._with_angle_rounding(self, min(start, at))
@@ -143,16 +143,18 @@ class TurnCurve:
         ends = np.concatenate([[0.0], *((self.ends[1:] + k * TURN) / turns for k in range(turns))])
         return self._with_angle_rounding(TurnCurve(ends, np.tile(self.series, turns), self.error))
 
-    def _with_angle_rounding(self, curve: "TurnCurve", room: float = 4.0 * UNIT_ROUNDOFF * TURN) -> "TurnCurve":
+    def _with_angle_rounding(
+        self, curve: "TurnCurve", angle_error_rad: float = 4.0 * UNIT_ROUNDOFF * TURN
+    ) -> "TurnCurve":
         """A curve with room for the rounding of its angles [rad]."""
         slope = np.abs(polynomial.polyder(curve.series)).sum(axis=0) / curve.half_width
-        return replace(curve, error=curve.error + float(room * slope.max()))
+        return replace(curve, error=curve.error + float(angle_error_rad * slope.max()))
 
-    def on_panels(self, ends: FloatArray) -> "TurnCurve":
+    def on_panels(self, panel_ends: FloatArray) -> "TurnCurve":
         """The same curve on smaller panels, none of which crosses an end of a panel of this curve."""
-        if np.array_equal(ends, self.ends):
+        if np.array_equal(panel_ends, self.ends):
             return self
-        low, high = ends[:-1], ends[1:]
+        low, high = panel_ends[:-1], panel_ends[1:]
         panel = self._panels_at(0.5 * (low + high))
         centre, half = self.centre[panel], self.half_width[panel]
         middle, scale = (0.5 * (low + high) - centre) / half, 0.5 * (high - low) / half
@@ -160,7 +162,7 @@ class TurnCurve:
         magnitude = float(np.abs(self.series).sum(axis=0).max())
         slope = np.abs(polynomial.polyder(self.series)).sum(axis=0) / self.half_width
         rounding = 4.0 * len(series) * UNIT_ROUNDOFF * magnitude + EQUAL_ENDS * float(slope.max())
-        return TurnCurve(ends, series, self.error + rounding)
+        return TurnCurve(panel_ends, series, self.error + rounding)
 
     def _panels_at(self, angles: FloatArray) -> IndexArray:
         return np.clip(np.searchsorted(self.ends, angles, side="right") - 1, 0, len(self.ends) - 2)
@@ -194,7 +196,7 @@ class TurnCurve:
         )
 
     @cached_property
-    def _ranges_of_runs(self) -> tuple[list[FloatArray], list[FloatArray]]:
+    def _ranges_of_panel_runs(self) -> tuple[list[FloatArray], list[FloatArray]]:
         """Least and largest values of runs of 1, 2, 4 … panels of two turns, by their first panel."""
         low, high, _ = self._panel_ranges
         lows, highs = [np.tile(low, 2)], [np.tile(high, 2)]
@@ -220,7 +222,7 @@ class TurnCurve:
         two = self._range_over_part(end_panel, np.where(first == last, low, -inf), after)
         least, most = np.minimum(one.low, two.low), np.maximum(one.high, two.high)
         between = last - first - 1
-        lows, highs = self._ranges_of_runs
+        lows, highs = self._ranges_of_panel_runs
         for level in range(len(lows)):
             here = between >= 2**level
             here &= between < 2 ** (level + 1) if level < len(lows) - 1 else here
@@ -294,7 +296,7 @@ class TurnCurve:
         return found._replace(value=-found.value)
 
 
-def larger_magnitude(largest: CurveExtreme, least: CurveExtreme) -> CurveExtreme:
+def extreme_of_larger_magnitude(largest: CurveExtreme, least: CurveExtreme) -> CurveExtreme:
     """The extreme of larger magnitude; the largest value if both are equal to rounding."""
     return least if -least.value > largest.value + EQUAL_SHARE * abs(largest.value) else largest
 

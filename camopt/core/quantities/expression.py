@@ -79,11 +79,11 @@ class ExpressionNode(NamedTuple):
     value: float | str = 0.0
     parts: "tuple[ExpressionNode, ...]" = ()
 
-    def evaluate(self, names: Mapping[str, Any], rules: ExpressionRules = DOUBLE_RULES) -> Any:
+    def evaluate(self, values_by_name: Mapping[str, Any], rules: ExpressionRules = DOUBLE_RULES) -> Any:
         """Value of the expression, from the values of its names."""
         if self.rule:
-            return rules[self.rule](*(part.evaluate(names, rules) for part in self.parts))
-        return names[self.value] if isinstance(self.value, str) else self.value
+            return rules[self.rule](*(part.evaluate(values_by_name, rules) for part in self.parts))
+        return values_by_name[self.value] if isinstance(self.value, str) else self.value
 
     @property
     def names(self) -> tuple[str, ...]:

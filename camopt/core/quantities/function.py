@@ -141,7 +141,7 @@ def installed_quantities() -> Mapping[str, EntryPoint]:
 
 
 @cache
-def load_installed(name: str) -> QuantityFunction:
+def load_installed_quantity(name: str) -> QuantityFunction:
     """Load the quantity of an entry point.
 
     Raises
@@ -214,7 +214,7 @@ class FunctionCall:
         if ":" in self.reference:
             raise self._bad_function_error("is not registered: give it to camopt.quantity in this process first")
         try:
-            return load_installed(self.reference).function
+            return load_installed_quantity(self.reference).function
         except ValueError as wrong:
             raise self._bad_function_error(str(wrong)) from None
 
@@ -235,7 +235,7 @@ class FunctionCall:
         function = self.function
         values = [getattr(function, "__defaults__", None), getattr(function, "__kwdefaults__", None)]
         values += [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
-        facts = _code_facts(function.__code__) if hasattr(function, "__code__") else function
+        facts = _code_content_for_digest(function.__code__) if hasattr(function, "__code__") else function
         try:
             data = pickle.dumps((facts, values))
         except Exception:  # values that cannot be pickled belong to this process alone
@@ -251,13 +251,13 @@ class FunctionCall:
         return BadInput([Mistake("scene", f"quantities.{self.name}.function", self.reference, why, bare=True)])
 
 
-def restore_call(functions: Mapping[str, ArrayFunction], *facts: Any) -> FunctionCall:
+def restore_call(functions: Mapping[str, ArrayFunction], *call_fields: Any) -> FunctionCall:
     """Restore a call from another process and register its function here."""
     _REGISTERED_FUNCTIONS.update(functions)
-    return FunctionCall(*facts)
+    return FunctionCall(*call_fields)
 
 
-def _code_facts(code: CodeType) -> Any:
+def _code_content_for_digest(code: CodeType) -> Any:
     """Instructions, names and constants of a function, without file and lines."""
-    inner = [_code_facts(value) if isinstance(value, CodeType) else value for value in code.co_consts]
+    inner = [_code_content_for_digest(value) if isinstance(value, CodeType) else value for value in code.co_consts]
     return code.co_code, code.co_names, code.co_varnames, inner

@@ -52,17 +52,17 @@ class Key:
         """Both units as text for readers."""
         return f"{self.unit}, oscillating {self.turning}" if self.turning else self.unit
 
-    def example_of(self, *, turns: bool) -> Any:
+    def example_of(self, *, angular: bool) -> Any:
         """Example for a motion that turns, or slides."""
-        return self.turning_example if turns and self.turning_example is not None else self.example
+        return self.turning_example if angular and self.turning_example is not None else self.example
 
-    def unit_of(self, *, turns: bool) -> str:
+    def unit_of(self, *, angular: bool) -> str:
         """Unit for a motion that turns, or slides."""
-        return self.turning if turns and self.turning else self.unit
+        return self.turning if angular and self.turning else self.unit
 
-    def column_unit(self, *, turns: bool) -> str:
+    def column_unit(self, *, angular: bool) -> str:
         """Unit in tables of designs; empty for a number without a unit."""
-        return self.unit_of(turns=turns).replace(NO_UNIT, "")
+        return self.unit_of(angular=angular).replace(NO_UNIT, "")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,13 +101,13 @@ class NumberKey(Key):
         """Quantities in tables; the second is for a motion that turns."""
         rows = zip(self.columns, (False, True), strict=False)
         return tuple(
-            Quantity(name, symbol, self.column_unit(turns=turns), "sizes", text)
+            Quantity(name, symbol, self.column_unit(angular=turns), "sizes", text)
             for (name, symbol, text), turns in rows
         )
 
-    def to_inside_units(self, value: Any, *, turns: bool) -> Any:
+    def to_inside_units(self, value: Any, *, angular: bool) -> Any:
         """The value in the inside units mm, s, N, t, rad."""
-        return value * INSIDE_UNITS.get(self.unit_of(turns=turns), 1.0)
+        return value * INSIDE_UNITS.get(self.unit_of(angular=angular), 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,8 +119,8 @@ class LimitKey(Key):
     """The quantity that it bounds; "" if it bounds several, or if the scene decides."""
     allowed: Bounds = field(default_factory=lambda: POSITIVE)
 
-    def bounded_quantity_name(self, *, turns: bool) -> str:
+    def bounded_quantity_name(self, *, angular: bool) -> str:
         """The quantity that it bounds, for a motion that turns, or slides."""
-        if not (turns and self.turning):
+        if not (angular and self.turning):
             return self.quantity
         return self.quantity.removesuffix(column_suffix(self.unit)) + column_suffix(self.turning)

@@ -29,16 +29,16 @@ def displacement_unit(*, angular: bool) -> str:
 
 def motion_peak_name(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
     """Name of the peak of a derivative: by time if ``timed`` (the scene has an rpm), else by cam angle."""
-    suffix, _ = _suffix_and_unit(derivative, angular=angular, timed=timed)
+    suffix, _ = _motion_suffix_and_unit(derivative, angular=angular, timed=timed)
     return "_".join(part for part in (derivative, "max", stroke, suffix) if part)
 
 
 def motion_unit(derivative: str, *, angular: bool, timed: bool) -> str:
     """Unit of a motion quantity in tables."""
-    return _suffix_and_unit(derivative, angular=angular, timed=timed)[1]
+    return _motion_suffix_and_unit(derivative, angular=angular, timed=timed)[1]
 
 
-def _suffix_and_unit(derivative: str, *, angular: bool, timed: bool) -> tuple[str, str]:
+def _motion_suffix_and_unit(derivative: str, *, angular: bool, timed: bool) -> tuple[str, str]:
     return [*DERIVATIVE_UNITS[derivative][1].items()][2 * (not timed) + angular]  # the order of the units there
 
 

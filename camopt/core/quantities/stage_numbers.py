@@ -92,9 +92,9 @@ STAGE_NUMBER_KEYS = {number.name: number for number in STAGE_NUMBERS}
 STAGE_NUMBER = re.compile(r"train_([1-9]\d*)_([a-z_]+?)((?:_(?:mm|deg|kg|kg_m2|N|N_m|N_per_mm|N_m_per_rad|m_s2))?)")
 
 
-def stage_quantity_name(number: int, key: str, *, turns: bool) -> str:
-    """Name of the quantity in tables for a stage's number; ``turns`` if the stage's motion is an angle."""
-    return f"train_{number}_{key}{column_suffix(STAGE_NUMBER_KEYS[key].column_unit(turns=turns))}"
+def stage_quantity_name(stage_number: int, key: str, *, angular: bool) -> str:
+    """Name of the quantity in tables for a stage's number; ``angular`` if the stage's motion is an angle."""
+    return f"train_{stage_number}_{key}{column_suffix(STAGE_NUMBER_KEYS[key].column_unit(angular=angular))}"
 
 
 def find_stage_quantity(name: str) -> Quantity | None:
@@ -102,7 +102,7 @@ def find_stage_quantity(name: str) -> Quantity | None:
     match = STAGE_NUMBER.fullmatch(name)
     if match is None or match[2] not in STAGE_NUMBER_KEYS:
         return None
-    units = (STAGE_NUMBER_KEYS[match[2]].column_unit(turns=turns) for turns in (False, True))
+    units = (STAGE_NUMBER_KEYS[match[2]].column_unit(angular=turns) for turns in (False, True))
     if (unit := next((unit for unit in units if column_suffix(unit) == match[3]), None)) is None:
         return None
     sentence = f"{match[2].replace('_', ' ').capitalize()} of stage {match[1]} of the train."

@@ -67,11 +67,11 @@ def checked_path(path: str | os.PathLike[str], key: str) -> Path:
         raise BadInput([Mistake("camopt", key, os.fspath(path), str(trouble))]) from None
 
 
-def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...]) -> str:
-    """The suffix of a path in lower case; raise BadInput unless it is one of ``known``."""
+def checked_suffix(path: str | os.PathLike[str], key: str, allowed_suffixes: tuple[str, ...]) -> str:
+    """The suffix of a path in lower case; raise BadInput unless it is one of ``allowed_suffixes``."""
     suffix = Path(path).suffix.lower()
-    if suffix not in known:
-        listed = " or ".join(filter(None, (", ".join(known[:-1]), known[-1])))
+    if suffix not in allowed_suffixes:
+        listed = " or ".join(filter(None, (", ".join(allowed_suffixes[:-1]), allowed_suffixes[-1])))
         raise BadInput([Mistake("camopt", key, os.fspath(path), f"a file that ends in {listed}")])
     return suffix
 
@@ -135,7 +135,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
 
 
 @contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+def atomically_written_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside ``path``. It is renamed to ``path`` if the block ends well, else removed.
 
     The file is synced to disk before the renaming. The mode of an earlier file stays. A link stays too, and then
@@ -185,12 +185,12 @@ def warn_of_failed_tidying(error: OSError, path: Path) -> None:
 
 
 @contextmanager
-def attribute_errors_to(path: Path, *temporary: Path) -> Iterator[None]:
+def attribute_errors_to(path: Path, *temporary_paths: Path) -> Iterator[None]:
     """Make an OSError about a temporary file, or about no file, name ``path``; others stay as they are."""
     try:
         yield
     except OSError as trouble:
-        if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
+        if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary_paths:
             raise  # about another file that the block writes
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
         raise copy_os_error_for_path(trouble, reason, path) from None
@@ -248,5 +248,5 @@ def _remove_partial(partial: Path) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a small text file, whole or not at all."""
-    with whole_file(path) as partial:
+    with atomically_written_file(path) as partial:
         partial.write_text(text, encoding="utf-8", newline="\n")  # the same bytes on every system

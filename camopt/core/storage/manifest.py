@@ -66,7 +66,7 @@ class Manifest:
         """Text of the manifest, with a digest of itself."""
         about = {
             "camopt": self.camopt,
-            "results": {n: _result_document(self.results[n]) for n in sorted(self.results)},
+            "results": {n: _result_as_json_object(self.results[n]) for n in sorted(self.results)},
         }
         digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
         return json.dumps({**about, "digest": digest}, indent=1) + "\n"
@@ -78,7 +78,7 @@ def _without_replaced_files(result: CommandResult, names: Container[str]) -> Com
     return result if len(remaining) == len(result.files) else CommandResult(remaining)
 
 
-def _result_document(result: CommandResult) -> dict[str, Any]:
+def _result_as_json_object(result: CommandResult) -> dict[str, Any]:
     """A result for JSON, without the fields that are None."""
     plain = result._asdict() | {"files": {name: entry._asdict() for name, entry in result.files.items()}}
     return {name: value for name, value in plain.items() if value is not None}

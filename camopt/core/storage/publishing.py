@@ -72,12 +72,12 @@ class Publication:
 
     def staged_path(self, name: str) -> Path:
         """Path at which a file is to be written."""
-        if not _matches(name, self.may_write):
+        if not _matches_any_pattern(name, self.may_write):
             raise KeyError(f"{name} is not one of {', '.join(self.may_write)}")
         return self.staging / name
 
 
-def _matches(name: str, patterns: tuple[str, ...]) -> bool:
+def _matches_any_pattern(name: str, patterns: tuple[str, ...]) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
@@ -128,7 +128,7 @@ def publication(
     with _locked_work_folder(folder) as work:
         output = Publication(folder, work / (REVISION if revises else command), writable_patterns)
         try:
-            _finish_publications(folder, work)
+            _finish_interrupted_publications(folder, work)
             output.staging.mkdir(exist_ok=True)
             _remove_unfinished(output.staging, kept_patterns)
             _check_ownership(folder, command, {name for name in writable_patterns if "*" not in name}, revises)
@@ -138,7 +138,7 @@ def publication(
             if not (output.staging / MANIFEST).exists():
                 _remove_unfinished(output.staging, kept_patterns)
             if isinstance(end, OSError):
-                _raise_for_result_file(end, output)
+                _reraise_with_result_path(end, output)
             raise
         finally:
             with suppress(OSError):  # if finished work is in it
@@ -188,10 +188,10 @@ def _locked_work_folder(folder: Path) -> Iterator[Path]:
                     new.rmdir()
 
 
-def _holds_only_lock(folder: Path, work: Path) -> bool:
+def _holds_only_lock(folder: Path, work_folder: Path) -> bool:
     """Whether a folder holds nothing but the lock."""
     try:
-        return {*os.listdir(folder)} <= {WORK_FOLDER} and {*os.listdir(work)} <= {LOCK_FILE}
+        return {*os.listdir(folder)} <= {WORK_FOLDER} and {*os.listdir(work_folder)} <= {LOCK_FILE}
     except OSError:
         return False
 
@@ -200,7 +200,7 @@ def _remove_unfinished(staging: Path, kept_patterns: tuple[str, ...]) -> None:
     """Remove the files of a run that failed, except its finished work."""
     with suppress(OSError):
         for path in staging.iterdir():
-            if not _matches(path.name, kept_patterns):
+            if not _matches_any_pattern(path.name, kept_patterns):
                 remove_path(path)
 
 
@@ -221,7 +221,7 @@ def _check_ownership(folder: Path, command: str, names: Iterable[str], revises: 
         for name in sorted({*names, *(() if revises else earlier.files)})
         if (what := _ownership_fault(folder / name, manifest))
     ]
-    if (folder / MANIFEST).exists() and not manifest.results and _is_of_another_program(folder):
+    if (folder / MANIFEST).exists() and not manifest.results and _has_manifest_of_another_program(folder):
         mistakes.append(Mistake("camopt", "out", str(folder / MANIFEST), f"another program's; {REMEDY}"))
     if mistakes:
         raise BadInput(mistakes)
@@ -230,7 +230,7 @@ def _check_ownership(folder: Path, command: str, names: Iterable[str], revises: 
 REMEDY = "choose another folder, or move the file"
 
 
-def _is_of_another_program(folder: Path) -> bool:
+def _has_manifest_of_another_program(folder: Path) -> bool:
     try:
         return read_manifest(folder) is None
     except DamagedManifest:
@@ -251,7 +251,9 @@ def _ownership_fault(path: Path, manifest: Manifest) -> str:
 def _publish(output: Publication, command: str, revises: bool, question: Any) -> None:
     """Sync the written files, write their manifest, and give both their names."""
     folder, entries = output.folder, {}
-    staged = [path for path in sorted(output.staging.iterdir()) if _matches(path.name, output.may_write)]
+    staged = [
+        path for path in sorted(output.staging.iterdir()) if _matches_any_pattern(path.name, output.may_write)
+    ]
     # checked again, because the work may have taken days
     _check_ownership(folder, command, {path.name for path in staged}, revises)
     for file in staged:
@@ -279,10 +281,10 @@ def _publish(output: Publication, command: str, revises: bool, question: Any) ->
     os.replace(new_manifest, output.staging / MANIFEST)
     sync_to_disk(output.staging)
     output.files = tuple(folder / name for name in entries)
-    _finish_publication(folder, output.staging)
+    _publish_staged_files(folder, output.staging)
 
 
-def _finish_publication(folder: Path, staging: Path) -> None:
+def _publish_staged_files(folder: Path, staging: Path) -> None:
     """Do the remaining steps for a staging folder with a manifest: remove old files and name the new ones.
 
     Raises
@@ -317,24 +319,24 @@ def _finish_publication(folder: Path, staging: Path) -> None:
         warn_of_failed_tidying(trouble, folder)
 
 
-def _finish_publications(folder: Path, work: Path) -> None:
+def _finish_interrupted_publications(folder: Path, work_folder: Path) -> None:
     """Finish the publications of runs that died."""
-    for staging in sorted(work.iterdir()):
+    for staging in sorted(work_folder.iterdir()):
         if (staging / MANIFEST).exists():
             with suppress(DamagedManifest):
                 if read_manifest(staging):
-                    _finish_publication(folder, staging)
+                    _publish_staged_files(folder, staging)
 
 
-def _raise_for_result_file(trouble: OSError, output: Publication) -> None:
+def _reraise_with_result_path(error: OSError, output: Publication) -> None:
     """Raise an error about a temporary file again, with the name of the result's file."""
-    if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(output.staging.parent):
-        name = Path(trouble.filename).name
-        target = output.folder / name if _matches(name, output.may_write) else output.folder
-        raise copy_os_error_for_path(trouble, trouble.strerror or str(trouble), target) from None
+    if isinstance(error.filename, str) and Path(error.filename).is_relative_to(output.staging.parent):
+        name = Path(error.filename).name
+        target = output.folder / name if _matches_any_pattern(name, output.may_write) else output.folder
+        raise copy_os_error_for_path(error, error.strerror or str(error), target) from None
 
 
-def finish_publishing(folder: Path) -> None:
+def finish_interrupted_publication(folder: Path) -> None:
     """Finish the publication of a run that died in a folder, if there is one.
 
     Raises
@@ -344,7 +346,7 @@ def finish_publishing(folder: Path) -> None:
     """
     if any((folder / WORK_FOLDER).glob(f"*/{MANIFEST}")):
         with _locked_work_folder(folder) as work:
-            _finish_publications(folder, work)
+            _finish_interrupted_publications(folder, work)
 
 
 def published_answer_to_same_question(folder: str | os.PathLike[str], command: str, question: Any) -> Any:
@@ -360,7 +362,7 @@ def published_answer_to_same_question(folder: str | os.PathLike[str], command: s
         For an empty ``folder``.
     """
     folder = _checked_folder(folder)
-    finish_publishing(folder)
+    finish_interrupted_publication(folder)
     result = read_manifest_or_empty(folder).results.get(command)
     if result is None or question != result.question:
         return None

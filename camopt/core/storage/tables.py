@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.manifest import Manifest, open_checked_result_file
 
 ARROW_TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
@@ -26,7 +26,7 @@ PARQUET_OPTIONS: dict[str, Any] = {"compression": "zstd", "write_page_checksum":
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
     """Write a table, whole or not at all."""
     table = table.replace_schema_metadata(with_pandas_attributes(table.schema).metadata)
-    with whole_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
+    with atomically_written_file(path) as partial, pa.OSFile(os.fsencode(partial), "wb") as file:
         # else the items of lists are renamed
         pq.write_table(
             table, file, row_group_size=ROWS_IN_GROUP, use_compliant_nested_type=False, **PARQUET_OPTIONS
@@ -105,15 +105,15 @@ def not_a_table_error(path: str | os.PathLike[str], why: str) -> BadInput:
     return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
 
 
-def _schema_fault(layout: pa.Schema) -> str:
+def _schema_fault(schema: pa.Schema) -> str:
     """What is wrong with the schema of a table; empty if nothing is."""
-    for field in layout:
+    for field in schema:
         if field.type not in COLUMN_TYPES:
             return f"its column {field.name!r} has the type {field.type}"
-    if len({*layout.names}) < len(layout.names):
+    if len({*schema.names}) < len(schema.names):
         return "two of its columns have the same name"
     try:
-        facts = table_metadata(layout)
+        facts = table_metadata(schema)
     except (ValueError, RecursionError):
         return "its metadata are not text, or its front is not JSON"
     front = {"points": int, "hypervolume": float | int}
@@ -124,17 +124,18 @@ def _schema_fault(layout: pa.Schema) -> str:
     return ""
 
 
-def _is_missing_or_has_types(facts: Any, kinds: Mapping[str, Any]) -> bool:
+def _is_missing_or_has_types(metadata_part: Any, types_by_name: Mapping[str, Any]) -> bool:
     """Whether a part of the metadata is absent, or a mapping whose values have the given types."""
-    return facts is None or (
-        isinstance(facts, dict) and all(isinstance(facts.get(name), kind) for name, kind in kinds.items())
+    return metadata_part is None or (
+        isinstance(metadata_part, dict)
+        and all(isinstance(metadata_part.get(name), kind) for name, kind in types_by_name.items())
     )
 
 
-def table_metadata(layout: pa.Schema) -> dict[Hashable | None, Any]:
+def table_metadata(schema: pa.Schema) -> dict[Hashable | None, Any]:
     """Units, symbols, descriptions, scene, front, sweep and version in the metadata of a table."""
-    columns = {field.name: _decode_metadata(field.metadata) for field in layout}
-    whole = _decode_metadata(layout.metadata)
+    columns = {field.name: _decode_metadata(field.metadata) for field in schema}
+    whole = _decode_metadata(schema.metadata)
     return {
         "units": {name: facts.get("unit", "") for name, facts in columns.items()},
         "symbols": {name: facts.get("symbol", "") for name, facts in columns.items()},
@@ -146,10 +147,10 @@ def table_metadata(layout: pa.Schema) -> dict[Hashable | None, Any]:
     }
 
 
-def with_pandas_attributes(layout: pa.Schema) -> pa.Schema:
+def with_pandas_attributes(schema: pa.Schema) -> pa.Schema:
     """The schema of a table with its facts also where pandas looks for ``attrs``."""
-    facts = json.dumps(table_metadata(layout), ensure_ascii=False)
-    return layout.with_metadata({**(layout.metadata or {}), PANDAS_KEY: facts.encode()})
+    facts = json.dumps(table_metadata(schema), ensure_ascii=False)
+    return schema.with_metadata({**(schema.metadata or {}), PANDAS_KEY: facts.encode()})
 
 
 def _decode_metadata(metadata: dict[bytes, bytes] | None) -> dict[str, str]:

@@ -56,7 +56,7 @@ __all__ = [
     "find_quantity",
     "missing_keys_by_quantity",
     "quantities_to_compute_by_effect",
-    "quantities_with_those_they_read",
+    "quantities_with_expression_inputs",
     "require_effect",
     "setup_effects",
 ]
@@ -97,9 +97,9 @@ _ONE_CONTACT_EFFECTS = {
 """Every effect by name, as written for a follower with one contact."""
 
 
-def _add_columns(case: EvaluationBlock, wanted: frozenset[str], known_columns: dict[str, Any]) -> None:
+def _add_columns(case: EvaluationBlock, wanted_quantities: frozenset[str], known_columns: dict[str, Any]) -> None:
     """Add the wanted columns of one contact, and all that they need, to ``known_columns``."""
-    for name, needed in quantities_to_compute_by_effect(wanted, case.setup).items():
+    for name, needed in quantities_to_compute_by_effect(wanted_quantities, case.setup).items():
         effect = _ONE_CONTACT_EFFECTS[name]
         for run in (
             (effect.evaluate_pitch_curve_columns, effect.evaluate_columns) if needed - known_columns.keys() else ()
@@ -162,7 +162,7 @@ def _scene_defined_effects(setup: Setup) -> Mapping[str, Effect]:
     return effects
 
 
-def quantities_with_those_they_read(names: Iterable[str], setup: Setup) -> frozenset[str]:
+def quantities_with_expression_inputs(names: Iterable[str], setup: Setup) -> frozenset[str]:
     """Some quantities, with all that the scene's definitions of them read."""
     quantities = set(names)
     for own in reversed([*setup.own_quantities.values()]):
@@ -193,14 +193,14 @@ def missing_keys_by_quantity(setup: Setup) -> Mapping[str, tuple[str, ...]]:
     return missing
 
 
-def quantities_to_compute_by_effect(wanted: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
+def quantities_to_compute_by_effect(wanted_quantities: Iterable[str], setup: Setup) -> Mapping[str, frozenset[str]]:
     """The quantities that each effect has to compute, by its name, in the order in which effects run."""
-    return _cached_quantities_by_effect(setup, frozenset(wanted))
+    return _cached_quantities_by_effect(setup, frozenset(wanted_quantities))
 
 
 @cached_by_identity(maxsize=16)
-def _cached_quantities_by_effect(setup: Setup, wanted: frozenset[str]) -> Mapping[str, frozenset[str]]:
-    plan, pending = dict[str, set[str]](), set(wanted)
+def _cached_quantities_by_effect(setup: Setup, wanted_quantities: frozenset[str]) -> Mapping[str, frozenset[str]]:
+    plan, pending = dict[str, set[str]](), set(wanted_quantities)
     while pending:
         name = pending.pop()
         effect = find_effect(name, setup)

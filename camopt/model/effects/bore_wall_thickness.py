@@ -39,7 +39,7 @@ def cam_radius_for_wall(setup: Setup, wall_thickness: float) -> float:
     return wall_thickness + solid.bore_reach + inwards
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     solid, designs, mechanism = case.setup.solid, case.designs, case.setup.mechanism
     inside = not mechanism.body.developed and all(flank.side > INNER_SIDE for flank in mechanism.flanks)
     # the flank of a rib is beyond its inner roller

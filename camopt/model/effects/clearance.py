@@ -45,7 +45,7 @@ from camopt.model.effects.flight import (
     HalfGap,
     Landings,
     find_flank_crossings,
-    panel_state,
+    motion_state_on_panels,
     simulate_flights,
 )
 from camopt.model.effects.peak import Peak, PerRollerRadiusScale, is_infinite_by_velocity_jumps
@@ -108,10 +108,10 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {ROLLER_ACCELERATION: Peak(curves, LARGEST_MAGNITUDE, scale, is_infinite_by_velocity_jumps)}
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     known = peaks(case.setup)
-    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
-    others = wanted - known.keys()
+    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted_quantities & known.keys()}
+    others = wanted_quantities - known.keys()
     if not others:
         return columns
     count = len(case.designs)
@@ -125,7 +125,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     return columns | {name: column for name, column in crossing_columns(case, others).items() if name in others}
 
 
-def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def crossing_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     """The quantities of crossings: for each design the largest over its turn, 0 without crossings."""
     flights, followers = flights_and_followers_by_setting(case)
     setup, design, count = case.setup_per_design, flights.design, len(case.designs)
@@ -145,21 +145,21 @@ def crossing_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
             CROSSING_SPEED: largest_per_design(speed),
             CROSSING_TIME: largest_per_design((speed > 0.0) * ends.length / omega * 1e3),
         }
-        if LEADING_SPEED in wanted:
+        if LEADING_SPEED in wanted_quantities:
             columns[LEADING_SPEED] = largest_per_design(
                 _small_gap_landing_speeds(case, followers, flights, half_clearance_along_motion(case))
             )
     columns[CROSSING_COUNT] = np.bincount(design, weights=crosses, minlength=count)
-    if CROSSING_ANGLE in wanted:
-        columns[CROSSING_ANGLE] = _fastest_crossing_angle(speed, flights, count)
+    if CROSSING_ANGLE in wanted_quantities:
+        columns[CROSSING_ANGLE] = _fastest_crossing_angles_deg(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.has_flanks_on_both_sides:
-        slip = crosses * (2.0 * omega * _trace_point_speeds(case, flights, ends))
+        slip = crosses * (2.0 * omega * _trace_point_speeds_at_landings(case, flights, ends))
         radius = case.designs.roller_radius[design]
         columns |= {
             SLIP_SPEED: largest_per_design(slip / 1e3),
             SPIN_CHANGE: largest_per_design(slip / radius * 30.0 / pi),
         }
-        if SKIDDING_TIME in wanted:
+        if SKIDDING_TIME in wanted_quantities:
             columns[SKIDDING_TIME] = largest_per_design(
                 skidding_times_after_landing(case, followers, flights, ends, slip) * 1e3
             )
@@ -175,7 +175,9 @@ def find_landings_and_speeds(
     """
     ends = simulate_flights(case.programme, followers, flights, half_clearance_along_motion(case))
     count = flights.design.size
-    begun = ~np.isin(np.arange(count), _following_crossing_index(flights)[ends.length > _angle_to_next(flights)])
+    begun = ~np.isin(
+        np.arange(count), _following_crossing_index(flights)[ends.length > _angle_to_next_crossing(flights)]
+    )
     omega = followers.omega[flights.setting]
     ends = ends._replace(crosses=ends.crosses & begun)
     return ends, begun * ends.speed * omega * _arm_length_or_one(case)[flights.design] / 1e3
@@ -235,40 +237,50 @@ def _small_gap_landing_speeds(
     return np.asarray(speed * _arm_length_or_one(case)[flights.design] / 1e3)
 
 
-def _fastest_crossing_angle(speed: FloatArray, flights: Flights, count: int) -> FloatArray:
+def _fastest_crossing_angles_deg(landing_speeds: FloatArray, flights: Flights, design_count: int) -> FloatArray:
     """Cam angle of the fastest crossing of each design [deg]; 0 without a crossing."""
-    angles = np.zeros(count)
-    order = np.argsort(speed, kind="stable")
+    angles = np.zeros(design_count)
+    order = np.argsort(landing_speeds, kind="stable")
     angles[flights.design[order]] = np.degrees(flights.angle[order])
     return angles
 
 
-def _trace_point_speeds(case: EvaluationBlock, flights: Flights, ends: Landings | None) -> FloatArray:
+def _trace_point_speeds_at_landings(
+    case: EvaluationBlock, flights: Flights, landings: Landings | None
+) -> FloatArray:
     """Speed of the trace point N_p at the landings, or at the crossings if there is no clearance [mm/rad]."""
-    make = case.setup.mechanism.trace_speed
+    make = case.setup.mechanism.trace_speed_curve_maker
     assert make is not None
     table = case.programme.table
-    panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
+    panel, angle = (flights.panel, flights.angle) if landings is None else (landings.panel, landings.angle)
     place = np.clip((angle - table.centre[panel]) / table.half_width[panel], -1.0, 1.0)
     return np.asarray(
-        curve_value(make(case.designs, case.programme), flights.design, panel_state(case.programme, panel, place))
+        curve_value(
+            make(case.designs, case.programme), flights.design, motion_state_on_panels(case.programme, panel, place)
+        )
     )
 
 
 def skidding_times_after_landing(
-    case: EvaluationBlock, followers: Followers, flights: Flights, ends: Landings | None, slip: FloatArray
+    case: EvaluationBlock,
+    followers: Followers,
+    flights: Flights,
+    landings: Landings | None,
+    slip_speed_mm_s: FloatArray,
 ) -> FloatArray:
     """Time in which friction turns the roller after a landing [s]; infinite if not before the next crossing."""
     drive, designs, table = case.setup_per_design.given.drive, case.designs, case.programme.table
     count, design = len(designs), flights.design
     inertia, friction = (np.broadcast_to(each, count)[design] for each in (drive.roller_inertia, drive.friction))
     radius, omega = designs.roller_radius[design], followers.omega[flights.setting]
-    panel, angle = (flights.panel, flights.angle) if ends is None else (ends.panel, ends.angle)
+    panel, angle = (flights.panel, flights.angle) if landings is None else (landings.panel, landings.angle)
     place = (angle - table.centre[panel]) / table.half_width[panel]
     tangent = curve_value(
-        case.setup.mechanism.pressure(designs, case.programme), design, panel_state(case.programme, panel, place)
+        case.setup.mechanism.pressure(designs, case.programme),
+        design,
+        motion_state_on_panels(case.programme, panel, place),
     )
-    turned = inertia * slip / np.square(radius) / friction  # ∫N dt
+    turned = inertia * slip_speed_mm_s / np.square(radius) / friction  # ∫N dt
     needed = turned * omega / np.sqrt(1.0 + np.square(tangent)) * _arm_length_or_one(case)[design]  # ∫|F| dθ
     return _skidding_angle(case.programme, followers, flights, (angle, needed)) / omega
 
@@ -296,7 +308,7 @@ def _skidding_angle(
         return np.asarray(polynomial.polyval(u, rows, tensor=False) + turns * whole[flights.setting])
 
     begun = impulse_since_start(start)
-    low, high = start.copy(), start + np.mod(flights.angle + _angle_to_next(flights) - start, 2.0 * pi)
+    low, high = start.copy(), start + np.mod(flights.angle + _angle_to_next_crossing(flights) - start, 2.0 * pi)
 
     def is_spun_up(angle: FloatArray) -> Any:
         return -flights.side * (impulse_since_start(angle) - begun) >= needed
@@ -317,7 +329,7 @@ def _following_crossing_index(flights: Flights) -> IntArray:
     return following
 
 
-def _angle_to_next(flights: Flights) -> FloatArray:
+def _angle_to_next_crossing(flights: Flights) -> FloatArray:
     """Cam angle from each crossing to the next [rad]."""
     return np.asarray(np.mod(flights.angle[_following_crossing_index(flights)] - flights.angle, 2.0 * pi))
 

@@ -34,7 +34,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (BREADTH if setup.mechanism.flat_faced else ANGLE if setup.angular else DISTANCE,)
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     (name,) = offered_quantities(case.setup)
     return {
         name: _contact_distance_scale(case.setup).factor

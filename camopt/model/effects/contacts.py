@@ -42,16 +42,16 @@ def block_at_contact(case: EvaluationBlock, contact: FurtherContact) -> Evaluati
 
 
 def columns_at_each_contact(
-    case: EvaluationBlock, find_columns: ColumnFinder, wanted: frozenset[str]
+    case: EvaluationBlock, find_columns: ColumnFinder, wanted_quantities: frozenset[str]
 ) -> list[dict[str, Any]]:
     """Wanted columns of a block at each contact; the block remembers them for later effects."""
     if _remembered_contact_columns(case) is None:
         of = (case.setup, case.programme, case.designs)
         case.memory.update(of=of, known=[{} for _ in all_follower_contacts(case.setup)])
     for contact, known in zip(all_follower_contacts(case.setup), case.memory["known"], strict=True):
-        if missing := wanted - known.keys():
+        if missing := wanted_quantities - known.keys():
             find_columns(block_at_contact(case, contact), missing, known)
-    return [{name: known[name] for name in wanted & known.keys()} for known in case.memory["known"]]
+    return [{name: known[name] for name in wanted_quantities & known.keys()} for known in case.memory["known"]]
 
 
 def _remembered_contact_columns(case: EvaluationBlock) -> list[dict[str, Any]] | None:
@@ -103,7 +103,7 @@ def quantities_that_differ_by_design(case: EvaluationBlock) -> frozenset[str]:
     )
 
 
-def smaller_disc_size(setup: Setup, designs: Designs) -> Any:
+def smallest_disc_size(setup: Setup, designs: Designs) -> Any:
     """Size of the smallest disc that the follower touches [mm]."""
     further = (contact.local_designs(designs).size for contact in setup.mechanism.further_contacts)
     return _worst_value(np.minimum, [designs.size, *further])
@@ -115,26 +115,26 @@ def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
     @wraps(effect.offered_quantities)
     def offered_quantities(setup: Setup) -> tuple[str, ...]:
         names = effect.offered_quantities(setup)
-        return tuple(filter(_can_be_worse_at_a_contact, names)) if setup.mechanism.further_contacts else names
+        return tuple(filter(_quantity_has_worst_value, names)) if setup.mechanism.further_contacts else names
 
     def input_quantities(setup: Setup) -> tuple[str, ...]:
         names = effect.input_quantities(setup)
-        return tuple(filter(_can_be_worse_at_a_contact, names)) if setup.mechanism.further_contacts else names
+        return tuple(filter(_quantity_has_worst_value, names)) if setup.mechanism.further_contacts else names
 
-    def worst_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-        contacts = columns_at_each_contact(case, find_columns, wanted)
+    def worst_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
+        contacts = columns_at_each_contact(case, find_columns, wanted_quantities)
         return {name: _worst_column(name, [columns[name] for columns in contacts]) for name in contacts[0]}
 
-    def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
         if not case.setup.mechanism.further_contacts:
-            return effect.evaluate_pitch_curve_columns(case, wanted)
-        return worst_columns(case, wanted) if effect.evaluate_columns is no_columns else {}
+            return effect.evaluate_pitch_curve_columns(case, wanted_quantities)
+        return worst_columns(case, wanted_quantities) if effect.evaluate_columns is no_columns else {}
 
-    def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
         return (
-            worst_columns(case, wanted)
+            worst_columns(case, wanted_quantities)
             if case.setup.mechanism.further_contacts
-            else effect.evaluate_columns(case, wanted)
+            else effect.evaluate_columns(case, wanted_quantities)
         )
 
     only_run = effect.evaluate_pitch_curve_columns is no_columns and effect.evaluate_columns is not no_columns
@@ -156,7 +156,7 @@ def effect_of_single_discs_only(effect: Effect) -> Effect:
     return effect._replace(offered_quantities=offered_quantities)
 
 
-def _can_be_worse_at_a_contact(name: str) -> bool:
+def _quantity_has_worst_value(name: str) -> bool:
     """Whether one value of a quantity can be worse than another; not so for places."""
     return bool(QUANTITIES[name].relation_to_limit) or QUANTITIES[name].kind is bool
 
@@ -222,8 +222,8 @@ class ContactScale(Scale):
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         return self.scale.quantity_change(extreme, extreme_change, self.local_designs(designs))
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return self.scale.weighted_extreme_for_quantity(quantity, numbers)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return self.scale.weighted_extreme_for_quantity(quantity, number_kind)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         weight = self.scale.curve_weight_by_design(quantity)
@@ -239,14 +239,14 @@ def contact_peak(peak: Peak, contact: FurtherContact) -> Peak:
     )
 
 
-def contact_peaks(effect: Effect, setup: Setup, name: str) -> Iterator[Peak]:
+def contact_peaks(effect: Effect, setup: Setup, quantity_name: str) -> Iterator[Peak]:
     """The peak of an effect's quantity at each contact; none if the quantity is no peak."""
     if not (effect.is_per_contact and setup.mechanism.further_contacts):
-        if peak := effect.peaks(setup).get(name):
+        if peak := effect.peaks(setup).get(quantity_name):
             yield peak
         return
     for contact in all_follower_contacts(setup):
-        if peak := effect.peaks(replace(setup, mechanism=contact.mechanism)).get(name):
+        if peak := effect.peaks(replace(setup, mechanism=contact.mechanism)).get(quantity_name):
             first = contact.local_designs is _unchanged_designs
             yield peak._replace(extremes=()) if first else contact_peak(peak, contact)
 
@@ -267,7 +267,7 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
     def offered_quantities(setup: Setup) -> tuple[str, ...]:
         if not setup.mechanism.further_contacts:
             return ()
-        two_shapes = setup.mechanism.two_profiles  # a single disc has one shape
+        two_shapes = setup.mechanism.has_two_profiles  # a single disc has one shape
         reported = CONTACT_QUANTITIES if two_shapes else CONTACT_QUANTITIES[-1:]
         known = {name for name in reported if name in effects[QUANTITIES[name].effect].offered_quantities(setup)}
         return tuple(f"{place}_{name}" for name in CONTACT_QUANTITIES if name in known for place in CONTACT_NAMES)
@@ -280,10 +280,12 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
         every = {name: lacking[name.partition("_")[2]] for name in offered_quantities(setup)}
         return {name: keys for name, keys in every.items() if keys}
 
-    def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+    def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
         columns: dict[str, Any] = {}
         names = frozenset(
-            name for name in CONTACT_QUANTITIES if any(f"{place}_{name}" in wanted for place in CONTACT_NAMES)
+            name
+            for name in CONTACT_QUANTITIES
+            if any(f"{place}_{name}" in wanted_quantities for place in CONTACT_NAMES)
         )
         for place, values in zip(CONTACT_NAMES, columns_at_each_contact(case, find_columns, names), strict=True):
             columns |= {f"{place}_{name}": value for name, value in values.items()}

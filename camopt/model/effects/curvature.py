@@ -95,7 +95,7 @@ def input_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.curvature is None else PITCH_PAIR
 
 
-def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     """Extremes of the pitch curve's curvature, from which ``evaluate_columns`` computes the other quantities."""
     mechanism = case.setup.mechanism
     if mechanism.curvature is None:
@@ -116,11 +116,11 @@ def _arc_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
     )
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     return (
         _flat_face_curvature_columns(case)
         if case.setup.mechanism.curvature is None
-        else _trace_point_curvature_columns(case, wanted)
+        else _trace_point_curvature_columns(case, wanted_quantities)
     )
 
 
@@ -132,7 +132,7 @@ def _flat_face_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
     return {CONVEX_RADIUS: least, "undercut": least.value <= 0.0}
 
 
-def _trace_point_curvature_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def _trace_point_curvature_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     roller, both = case.setup.pitch_to_flank_distance(case.designs), case.setup.mechanism.has_flanks_on_both_sides
     (most, least), (highest, lowest) = (
         map(case.columns.__getitem__, PITCH_PAIR),
@@ -140,21 +140,23 @@ def _trace_point_curvature_columns(case: EvaluationBlock, wanted: frozenset[str]
     )
     if both:
         most, highest = np.maximum(most, -least), np.maximum(highest, -lowest)
-    radius, inwards = _radius_and_inward_change(most, highest)
+    radius, inwards = _radius_and_change_to_other_curvature(most, highest)
     columns: dict[str, Any] = {CONVEX_RADIUS: EnclosedValue(radius - roller, inwards, radius)}
-    if "undercut" in wanted:
+    if "undercut" in wanted_quantities:
         columns["undercut"] = np.where(roller > 0.0, np.maximum(most, 0.0), 0.0) * roller >= 1.0
-    if CUTTER_RADIUS in wanted and not case.setup.mechanism.is_cut_by_roller_sized_cutter:
-        radius, inwards = _radius_and_inward_change(-least, -lowest)
+    if CUTTER_RADIUS in wanted_quantities and not case.setup.mechanism.is_cut_by_roller_sized_cutter:
+        radius, inwards = _radius_and_change_to_other_curvature(-least, -lowest)
         columns[CUTTER_RADIUS] = EnclosedValue(roller + radius, inwards, roller + radius)
     return columns
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def _radius_and_inward_change(curvature: FloatArray, larger: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _radius_and_change_to_other_curvature(
+    curvature: FloatArray, larger_curvature: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Radius of a curvature, infinite if that is 0 or less; and the change to the radius of a larger curvature."""
     radius = 1.0 / np.maximum(curvature, 0.0)
-    inwards = np.minimum(1.0 / np.maximum(larger, 0.0) - radius, 0.0)
+    inwards = np.minimum(1.0 / np.maximum(larger_curvature, 0.0) - radius, 0.0)
     return radius, np.where(np.isfinite(radius), inwards, 0.0)
 
 

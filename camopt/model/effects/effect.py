@@ -182,20 +182,22 @@ class EvaluationBlock:
         curve: Callable[[Designs, Programme], Any],
         questions: list[tuple[int, int]],
         *,
-        located: bool = False,
+        exact_angles: bool = False,
         floor: float = -np.inf,
     ) -> Extremes:
         """Extremes of one of the mechanism's curves, for questions (kinds of stroke, goal).
 
-        Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
+        Cam angles are as exact as values only if ``exact_angles``. ``floor`` is that of ``Precision``.
         """
         if (
-            not located
+            not exact_angles
             and floor == -np.inf
             and (known := self.known_extremes.find_known_extremes(curve, questions))
         ):
             return known
-        precision = Precision(self.setup.relative_error, self.setup.relative_error if located else np.inf, floor)
+        precision = Precision(
+            self.setup.relative_error, self.setup.relative_error if exact_angles else np.inf, floor
+        )
         return extremes_of_curve(
             curve(self.designs, self.programme), len(self.designs), self.programme.table, questions, precision
         )
@@ -212,7 +214,7 @@ def scale_per_design_if_varied(
     )
 
 
-def no_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def no_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     """No column; for effects without ``evaluate_columns`` or ``evaluate_pitch_curve_columns``."""
     return {}
 

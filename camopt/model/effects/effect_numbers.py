@@ -20,7 +20,7 @@ class ErrorBand(NamedTuple):
     high: float
 
     @property
-    def half(self) -> float:
+    def half_range(self) -> float:
         return (self.high - self.low) / 2.0
 
     @property
@@ -55,14 +55,14 @@ class ToleranceBands:
     """Bands of the train's numbers by key, each with the train as a series in that number."""
 
     @property
-    def by_key(self) -> dict[str, ErrorBand]:
+    def bands_by_key(self) -> dict[str, ErrorBand]:
         """All bands but those of the train, by key of ``[tolerances]``."""
         angles = {"phase": self.phase, "face_tilt": self.tilt, "disc_phase": self.disc_phase}
         sizes = {f"follower.{field}": band for field, band in self.sizes.items()}
         return {**sizes, **self.second, **{key: band for key, band in angles.items() if band != NO_BAND}}
 
     @property
-    def is_lopsided(self) -> bool:
+    def is_asymmetric(self) -> bool:
         """Whether an error reaches further to one side than to the other."""
         return any(band.middle for band in (*self.sizes.values(), self.phase, self.tilt))
 
@@ -175,7 +175,7 @@ class SceneNumbers:
         """A number in mm, s, N, t, rad; its default if the scene does not give it."""
         record, value = NUMBER_KEYS[key], self[key]
         turns = has_number_angular_unit(key, angular=self.angular, tool_turns=self.tool_turns)
-        return record.default if value is None else record.to_inside_units(value, turns=turns)
+        return record.default if value is None else record.to_inside_units(value, angular=turns)
 
     @property
     def dynamics(self) -> FollowerDynamics:

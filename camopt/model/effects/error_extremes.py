@@ -29,7 +29,7 @@ from camopt.model.effects.error_response import (
     largest_error_by_profile_zone,
     second_contact_motion_error_sign,
     series_derivatives,
-    tool_response_to_train_number,
+    tool_response_to_train_error,
 )
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.model.motion.tool_drive import train_ratio_series
@@ -73,7 +73,7 @@ class ToolErrorModel:
 
     def tool_error_bounds_by_error(self) -> Iterator[ResponseBounds]:
         """The bounds of the effect of each error."""
-        for key, band in self.tolerance_bands.by_key.items():
+        for key, band in self.tolerance_bands.bands_by_key.items():
             yield from (
                 _response_bounds_within_band(response, band) for response in self._tool_responses_to_tolerance(key)
             )
@@ -81,7 +81,7 @@ class ToolErrorModel:
             train, programme = self.case.setup.train, self.case.programme
             assert train is not None
             yield _response_bounds_within_band(
-                self._response_derivatives(tool_response_to_train_number(varied, train, programme, self.angles)),
+                self._response_derivatives(tool_response_to_train_error(varied, train, programme, self.angles)),
                 band,
             )
         if self.tolerance_bands.profile:
@@ -112,21 +112,21 @@ class ToolErrorModel:
         first, *others = self.contact_responses
         if not others:
             x, y = first.bore_responses_in_two_directions
-            return self._derivatives_after_train(x), self._derivatives_after_train(y)
+            return self._tool_response_derivatives(x), self._tool_response_derivatives(y)
         (x, across), (y, up) = first.bore_responses_in_two_directions, others[0].bore_responses_in_two_directions
         way = 0.5 * second_contact_motion_error_sign(self.case.setup.mechanism)
         mirrored = -1.0 if others[0].designs.sense != first.designs.sense else 1.0
-        return self._derivatives_after_train(x * 0.5 - y * way), self._derivatives_after_train(
+        return self._tool_response_derivatives(x * 0.5 - y * way), self._tool_response_derivatives(
             across * 0.5 - up * (mirrored * way)
         )
 
     def _tool_responses_to_tolerance(self, tolerance_key: str) -> Iterator[FloatArray]:
         """Responses to the errors of one tolerance."""
         if len(self.contact_responses) == 1:
-            yield self._derivatives_after_train(self.contact_responses[0].response_to_error(tolerance_key))
+            yield self._tool_response_derivatives(self.contact_responses[0].response_to_error(tolerance_key))
             return
         for error in errors_at_contacts_by_key(self.case.setup.mechanism, tolerance_key).values():
-            yield self._derivatives_after_train(self._half_contact_response_difference(error))
+            yield self._tool_response_derivatives(self._half_contact_response_difference(error))
 
     def _half_contact_response_difference(self, error: ErrorAtContacts) -> Series:
         """Half the difference of the responses at both contacts."""
@@ -143,7 +143,7 @@ class ToolErrorModel:
         train = self.case.setup.train
         return None if train is None else train_ratio_series(train, self.case.programme, self.angles)
 
-    def _derivatives_after_train(self, response: Series) -> FloatArray:
+    def _tool_response_derivatives(self, response: Series) -> FloatArray:
         return self._response_derivatives(response if self._train_ratio is None else response * self._train_ratio)
 
     def _response_derivatives(self, response: Series) -> FloatArray:
@@ -187,7 +187,7 @@ def _largest_errors_in_block(case: EvaluationBlock, orders: Sequence[int]) -> Fl
             np.maximum(
                 largest[: order + 1], _refine_largest_errors(case, nodes, errors, order), out=largest[: order + 1]
             )
-    return np.asarray(_with_infinite_errors_above_jumps(case, largest)[[*orders]])
+    return np.asarray(_with_infinite_errors_past_jump_order(case, largest)[[*orders]])
 
 
 def _refine_largest_errors(case: EvaluationBlock, nodes: FloatArray, errors: FloatArray, order: int) -> FloatArray:
@@ -206,18 +206,18 @@ def _refine_largest_errors(case: EvaluationBlock, nodes: FloatArray, errors: Flo
     return np.asarray(largest)
 
 
-def _with_infinite_errors_above_jumps(case: EvaluationBlock, largest: FloatArray) -> FloatArray:
+def _with_infinite_errors_past_jump_order(case: EvaluationBlock, largest_errors: FloatArray) -> FloatArray:
     """Largest errors (orders, designs), infinite in the orders above one that jumps."""
     places, turn = np.array([jump.at for jump in case.programme.jumps]), case.programme.strokes[-1].end
     if not places.size:
-        return largest
+        return largest_errors
     before, after = (
-        [*ToolErrorModel(case, np.mod(places + side, turn), len(largest)).tool_error_bounds_by_error()]
+        [*ToolErrorModel(case, np.mod(places + side, turn), len(largest_errors)).tool_error_bounds_by_error()]
         for side in (-JUMP_SIDE, JUMP_SIDE)
     )
     for left, right in zip(before, after, strict=True):
-        for order in range(len(largest) - 1):
+        for order in range(len(largest_errors) - 1):
             with np.errstate(invalid="ignore"):
                 jumps = [np.abs(a[order] - b[order]).max(axis=1) for a, b in zip(left, right, strict=True)]
-            largest[order + 1 :, np.max(jumps, axis=0) > JUMP_TOLERANCE * largest[order]] = inf
-    return largest
+            largest_errors[order + 1 :, np.max(jumps, axis=0) > JUMP_TOLERANCE * largest_errors[order]] = inf
+    return largest_errors

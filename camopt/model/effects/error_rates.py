@@ -23,8 +23,8 @@ import numpy as np
 from camopt.core.kernels.marks import inline_in_kernels
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import (
+    cosine_and_sine_derivatives_of_sum,
     curve_derivatives,
-    rotated_derivatives,
     value_and_slope,
     value_and_slope_formula,
 )
@@ -53,14 +53,14 @@ def hypotenuse_and_slope(a, a1, b, b1):
 
 
 @inline_in_kernels
-def normal_error_rate_and_slope(f, i, normal_response_derivatives, normal_angle_derivatives):
+def normal_error_rate_and_slope(curve, design, normal_response_derivatives, normal_angle_derivatives):
     """Errors along the normal with their slope, from G and χ' with their derivatives."""
     (g0, g1, g2, g3), (x1, x2, x3) = normal_response_derivatives, normal_angle_derivatives
-    n = f.waves[i]
-    if f.order == 1:
+    n = curve.waves[design]
+    if curve.order == 1:
         waved, waved1 = hypotenuse_and_slope(g1, g2, n * g0, n * g1)
         turned, turned1 = hypotenuse_and_slope(g1, g2, g0 * x1, g1 * x1 + g0 * x2)
-        other, other1 = band_effect_and_slope(f.half[i], f.middle[i], g1, g2)
+        other, other1 = band_effect_and_slope(curve.half[design], curve.middle[design], g1, g2)
     else:
         steep, steep1 = hypotenuse_and_slope(2.0 * g1, 2.0 * g2, n * g0, n * g1)
         waved, waved1 = np.abs(g2) + n * steep, np.sign(g2) * g3 + n * steep1
@@ -68,21 +68,23 @@ def normal_error_rate_and_slope(f, i, normal_response_derivatives, normal_angle_
         out, across = g2 - g0 * square, 2.0 * g1 * x1 + g0 * x2
         out1, across1 = g3 - g1 * square - 2.0 * g0 * x1 * x2, 2.0 * g2 * x1 + 3.0 * g1 * x2 + g0 * x3
         turned, turned1 = hypotenuse_and_slope(out, out1, across, across1)
-        other, other1 = band_effect_and_slope(f.half[i], f.middle[i], g2, g3)
-    value = f.profile[i] * waved + f.bore[i] * turned + other
-    return value, f.profile[i] * waved1 + f.bore[i] * turned1 + other1
+        other, other1 = band_effect_and_slope(curve.half[design], curve.middle[design], g2, g3)
+    value = curve.profile[design] * waved + curve.bore[design] * turned + other
+    return value, curve.profile[design] * waved1 + curve.bore[design] * turned1 + other1
 
 
 @inline_in_kernels
-def phase_and_bore_error_rate_and_slope(f, i, at):
+def phase_and_bore_error_rate_and_slope(curve, design, state):
     """Errors with the factor y', with their slope."""
-    if f.order == 1:
-        ahead, ahead1 = band_effect_and_slope(f.turning[i], f.ahead[i], at.y2, at.y3)
-        across, across1 = hypotenuse_and_slope(at.y2, at.y3, at.y1, at.y2)
+    if curve.order == 1:
+        ahead, ahead1 = band_effect_and_slope(curve.turning[design], curve.ahead[design], state.y2, state.y3)
+        across, across1 = hypotenuse_and_slope(state.y2, state.y3, state.y1, state.y2)
     else:
-        ahead, ahead1 = band_effect_and_slope(f.turning[i], f.ahead[i], at.y3, at.y4)
-        across, across1 = hypotenuse_and_slope(at.y3 - at.y1, at.y4 - at.y2, 2.0 * at.y2, 2.0 * at.y3)
-    return ahead + f.around[i] * across, ahead1 + f.around[i] * across1
+        ahead, ahead1 = band_effect_and_slope(curve.turning[design], curve.ahead[design], state.y3, state.y4)
+        across, across1 = hypotenuse_and_slope(
+            state.y3 - state.y1, state.y4 - state.y2, 2.0 * state.y2, 2.0 * state.y3
+        )
+    return ahead + curve.around[design] * across, ahead1 + curve.around[design] * across1
 
 
 @inline_in_kernels
@@ -157,8 +159,8 @@ class SwingingFaceErrorRates(NamedTuple):
 
 
 @value_and_slope_formula(TraceErrorRates)
-def trace_point_error_rate_and_slope(f, i, at):
-    t, t1, t2, t3 = curve_derivatives(f.pressure, i, at)
+def trace_point_error_rate_and_slope(curve, design, state):
+    t, t1, t2, t3 = curve_derivatives(curve.pressure, design, state)
     square = 1.0 + np.square(t)
     g0 = np.sqrt(square)
     b1 = t1 / square
@@ -167,49 +169,51 @@ def trace_point_error_rate_and_slope(f, i, at):
     g1 = t * t1 / g0
     g2 = (np.square(t1) + t * t2 - np.square(g1)) / g0
     g3 = (3.0 * t1 * t2 + t * t3 - 3.0 * g1 * g2) / g0
-    swing, way = f.swing[i], f.way[i]
-    chi = (1.0 + swing * at.y1 - way * b1, swing * at.y2 - way * b2, swing * at.y3 - way * b3)
-    normal, normal1 = normal_error_rate_and_slope(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = phase_and_bore_error_rate_and_slope(f.motion, i, at)
-    c, c1 = derivative_of_order_and_next(f.normal.order, t1, t2, t3)
-    along, along1 = band_effect_and_slope(f.half[i], f.middle[i], c, c1)
+    swing, way = curve.swing[design], curve.way[design]
+    chi = (1.0 + swing * state.y1 - way * b1, swing * state.y2 - way * b2, swing * state.y3 - way * b3)
+    normal, normal1 = normal_error_rate_and_slope(curve.normal, design, (g0, g1, g2, g3), chi)
+    motion, motion1 = phase_and_bore_error_rate_and_slope(curve.motion, design, state)
+    c, c1 = derivative_of_order_and_next(curve.normal.order, t1, t2, t3)
+    along, along1 = band_effect_and_slope(curve.half[design], curve.middle[design], c, c1)
     return normal + motion + along, normal1 + motion1 + along1
 
 
 @value_and_slope_formula(ArmErrorRates)
-def arm_error_rate_and_slope(f, i, at):
-    value, slope = value_and_slope(f.trace, i, at)
-    t, t1, t2, t3 = curve_derivatives(f.trace.pressure, i, at)
-    (c, c1, c2, c3), (_, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
+def arm_error_rate_and_slope(curve, design, state):
+    value, slope = value_and_slope(curve.trace, design, state)
+    t, t1, t2, t3 = curve_derivatives(curve.trace.pressure, design, state)
+    (c, c1, c2, c3), (_, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(
+        curve.cosine[design], curve.sine[design], state
+    )
     g1, g2 = s1 - t1 * c - t * c1, s2 - t2 * c - 2.0 * t1 * c1 - t * c2
     g3 = s3 - t3 * c - 3.0 * t2 * c1 - 3.0 * t1 * c2 - t * c3
-    g, next_ = derivative_of_order_and_next(f.trace.normal.order, g1, g2, g3)
-    error, error1 = band_effect_and_slope(f.half[i], f.middle[i], g, next_)
+    g, next_ = derivative_of_order_and_next(curve.trace.normal.order, g1, g2, g3)
+    error, error1 = band_effect_and_slope(curve.half[design], curve.middle[design], g, next_)
     return value + error, slope + error1
 
 
 @value_and_slope_formula(FaceErrorRates)
-def face_error_rate_and_slope(f, i, at):
-    value, slope = phase_and_bore_error_rate_and_slope(f.motion, i, at)
-    return f.steady[i] + value, slope
+def face_error_rate_and_slope(curve, design, state):
+    value, slope = phase_and_bore_error_rate_and_slope(curve.motion, design, state)
+    return curve.steady[design] + value, slope
 
 
 @value_and_slope_formula(SwingingFaceErrorRates)
-def swinging_face_error_rate_and_slope(f, i, at):
-    t, t1, t2, t3 = curve_derivatives(f.reach, i, at)
+def swinging_face_error_rate_and_slope(curve, design, state):
+    t, t1, t2, t3 = curve_derivatives(curve.reach, design, state)
     g0 = 1.0 / t
     g1 = -g0 * t1 / t
     g2 = -(2.0 * g1 * t1 + g0 * t2) / t
     g3 = -(3.0 * g2 * t1 + 3.0 * g1 * t2 + g0 * t3) / t
-    sense = f.sense[i]
-    chi = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3)
-    normal, normal1 = normal_error_rate_and_slope(f.normal, i, (g0, g1, g2, g3), chi)
-    motion, motion1 = phase_and_bore_error_rate_and_slope(f.motion, i, at)
-    _, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
+    sense = curve.sense[design]
+    chi = (1.0 + sense * state.y1, sense * state.y2, sense * state.y3)
+    normal, normal1 = normal_error_rate_and_slope(curve.normal, design, (g0, g1, g2, g3), chi)
+    motion, motion1 = phase_and_bore_error_rate_and_slope(curve.motion, design, state)
+    _, (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(curve.cosine[design], curve.sine[design], state)
     h1, h2 = s1 * g0 + s * g1, s2 * g0 + 2.0 * s1 * g1 + s * g2
     h3 = s3 * g0 + 3.0 * s2 * g1 + 3.0 * s1 * g2 + s * g3
-    h, next_ = derivative_of_order_and_next(f.normal.order, h1, h2, h3)
-    error, error1 = band_effect_and_slope(f.half[i], f.middle[i], h, next_)
+    h, next_ = derivative_of_order_and_next(curve.normal.order, h1, h2, h3)
+    error, error1 = band_effect_and_slope(curve.half[design], curve.middle[design], h, next_)
     return normal + motion + error, normal1 + motion1 + error1
 
 
@@ -225,9 +229,9 @@ def worst_error_rate_curve(
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
     face = mechanism.flat_faced and not setup.angular
-    turning, ahead = bands.phase.half, error_sign * bands.phase.middle
+    turning, ahead = bands.phase.half_range, error_sign * bands.phase.middle
     if face:
-        turning, ahead = turning + bands.tilt.half, ahead - error_sign * designs.sense * bands.tilt.middle
+        turning, ahead = turning + bands.tilt.half_range, ahead - error_sign * designs.sense * bands.tilt.middle
     developed, waves = mechanism.body.developed, float(bands.waves or 0)
     around = bands.bore / designs.size if developed else zeros
     motion = MotionRates(derivative_order, zeros + turning, zeros + ahead, zeros + around)
@@ -242,22 +246,22 @@ def worst_error_rate_curve(
         zeros + bands.profile / scale,
         zeros + waves,
         zeros + bore / scale,
-        zeros + body.half / scale,
+        zeros + body.half_range / scale,
         zeros + sign * body.middle / scale,
     )
     sense = np.full(len(designs), designs.sense)
     if swinging:
         assert mechanism.reach is not None
         reach, centre = mechanism.reach(designs, programme), sizes["centre_distance"]
-        half, middle = zeros + centre.half, zeros - error_sign * centre.middle
+        half, middle = zeros + centre.half_range, zeros - error_sign * centre.middle
         return SwingingFaceErrorRates(reach, normal, motion, pressure.cosine, pressure.sine, sense, half, middle)
     longer = sizes.get("arm_length", sizes.get("offset", NO_BAND))
     lean = designs.sense if not setup.angular else -designs.sense if developed else -1.0
     swing, way = (sense, sense) if setup.angular else (zeros, zeros + 1.0)
-    half, middle = zeros + longer.half / length_of, zeros + error_sign * lean * longer.middle / length_of
+    half, middle = zeros + longer.half_range / length_of, zeros + error_sign * lean * longer.middle / length_of
     trace = TraceErrorRates(pressure, normal, motion, swing, way, half, middle)
     if "centre_distance" not in sizes:
         return trace
     centre = sizes["centre_distance"]
-    half, middle = zeros + centre.half / length_of, zeros - error_sign * centre.middle / length_of
+    half, middle = zeros + centre.half_range / length_of, zeros - error_sign * centre.middle / length_of
     return ArmErrorRates(trace, pressure.cosine, pressure.sine, half, middle)

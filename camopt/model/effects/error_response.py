@@ -111,20 +111,20 @@ def largest_error_by_profile_zone(response: FloatArray, zone: float, most_waves:
     return zone * np.array(most)
 
 
-def series_derivatives(series: Series, shape: tuple[int, ...], orders: int = RESPONSE_ORDERS) -> FloatArray:
+def series_derivatives(series: Series, shape: tuple[int, ...], order_count: int = RESPONSE_ORDERS) -> FloatArray:
     """Derivatives of a series by the cam angle, (orders, *shape)."""
-    return np.array([np.broadcast_to(series.derivative(order), shape) for order in range(orders)])
+    return np.array([np.broadcast_to(series.derivative(order), shape) for order in range(order_count)])
 
 
-def tool_response_to_train_number(
-    train_series: Train, train: Train, programme: Programme, angles: FloatArray
+def tool_response_to_train_error(
+    perturbed_train: Train, train: Train, programme: Programme, angles: FloatArray
 ) -> Series:
     """Motion of the tool for an error of a number p of its train, ∂f/∂p, as a series by the cam angle.
 
-    ``train_series`` is the train as a series in p.
+    ``perturbed_train`` is the train as a series in p.
     """
     position = follower_series(train, programme, angles)
-    response: Series = train_series.tool_displacement(Taylor([position, position * 0.0])).terms[1]
+    response: Series = perturbed_train.tool_displacement(Taylor([position, position * 0.0])).terms[1]
     return response
 
 
@@ -222,20 +222,20 @@ class ContactResponse:
         along_normal = (responses["x"] * point.across + responses["y"] * point.up) / length
         return responses | {"profile": along_normal}
 
-    def _multiple_angle_series(self, count: float) -> Taylor:
-        """``count`` times the cam angle, as a series."""
-        terms = count * self.angles, np.full_like(self.angles, count), np.zeros_like(self.angles)
+    def _multiple_angle_series(self, factor: float) -> Taylor:
+        """``factor`` times the cam angle, as a series."""
+        terms = factor * self.angles, np.full_like(self.angles, factor), np.zeros_like(self.angles)
         return Taylor(terms[: self.orders])
 
 
 def contact_responses(
-    setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, orders: int = RESPONSE_ORDERS
+    setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, order_count: int = RESPONSE_ORDERS
 ) -> list[ContactResponse]:
     """The responses at all contacts of a follower, each for the motion at that contact."""
     first, *others = all_follower_contacts(setup)
-    responses = [ContactResponse(first.mechanism, designs, programme, angles, orders)]
+    responses = [ContactResponse(first.mechanism, designs, programme, angles, order_count)]
     for contact in others:
         motion = contact.mechanism.contact_programme(replace(programme, tool_programme=None))
         local = contact.local_designs(designs)
-        responses.append(ContactResponse(contact.mechanism, local, motion, angles, orders))
+        responses.append(ContactResponse(contact.mechanism, local, motion, angles, order_count))
     return responses

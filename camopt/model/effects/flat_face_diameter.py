@@ -27,7 +27,7 @@ def input_quantities(setup: Setup) -> tuple[str, ...]:
     return FACE_REACHES if offered_quantities(setup) else ()
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     width = case.setup_per_design.bodies.face_width
     width = 0.0 if width is None else width
     diameter, far = (

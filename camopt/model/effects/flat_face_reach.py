@@ -25,7 +25,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name: Peak(curves, goal) for name, goal in zip(offered_quantities(setup), goals, strict=True)}
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     ends = peaks(case.setup)
     return dict(zip(ends, largest_and_least_columns(case, *ends.values()), strict=True))
 

@@ -134,20 +134,20 @@ class HalfGap(NamedTuple):
     programme: Programme
 
     def value_and_slope(
-        self, design: IntArray, panel: IntArray, u: FloatArray, side: FloatArray
+        self, design: IntArray, panel: IntArray, panel_places: FloatArray, side: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """e and e' of designs at places of panels; ``side`` is the sign of the force that the flank bears."""
-        state = panel_state(self.programme, panel, u)
+        state = motion_state_on_panels(self.programme, panel, panel_places)
         tangents = [value_and_slope(pressure, design, state) for pressure in self.pressures]
         tangent, slope = np.where(side > 0.0, tangents[0], tangents[-1])
         secant = np.sqrt(1.0 + np.square(tangent))
         return self.half[design] * secant, self.half[design] * tangent * slope / secant
 
-    def values(
-        self, design: IntArray, panel: IntArray, u: FloatArray, side: FloatArray
+    def values_on_both_flanks(
+        self, design: IntArray, panel: IntArray, panel_places: FloatArray, side: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """e of designs at places of panels, on the flank of ``side`` and on the other flank."""
-        state = panel_state(self.programme, panel, u)
+        state = motion_state_on_panels(self.programme, panel, panel_places)
         tangents = [curve_value(pressure, design, state) for pressure in self.pressures]
         one, other = (
             self.half[design] * np.sqrt(1.0 + np.square(tangent)) for tangent in (tangents[0], tangents[-1])
@@ -155,16 +155,17 @@ class HalfGap(NamedTuple):
         return np.where(side > 0.0, one, other), np.where(side > 0.0, other, one)
 
 
-def panel_state(programme: Programme, panel: IntArray, u: FloatArray) -> State:
+def motion_state_on_panels(programme: Programme, panel: IntArray, panel_places: FloatArray) -> State:
     """The motion at places of panels, without jerk and load, which curves of sizes do not read."""
     y, y1, y2 = (
-        polynomial.polyval(u, series[:, panel], tensor=False) for series in _displacement_derivatives(programme)
+        polynomial.polyval(panel_places, series[:, panel], tensor=False)
+        for series in _displacement_derivative_polynomials(programme)
     )
     return State(y, y1, y2, np.zeros_like(y))
 
 
 @lru_cache(maxsize=64)
-def _displacement_derivatives(programme: Programme) -> tuple[FloatArray, ...]:
+def _displacement_derivative_polynomials(programme: Programme) -> tuple[FloatArray, ...]:
     """Power series in u of the displacement and its first two derivatives by the cam angle, by panel."""
     rows, width = programme.table.coefficients.T, programme.table.half_width
     return tuple(polynomial.polyder(rows, order) / width**order for order in range(3))
@@ -269,22 +270,25 @@ def _advance_flights(
     driving_force = (
         -side
         * _recentre_polynomials(followers.force[:, setting, panel], flying.place)
-        / _powers_by_row(width, len(followers.force))
+        / _rows_of_powers(width, len(followers.force))
     )
     series = _oscillator_series(
         driving_force, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed
     )
 
-    def flank_gaps(step_fraction: Any, which: Any = slice(None)) -> tuple[FloatArray, FloatArray]:
+    def flank_gaps(step_fraction: Any, flight_index: Any = slice(None)) -> tuple[FloatArray, FloatArray]:
         """s·u minus its value on the other flank (a landing at 0), and on the first flank (in flight above 0)."""
-        along = step_fraction * length[which]
-        way = polynomial.polyval(along, series[:, which], tensor=False)
-        behind, ahead = gap.values(
-            design[which], panel[which], flying.place[which] + along / width[which], side[which]
+        along = step_fraction * length[flight_index]
+        way = polynomial.polyval(along, series[:, flight_index], tensor=False)
+        behind, ahead = gap.values_on_both_flanks(
+            design[flight_index],
+            panel[flight_index],
+            flying.place[flight_index] + along / width[flight_index],
+            side[flight_index],
         )
         return way - ahead, way + behind
 
-    size = gap.values(design, panel, flying.place, side)[0]
+    size = gap.values_on_both_flanks(design, panel, flying.place, side)[0]
     gaps = np.array([flank_gaps(share) for share in STEP_FRACTIONS])
     beyond, back = gaps[:, 0] >= 0.0, gaps[:, 1] < -LIFTED_SHARE * size
     landed_by = beyond | back
@@ -333,16 +337,16 @@ def _root_between(function: Callable[[FloatArray], FloatArray], low: FloatArray,
     return last
 
 
-def _powers_by_row(width: FloatArray, count: int) -> FloatArray:
+def _rows_of_powers(base: FloatArray, count: int) -> FloatArray:
     """width⁰, width¹, … (count, n)."""
-    return np.asarray(width ** np.arange(count)[:, None])
+    return np.asarray(base ** np.arange(count)[:, None])
 
 
 def _recentre_polynomials(series: FloatArray, place: FloatArray) -> FloatArray:
     """Polynomials (powers, n) in u, written in powers of u − place."""
     count = len(series)
     shifted = np.zeros_like(series)
-    powers = _powers_by_row(place, count)
+    powers = _rows_of_powers(place, count)
     for low in range(count):
         for high in range(low, count):
             shifted[low] += comb(high, low) * powers[high - low] * series[high]

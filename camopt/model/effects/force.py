@@ -24,7 +24,7 @@ from camopt.core.numerics import LARGEST, LEAST, FloatArray
 from camopt.core.numerics.curves import Linear, curve_type_from_formula
 from camopt.core.numerics.extremes import Precision, extremes_of_curve
 from camopt.core.numerics.panel_series import derivative_polynomials_by_panel, sum_series
-from camopt.core.numerics.piecewise import load_polynomials_by_panel, train_inertia_polynomials_by_panel
+from camopt.core.numerics.piecewise import external_load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.core.numerics.state import TrainForces
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
@@ -44,15 +44,15 @@ FORCE_ERROR = 1e-14  # of the largest force: a force below 0 by less is rounding
 
 
 @curve_type_from_formula(reads_load=True)
-def force_with_changing_load(state, steady, share):
-    """F with an external load that changes over the turn: all other forces, ``steady``, plus share·load."""
-    return steady + share * state.load.value
+def force_with_changing_load(state, steady_force, load_share):
+    """F with an external load that changes over the turn: all other forces, ``steady_force``, plus share·load."""
+    return steady_force + load_share * state.load.value
 
 
 @curve_type_from_formula(reads_load=True)
-def force_with_train_load(state, steady, share, carried):
-    """F with the load of a train: ``steady`` plus share·S + carried·I."""
-    return steady + share * state.load.value + carried * state.load.carried
+def force_with_train_load(state, steady_force, load_share, inertia_factor):
+    """F with the load of a train: ``steady_force`` plus share·S + carried·I."""
+    return steady_force + load_share * state.load.value + inertia_factor * state.load.carried
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
@@ -104,7 +104,7 @@ def force_polynomials_by_panel(programme: Programme, factors: Sequence[Any]) -> 
     ]
     series = sum_series(
         *terms,
-        load_polynomials_by_panel(table)[:, None],
+        external_load_polynomials_by_panel(table)[:, None],
         carried * train_inertia_polynomials_by_panel(table)[:, None],
     )
     series[0] += constant
@@ -211,20 +211,20 @@ def _is_contact_proved_between_speeds(
     return proved
 
 
-def _inertia_force_per_squared_speed(here: ForceExtremes, factors: Sequence[FloatArray]) -> FloatArray:
+def _inertia_force_per_squared_speed(extremes: ForceExtremes, factors: Sequence[FloatArray]) -> FloatArray:
     """Force of inertia over ω²."""
     _, _, mass, _, carried = factors
-    return mass * here.y2 + carried * here.carried
+    return mass * extremes.y2 + carried * extremes.carried
 
 
-def _lift_off_speed(here: ForceExtremes, factors: Sequence[FloatArray]) -> FloatArray:
-    """Least speed ω at which F falls to 0 at the cam angles of ``here`` [rad/s]; infinite if it never does.
+def _lift_off_speed(extremes: ForceExtremes, factors: Sequence[FloatArray]) -> FloatArray:
+    """Least speed ω at which F falls to 0 at the cam angles of ``extremes`` [rad/s]; infinite if it never does.
 
     At rest F is not below 0 there.
     """
     stiffness, damping, _, constant, _ = factors
-    rest = np.maximum(stiffness * here.y + constant + here.load, 0.0)
-    slope, bend = damping * here.y1, _inertia_force_per_squared_speed(here, factors)
+    rest = np.maximum(stiffness * extremes.y + constant + extremes.load, 0.0)
+    slope, bend = damping * extremes.y1, _inertia_force_per_squared_speed(extremes, factors)
     with np.errstate(all="ignore"):
         root = np.sqrt(slope**2 - 4.0 * rest * bend)  # nan where F stays above 0
         first = np.where(slope > 0.0, (slope + root) / (-2.0 * bend), 2.0 * rest / (root - slope))
@@ -233,7 +233,7 @@ def _lift_off_speed(here: ForceExtremes, factors: Sequence[FloatArray]) -> Float
 
 
 @once_per_setting
-def required_stiffness(programme: Programme, *other_factors: FloatArray) -> FloatArray:
+def required_spring_rate(programme: Programme, *other_factors: FloatArray) -> FloatArray:
     """Least spring rate that keeps contact with the other factors of F; infinite if none does.
 
     Where F is least with one rate, the next rate makes it 0; no smaller one suffices.
@@ -287,10 +287,10 @@ def force_curve_at_speed(
     return force_over_lever_curve(numbers, speed(numbers), np.ones(len(designs)), programme)
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     setup, programme, numbers = case.setup, case.programme, case.setup_per_design
     columns: dict[str, Any] = {}
-    if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
+    if wanted_quantities & {"jump_speed_rpm", "jump_speed_ratio"}:
         jump = jump_speed(programme, *force_factors_with_train(numbers.dynamics, 1.0))
         columns["jump_speed_rpm"] = jump * 30.0 / pi
         columns |= {} if setup.omega is None else {"jump_speed_ratio": jump / numbers.omega}
@@ -303,9 +303,9 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     per_length, per_rate = ("N_m", "N_m_per_rad") if setup.angular else ("N", "N_per_mm")
     unit = 1e-3 if setup.angular else 1.0
     columns[f"preload_required_{per_length}"] = _required_preload(numbers.dynamics.preload, force[0], unit)
-    if f"spring_rate_required_{per_rate}" in wanted:
+    if f"spring_rate_required_{per_rate}" in wanted_quantities:
         _, *others = force_factors_with_train(numbers.dynamics, numbers.omega)
-        columns[f"spring_rate_required_{per_rate}"] = required_stiffness(programme, *others) * unit
+        columns[f"spring_rate_required_{per_rate}"] = required_spring_rate(programme, *others) * unit
     return columns
 
 
@@ -366,11 +366,11 @@ def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Prog
     return add_changing_load(steady, 1.0 / lever, omega**2 / lever, programme)
 
 
-def add_changing_load(steady: Linear, share: Any, carried: Any, programme: Programme) -> Any:
+def add_changing_load(steady_force: Linear, load_share: Any, inertia_factor: Any, programme: Programme) -> Any:
     """A force plus a share of the load that changes over the turn, and of the inertia of a train."""
     if isinstance(programme.load, TrainLoad):
-        return force_with_train_load(steady, share, carried)
-    return steady if programme.load is None else force_with_changing_load(steady, share)
+        return force_with_train_load(steady_force, load_share, inertia_factor)
+    return steady_force if programme.load is None else force_with_changing_load(steady_force, load_share)
 
 
 def divide_by_lever(force: Any, lever: Any) -> Any:
@@ -378,13 +378,19 @@ def divide_by_lever(force: Any, lever: Any) -> Any:
     return EnclosedValue(*(part / lever for part in force)) if isinstance(force, EnclosedValue) else force / lever
 
 
-def _required_preload(preload: Any, least: Any, unit: float) -> Any:
+def _required_preload(preload: Any, least_force: Any, unit_factor: float) -> Any:
     """Least preload that keeps contact; exactly 0 if only rounding makes it positive."""
-    if not isinstance(least, EnclosedValue):
-        return np.maximum(preload - least, 0.0) * unit
-    required, far = (np.maximum(preload - each, 0.0) for each in (least.value, least.value + least.outward))
-    required = np.where(required > FORCE_ERROR * least.scale, required, 0.0)
-    return EnclosedValue(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
+    if not isinstance(least_force, EnclosedValue):
+        return np.maximum(preload - least_force, 0.0) * unit_factor
+    required, far = (
+        np.maximum(preload - each, 0.0) for each in (least_force.value, least_force.value + least_force.outward)
+    )
+    required = np.where(required > FORCE_ERROR * least_force.scale, required, 0.0)
+    return EnclosedValue(
+        required * unit_factor,
+        (far - required) * unit_factor,
+        np.maximum(required, least_force.scale) * unit_factor,
+    )
 
 
 def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:

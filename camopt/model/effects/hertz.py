@@ -74,7 +74,7 @@ def input_quantities(setup: Setup) -> tuple[str, ...]:
     return ("undercut", *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
-def loads_by_flank_and_friction(setup: Setup) -> list[tuple[Flank, float, Variant]]:
+def load_curves_by_flank_and_friction(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     """The loads of the stress by flank and direction of the guide's friction: (flank, way, variant)."""
     return [
         (flank, way, (partial(contact_load_curve, setup, flank=flank, velocity_sign=way), kinds))
@@ -108,7 +108,7 @@ def contact_stress(setup: Setup, load: Any, designs: Designs) -> Any:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.is_knife or missing_keys_by_quantity(setup):
         return {}
-    curves, stress = tuple(variant for *_, variant in loads_by_flank_and_friction(setup)), stress_scale(setup)
+    curves, stress = tuple(variant for *_, variant in load_curves_by_flank_and_friction(setup)), stress_scale(setup)
     bodies = None if setup.spherical or has_guide_friction(setup) else sure_and_possible_radii_for_load
     stresses = {STRESS: Peak(curves, LARGEST, stress, is_infinite_by_velocity_jumps, bodies=bodies)}
     if not setup.spherical:
@@ -116,36 +116,41 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.can_pull_follower:
         stresses[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, is_infinite_by_velocity_jumps)
         stresses |= {
-            name: Peak(tuple(_push_or_pull_loads(setup, name)), LARGEST, stress, is_infinite_by_velocity_jumps)
+            name: Peak(
+                tuple(_push_or_pull_load_curves(setup, name)), LARGEST, stress, is_infinite_by_velocity_jumps
+            )
             for name in FLANK_SIGNS
         }
     return stresses
 
 
-def _push_or_pull_loads(setup: Setup, name: str) -> list[Variant]:
+def _push_or_pull_load_curves(setup: Setup, name: str) -> list[Variant]:
     """The loads on the flanks with one sign of the normal force."""
     return [
-        variant for flank, _, variant in loads_by_flank_and_friction(setup) if flank.pressing == FLANK_SIGNS[name]
+        variant
+        for flank, _, variant in load_curves_by_flank_and_friction(setup)
+        if flank.pressing == FLANK_SIGNS[name]
     ]
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     setup = case.setup
     if setup.is_knife:
         return {STRESS: np.inf}
     known, sound = peaks(setup), can_bear_load(case)
     columns: dict[str, Any] = {
-        name: peak_column(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEAR_STRESS}
+        name: peak_column(case, known[name], sound)
+        for name in wanted_quantities & known.keys() - {STRESS, SHEAR_STRESS}
     }
-    patch_wanted = bool(wanted - known.keys())
-    top = peak_extremes(case, known[STRESS], sound, located=patch_wanted)
+    patch_wanted = bool(wanted_quantities - known.keys())
+    top = peak_extremes(case, known[STRESS], sound, exact_angles=patch_wanted)
     columns |= {
         name: column_from_extremes(case, known[name], top) for name in (STRESS, SHEAR_STRESS) if name in known
     }
     if patch_wanted:
         load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
-        for number, (flank, way, (make, _)) in enumerate(loads_by_flank_and_friction(setup)):
+        for number, (flank, way, (make, _)) in enumerate(load_curves_by_flank_and_friction(setup)):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
             if here.size:
                 width[here], length[here] = _half_axes_at_largest_stress(case, make, flank, way, here, top)

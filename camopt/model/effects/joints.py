@@ -179,18 +179,20 @@ def _largest_of_forces(forces: Any) -> LargestForce:
     return LargestForce(top, np.take_along_axis(at, best, 0)[0], excess)
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     speed, columns = 0.0 if case.setup_per_design.omega is None else case.setup_per_design.omega, dict[str, Any]()
     for kind, name in LARGEST_BY_KIND.items():
-        if not wanted & ({name, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION} if kind == "joint" else {name}):
+        if not wanted_quantities & (
+            {name, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION} if kind == "joint" else {name}
+        ):
             continue
         forces = [force for force in setup_joint_forces(case.setup) if force.kind == kind]
         worst = _largest_of_forces(largest_joint_force(case.programme, force, speed) for force in forces)
         columns[name] = EnclosedValue(worst.value, worst.room, worst.value)
         if kind == "joint":
             columns[JOINT_FORCE_ANGLE] = np.degrees(worst.at)
-        if kind == "joint" and JOINT_FORCE_DIRECTION in wanted:
-            columns[JOINT_FORCE_DIRECTION] = _largest_force_direction(case.programme, forces, speed)
+        if kind == "joint" and JOINT_FORCE_DIRECTION in wanted_quantities:
+            columns[JOINT_FORCE_DIRECTION] = _largest_force_direction_deg(case.programme, forces, speed)
     return columns
 
 
@@ -208,7 +210,7 @@ def _link_force_curve(designs: Designs, motion: TrainMotion, setup: Setup, parts
     return motion.link_force_sum(parts, 0.0 if omega is None else omega)
 
 
-def _largest_force_direction(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
+def _largest_force_direction_deg(programme: Programme, forces: list[JointForce], speed: Any) -> FloatArray:
     """Direction of the largest of some forces [deg], at the cam angle of its largest magnitude."""
     largest = [largest_joint_force(programme, force, speed) for force in forces]
     ways = [

@@ -21,9 +21,9 @@ class OverallExtreme(NamedTuple):
     number: IntArray
 
 
-def overall_extreme(extremes: Sequence[Extremes], extreme_kind: int) -> OverallExtreme:
+def overall_extreme(extremes: Sequence[Extremes], goal: int) -> OverallExtreme:
     """Overall extreme of several extremes, (designs,) each: the largest, or the least if that is the goal."""
-    outwards = -1.0 if extreme_kind == LEAST else 1.0
+    outwards = -1.0 if goal == LEAST else 1.0
     far = outwards * extremes[0].value
     top, where, number = far + extremes[0].width, extremes[0].where, np.zeros(far.size, np.int64)
     for k, one in enumerate(extremes[1:], start=1):
@@ -44,10 +44,10 @@ class KnownExtremes(NamedTuple):
     by_curve: Mapping[Callable[..., Any], Mapping[Question, Extremes]]
 
     def with_extremes(
-        self, curve: Callable[..., Any], questions: Sequence[Question], answers: Extremes
+        self, curve: Callable[..., Any], questions: Sequence[Question], extremes: Extremes
     ) -> "KnownExtremes":
         """The known extremes with the answers to some more questions, (questions, designs)."""
-        added = {question: Extremes(*(values[k] for values in answers)) for k, question in enumerate(questions)}
+        added = {question: Extremes(*(values[k] for values in extremes)) for k, question in enumerate(questions)}
         return KnownExtremes({**self.by_curve, curve: {**self.by_curve.get(curve, {}), **added}})
 
     def take(self, index: Any) -> "KnownExtremes":

@@ -95,24 +95,24 @@ def _polynomials_of_moving_panels(programme: Programme, direction_bits: int) -> 
     return table.coefficients[panels].T, table.half_width[panels]
 
 
-def _places_reaching_level(y: FloatArray, level: FloatArray) -> FloatArray:
+def _places_reaching_level(displacement_polynomials: FloatArray, level: FloatArray) -> FloatArray:
     """Place u in each panel where a monotone displacement reaches a level (settings, 1): (settings, panels).
 
     If it does not reach the level, the place is the nearer end.
     """
-    start, end = polynomial.polyval(np.array([-1.0, 1.0]), y).T
+    start, end = polynomial.polyval(np.array([-1.0, 1.0]), displacement_polynomials).T
     nearer = np.where(np.abs(end - level) < np.abs(start - level), 1.0, -1.0)
     setting, panel = np.nonzero((np.minimum(start, end) < level) & (level < np.maximum(start, end)))
     below, above = np.where(end > start, 1.0, -1.0)[panel] * np.array([[-1.0], [1.0]])
     for _ in range(BISECTIONS):
         middle = 0.5 * (below + above)
-        under = polynomial.polyval(middle, y[:, panel], tensor=False) < level[setting, 0]
+        under = polynomial.polyval(middle, displacement_polynomials[:, panel], tensor=False) < level[setting, 0]
         below, above = np.where(under, middle, below), np.where(under, above, middle)
     nearer[setting, panel] = 0.5 * (below + above)
     return nearer
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     programme, setup = case.programme.tool, case.setup_per_design
     lash, variation = setup.dynamics.lash, setup.dynamics.lash_variation
     columns: dict[str, Any] = {LASH_OPEN: np.degrees(angle_span_above_level(programme, lash))}
@@ -123,7 +123,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
             name: largest[ways] * motion_unit_factor(setup, 1)
             for name, ways in _lash_speed_directions(case.setup).items()
         }
-    return {name: column for name, column in columns.items() if name in wanted}
+    return {name: column for name, column in columns.items() if name in wanted_quantities}
 
 
 EFFECT = Effect(

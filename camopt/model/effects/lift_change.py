@@ -19,7 +19,7 @@ def lift_change_name(setup: Setup) -> str:
     return f"lift_change_max_{'deg' if setup.tool_turns else 'mm'}_per_deg"
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     per_degree = 1.0 if case.setup.tool_turns else radians(1.0)
     return {lift_change_name(case.setup): derivative_peak(case.programme.tool, 1, ALL_STROKES) * per_degree}
 

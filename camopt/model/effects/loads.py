@@ -47,70 +47,75 @@ def preloaded_contact_force(state, force, preload):
 
 
 @curve_type_from_formula(reads_load=True)
-def force_with_guide_friction(state, force, pressure, drag, slide):
+def force_with_guide_friction(state, force, pressure_tangent, friction_intercept, friction_slope):
     """Force along the motion with friction in the guide, G [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
-    return force / (1.0 - np.sign(force) * (drag + slide * state.y) * np.abs(pressure))
+    return force / (
+        1.0 - np.sign(force) * (friction_intercept + friction_slope * state.y) * np.abs(pressure_tangent)
+    )
 
 
 @curve_type_from_formula(reads_load=True)
-def normal_force(state, along, pressure):
+def normal_force(state, force_along_motion, pressure_tangent):
     """Normal force of a follower with a trace point, N [N]."""
-    return along * np.sqrt(np.square(pressure) + 1.0)
+    return force_along_motion * np.sqrt(np.square(pressure_tangent) + 1.0)
 
 
 @curve_type_from_formula(reads_load=True)
-def side_thrust(state, along, pressure, arm, reach):
+def side_thrust_times_lever(state, force_along_motion, pressure_tangent, lever_intercept, lever_slope):
     """Side thrust times a lever, S·(arm + reach·y) [N, or N·mm if the lever is a length]."""
-    return along * pressure * (arm + reach * state.y)
+    return force_along_motion * pressure_tangent * (lever_intercept + lever_slope * state.y)
 
 
 @curve_type_from_formula
-def jamming_ratio(state, pressure, drag, slide):
+def jamming_ratio(state, pressure_tangent, friction_intercept, friction_slope):
     """μ·q·t; at 1 the follower jams in its guide."""
-    return (drag + slide * state.y) * pressure
+    return (friction_intercept + friction_slope * state.y) * pressure_tangent
 
 
 @curve_type_from_formula(reads_load=True)
-def swinging_face_normal_force(state, moment, distance):
+def swinging_face_normal_force(state, moment, distance_from_pivot):
     """Normal force on an oscillating flat face [N]: the moment over the distance of the contact from the pivot."""
-    return moment / distance
+    return moment / distance_from_pivot
 
 
 @curve_type_from_formula(reads_load=True)
-def roller_load_per_relative_radius(state, normal, curvature, roller_radius, pressing, bulge):
+def roller_load_per_relative_radius(state, normal, curvature, roller_radius, pressing_sign, bulge_sign):
     """Load of a roller, N/R [N/mm]; positive where N presses the roller on the flank.
 
-    ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
+    ``pressing_sign`` is the sign of such an N. ``bulge_sign`` is 1 if κ > 0 bends the flank towards the roller,
+    else −1.
     """
-    return pressing * normal / (roller_radius - bulge * roller_radius * roller_radius * curvature)
+    return pressing_sign * normal / (roller_radius - bulge_sign * roller_radius * roller_radius * curvature)
 
 
 @curve_type_from_formula
-def parallel_curve_curvature(state, curvature, away):
-    """Curvature of a parallel of the pitch curve [1/mm], ``away`` [mm] to the side that κ > 0 makes hollow."""
-    return curvature / (1.0 - away * curvature)
+def parallel_curve_curvature(state, curvature, distance):
+    """Curvature of a parallel of the pitch curve [1/mm], ``distance`` [mm] to the side that κ > 0 makes hollow."""
+    return curvature / (1.0 - distance * curvature)
 
 
 @curve_type_from_formula(reads_load=True)
-def spherical_face_load(state, normal, curvature, face_radius, pressing, bulge, table=None):
+def spherical_face_load_per_square_radius(
+    state, normal, curvature, face_radius, pressing_sign, bulge_sign, pressure_factor_table=None
+):
     """Load of a spherical face, N·h/R_s² [N/mm²], with a table of h.
 
     Other arguments as of ``roller_load_per_relative_radius``.
     """
-    h, _ = pressure_factor_and_derivative(1.0 - bulge * face_radius * curvature, table)
-    return pressing / (face_radius * face_radius) * (normal * h)
+    h, _ = pressure_factor_and_derivative(1.0 - bulge_sign * face_radius * curvature, pressure_factor_table)
+    return pressing_sign / (face_radius * face_radius) * (normal * h)
 
 
 @curve_type_from_formula(reads_load=True)
-def flat_face_load_per_radius(state, normal, radius):
+def flat_face_load_per_radius(state, normal, profile_radius):
     """Load of a flat face, N/ρ [N/mm]."""
-    return normal / radius
+    return normal / profile_radius
 
 
 @curve_type_from_formula(reads_load=True)
-def shaft_torque(state, along):
+def shaft_torque(state, force_along_motion):
     """Torque of the camshaft, T = G·y' [N·mm]."""
-    return along * state.y1
+    return force_along_motion * state.y1
 
 
 def has_guide_friction(setup: Setup) -> bool:
@@ -122,14 +127,14 @@ def has_guide_friction(setup: Setup) -> bool:
 
 
 def guide_friction_line_coefficients(
-    dynamics: FollowerDynamics, count: int, velocity_sign: float
+    dynamics: FollowerDynamics, design_count: int, velocity_sign: float
 ) -> tuple[Any, Any]:
     """The numbers ``drag`` and ``slide`` of the line drag + slide·y = way·μ·q."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
     slide = -2.0 * dynamics.friction / dynamics.guide_length
-    ones = np.ones(count)
+    ones = np.ones(design_count)
     return velocity_sign * dynamics.friction * q * ones, velocity_sign * slide * ones
 
 
@@ -197,7 +202,7 @@ def contact_load_curve(
         curvature = flank_path_curvature_curve(setup, designs, programme, flank)
         pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
         if setup.spherical:
-            return spherical_face_load(
+            return spherical_face_load_per_square_radius(
                 normal, curvature, designs.roller_radius, pressing, bent, pressure_factor_coefficients()
             )
         return roller_load_per_relative_radius(normal, curvature, designs.roller_radius, pressing, bent)

@@ -37,7 +37,7 @@ class Mean(NamedTuple):
         """M, from the mean of the curve to the power p; numbers or ranges."""
         return power_mean if self.power == 1 else np.sqrt(power_mean)
 
-    def power_mean_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def power_mean_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
         """Mean of the curve to the power p at a value of the quantity; negative if there is none."""
-        mean = self.scale.weighted_extreme_for_quantity(quantity, numbers)
+        mean = self.scale.weighted_extreme_for_quantity(quantity, number_kind)
         return mean if self.power == 1 or mean < 0 else mean * mean

@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import curve_value
-from camopt.core.numerics.quadrature import GaussRule, Integrals, integrate_by_orders
+from camopt.core.numerics.quadrature import GaussRule, Integrals, integrate_with_rising_order
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import EnclosedValue, EvaluationBlock
 from camopt.model.effects.mean import Mean
@@ -53,7 +53,7 @@ def _power_means_over_parts(case: EvaluationBlock, mean: Mean, parts: PanelParts
         ]
         return np.concatenate(rows)[None]
 
-    value, error = integrate_by_orders(power_means_of_designs, np.abs, count, case.setup.relative_error)
+    value, error = integrate_with_rising_order(power_means_of_designs, np.abs, count, case.setup.relative_error)
     return Integrals(value[0], error[0])
 
 

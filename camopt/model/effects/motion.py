@@ -95,12 +95,12 @@ def motion_unit_scale(setup: Setup, order: int, *, at_follower: bool = False) ->
     return scale_per_design_if_varied(setup, by_time, by_unit, lambda each: each.omega**order)
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     return {
         name: derivative_peak(curve.motion_of_tool_or_follower(case.programme), curve.order, kinds)
         * motion_unit_factor(case.setup_per_design, curve.order, at_follower=curve.at_follower)
         for name, (curve, kinds) in _motion_curves(case.setup).items()
-        if name in wanted
+        if name in wanted_quantities
     }
 
 

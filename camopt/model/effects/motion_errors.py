@@ -88,42 +88,44 @@ class SwingingFaceError(NamedTuple):
 
 
 @value_and_slope_formula(TraceError)
-def trace_point_error_and_slope(f, i, at):
-    t, t1 = value_and_slope(f.pressure, i, at)
+def trace_point_error_and_slope(curve, design, state):
+    t, t1 = value_and_slope(curve.pressure, design, state)
     root = np.sqrt(1.0 + np.square(t))
-    value = f.out[i] * root + f.along[i] * np.abs(t) + f.leaning[i] * t
-    value = value + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
-    slope = (f.out[i] * t / root + f.along[i] * np.sign(t) + f.leaning[i]) * t1
-    return value, slope + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
+    value = curve.out[design] * root + curve.along[design] * np.abs(t) + curve.leaning[design] * t
+    value = value + curve.turning[design] * np.abs(state.y1) + curve.ahead[design] * state.y1
+    slope = (curve.out[design] * t / root + curve.along[design] * np.sign(t) + curve.leaning[design]) * t1
+    return value, slope + (curve.turning[design] * np.sign(state.y1) + curve.ahead[design]) * state.y2
 
 
 @value_and_slope_formula(ArmError)
-def arm_error_and_slope(f, i, at):
-    value, slope = value_and_slope(f.trace, i, at)
-    t, t1 = value_and_slope(f.trace.pressure, i, at)
-    cosine, sine = cosine_and_sine_of_sum(f.cosine[i], f.sine[i], at.y)
-    g, g1 = sine - t * cosine, (cosine + t * sine) * at.y1 - t1 * cosine
-    value = value + f.across[i] * np.abs(g) + f.nearer[i] * g
-    return value, slope + (f.across[i] * np.sign(g) + f.nearer[i]) * g1
+def arm_error_and_slope(curve, design, state):
+    value, slope = value_and_slope(curve.trace, design, state)
+    t, t1 = value_and_slope(curve.trace.pressure, design, state)
+    cosine, sine = cosine_and_sine_of_sum(curve.cosine[design], curve.sine[design], state.y)
+    g, g1 = sine - t * cosine, (cosine + t * sine) * state.y1 - t1 * cosine
+    value = value + curve.across[design] * np.abs(g) + curve.nearer[design] * g
+    return value, slope + (curve.across[design] * np.sign(g) + curve.nearer[design]) * g1
 
 
 @value_and_slope_formula(FaceError)
-def face_error_and_slope(f, i, at):
-    x, x1 = f.sense[i] * at.y1 - f.offset[i], f.sense[i] * at.y2
-    value = f.out[i] + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
-    value = value + f.tilting[i] * np.abs(x) + f.leaning[i] * x
-    slope = (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
-    return value, slope + (f.tilting[i] * np.sign(x) + f.leaning[i]) * x1
+def face_error_and_slope(curve, design, state):
+    x, x1 = curve.sense[design] * state.y1 - curve.offset[design], curve.sense[design] * state.y2
+    value = curve.out[design] + curve.turning[design] * np.abs(state.y1) + curve.ahead[design] * state.y1
+    value = value + curve.tilting[design] * np.abs(x) + curve.leaning[design] * x
+    slope = (curve.turning[design] * np.sign(state.y1) + curve.ahead[design]) * state.y2
+    return value, slope + (curve.tilting[design] * np.sign(x) + curve.leaning[design]) * x1
 
 
 @value_and_slope_formula(SwingingFaceError)
-def swinging_face_error_and_slope(f, i, at):
-    t, t1 = value_and_slope(f.reach, i, at)
-    cosine, sine = cosine_and_sine_of_sum(f.cosine[i], f.sine[i], at.y)
-    along = f.out[i] + f.across[i] * np.abs(sine) + f.nearer[i] * sine
-    along1 = (f.across[i] * np.sign(sine) + f.nearer[i]) * cosine * at.y1
-    value = along / t + f.turning[i] * np.abs(at.y1) + f.ahead[i] * at.y1
-    return value, (along1 - along * t1 / t) / t + (f.turning[i] * np.sign(at.y1) + f.ahead[i]) * at.y2
+def swinging_face_error_and_slope(curve, design, state):
+    t, t1 = value_and_slope(curve.reach, design, state)
+    cosine, sine = cosine_and_sine_of_sum(curve.cosine[design], curve.sine[design], state.y)
+    along = curve.out[design] + curve.across[design] * np.abs(sine) + curve.nearer[design] * sine
+    along1 = (curve.across[design] * np.sign(sine) + curve.nearer[design]) * cosine * state.y1
+    value = along / t + curve.turning[design] * np.abs(state.y1) + curve.ahead[design] * state.y1
+    return value, (along1 - along * t1 / t) / t + (
+        curve.turning[design] * np.sign(state.y1) + curve.ahead[design]
+    ) * state.y2
 
 
 def worst_error_curve(
@@ -133,31 +135,31 @@ def worst_error_curve(
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}
     out = zeros + (bands.profile + sizes.get("roller_radius", NO_BAND).largest_error_to_side(error_sign))
-    turning, ahead = zeros + bands.phase.half, zeros + error_sign * bands.phase.middle
+    turning, ahead = zeros + bands.phase.half_range, zeros + error_sign * bands.phase.middle
     if mechanism.body.developed:
         turning = turning + bands.bore / designs.size
     else:
         out = out + bands.bore
     if mechanism.flat_faced and not setup.angular:
-        tilting, leaning = zeros + bands.tilt.half, zeros - error_sign * bands.tilt.middle
+        tilting, leaning = zeros + bands.tilt.half_range, zeros - error_sign * bands.tilt.middle
         sense = np.full(len(designs), designs.sense)
         return FaceError(zeros + designs.offset, sense, out, turning, ahead, tilting, leaning)
     pressure = mechanism.pressure(designs, programme)
     if mechanism.flat_faced:
         assert mechanism.reach is not None
         out, centre = out + sizes["face_offset"].largest_error_to_side(-error_sign), sizes["centre_distance"]
-        across, nearer = zeros + centre.half, zeros - error_sign * centre.middle
+        across, nearer = zeros + centre.half_range, zeros - error_sign * centre.middle
         reach = mechanism.reach(designs, programme)
         return SwingingFaceError(reach, pressure.cosine, pressure.sine, out, across, nearer, turning, ahead)
     length = designs.arm_length if setup.angular else 1.0
     longer = sizes.get("arm_length", sizes.get("offset", NO_BAND))
     way = designs.sense if not setup.angular else -designs.sense if mechanism.body.developed else -1.0
-    along, leaning = (zeros + longer.half) / length, (zeros + error_sign * way * longer.middle) / length
+    along, leaning = (zeros + longer.half_range) / length, (zeros + error_sign * way * longer.middle) / length
     trace = TraceError(pressure, out / length, along, leaning, turning, ahead)
     if "centre_distance" not in sizes:
         return trace
     centre = sizes["centre_distance"]
-    across, nearer = (zeros + centre.half) / length, (zeros - error_sign * centre.middle) / length
+    across, nearer = (zeros + centre.half_range) / length, (zeros - error_sign * centre.middle) / length
     return ArmError(trace, pressure.cosine, pressure.sine, across, nearer)
 
 
@@ -191,7 +193,7 @@ def peaks(setup: Setup) -> Mapping[str, Peak]:
         return {}
     factor = abs(ratio)
     scale: Scale = DegreeScale(1, factor) if setup.tool_turns else MultipleScale(factor)
-    sides = (1.0, -1.0) if bands.is_lopsided else (1.0,)
+    sides = (1.0, -1.0) if bands.is_asymmetric else (1.0,)
     curves = tuple((partial(worst_error_curve, setup, bands, side), ALL_STROKES) for side in sides)
     names = motion_error_quantity_names(setup)
     errors = {names[0]: Peak(curves, LARGEST, scale)}
@@ -220,27 +222,27 @@ def _jumps_make_error_infinite(setup: Setup, bands: ToleranceBands, order: int, 
     return bool(jumps)
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     *rates, dwell = motion_error_quantity_names(case.setup)
     if _sole_contact_train_ratio(case.setup) is None:
-        return _sampled_error_columns(case, wanted)
+        return _sampled_error_columns(case, wanted_quantities)
     curves = peaks(case.setup)
-    columns: dict[str, Any] = {name: peak_column(case, curves[name]) for name in rates if name in wanted}
-    if dwell in wanted:
+    columns: dict[str, Any] = {name: peak_column(case, curves[name]) for name in rates if name in wanted_quantities}
+    if dwell in wanted_quantities:
         columns[dwell] = _largest_dwell_position_changes(case)
     return columns
 
 
-def _sampled_error_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def _sampled_error_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     """Columns of the largest errors, sampled at cam angles, for contacts and trains that have no error curve."""
     *rates, dwell = motion_error_quantity_names(case.setup)
-    orders = {name: order for order, name in enumerate(rates) if name in wanted}
+    orders = {name: order for order, name in enumerate(rates) if name in wanted_quantities}
     largest = largest_tool_errors(case, [*orders.values()]) if orders else ()
     columns: dict[str, Any] = {
         name: motion_unit_factor(case.setup_per_design, order) * error
         for (name, order), error in zip(orders.items(), largest, strict=True)
     }
-    if dwell in wanted:
+    if dwell in wanted_quantities:
         columns[dwell] = motion_unit_factor(case.setup, 0) * largest_dwell_position_changes(case)
     return columns
 

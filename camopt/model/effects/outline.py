@@ -115,8 +115,8 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     }
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted}
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
+    return {name: peak_column(case, peak) for name, peak in peaks(case.setup).items() if name in wanted_quantities}
 
 
 EFFECT = Effect(

@@ -11,7 +11,7 @@ from camopt.core.numerics import FloatArray, IntArray
 from camopt.core.numerics.panel_series import derivative_polynomials_by_panel
 from camopt.core.numerics.piecewise import (
     MotionTable,
-    load_polynomials_by_panel,
+    external_load_polynomials_by_panel,
     train_inertia_polynomials_by_panel,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
@@ -42,17 +42,18 @@ def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelPa
     return PanelParts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
 
 
-def part_states(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
+def part_states(programme: Programme, parts: PanelParts, part_places: FloatArray) -> State:
     """The state at places (…, n) of parts, without y'''; slopes of curves are not valid."""
     table = programme.table
     y, y1, y2 = (
-        polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in _motion_polynomials(programme)
+        polynomial.polyval(part_places, series[:, parts.panel], tensor=False)
+        for series in _motion_polynomials(programme)
     )
     if programme.load is None:
         return State(y, y1, y2, 0.0)
     load, carried = (
-        polynomial.polyval(u, series[:, parts.panel], tensor=False)
-        for series in (load_polynomials_by_panel(table), train_inertia_polynomials_by_panel(table))
+        polynomial.polyval(part_places, series[:, parts.panel], tensor=False)
+        for series in (external_load_polynomials_by_panel(table), train_inertia_polynomials_by_panel(table))
     )
     if isinstance(programme.load, TrainLoad):
         return State(y, y1, y2, 0.0, TrainForces(load, 0.0, carried, 0.0))

@@ -171,7 +171,7 @@ class Scale(ABC):
         return np.where(finite, far - np.where(finite, near, 0.0), 0.0)
 
     @abstractmethod
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
         """The weighted extreme at a value of the quantity, in a kind of number."""
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
@@ -191,8 +191,8 @@ class MultipleScale(Scale):
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         return self.factor * extreme_change
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(quantity) / numbers.of(self.factor)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(quantity) / number_kind.of(self.factor)
 
 
 IDENTITY_SCALE = MultipleScale()
@@ -205,8 +205,8 @@ class AngleOfTangentScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return np.degrees(arctangent(extreme))
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.tan(numbers.of(quantity) * numbers.pi() / 180)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.tan(number_kind.of(quantity) * number_kind.pi() / 180)
 
 
 @dataclass(frozen=True)
@@ -221,9 +221,9 @@ class TimeDerivativeScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * ((self.rpm * 2 * math.pi / 60) ** self.order * (1.0 / self.unit))
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        speed = numbers.of(self.rpm) * numbers.pi() / 30
-        return numbers.of(quantity) * numbers.of(self.unit) / speed**self.order
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        speed = number_kind.of(self.rpm) * number_kind.pi() / 30
+        return number_kind.of(quantity) * number_kind.of(self.unit) / speed**self.order
 
 
 @dataclass(frozen=True)
@@ -233,8 +233,8 @@ class TurnIntegralScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * (2.0 * math.pi)
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(quantity) / (2 * numbers.pi())
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(quantity) / (2 * number_kind.pi())
 
 
 @dataclass(frozen=True)
@@ -247,8 +247,8 @@ class DegreeScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor * extreme * (180.0 / math.pi) ** self.power
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(quantity) / numbers.of(self.factor) / (180 / numbers.pi()) ** self.power
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(quantity) / number_kind.of(self.factor) / (180 / number_kind.pi()) ** self.power
 
 
 @dataclass(frozen=True)
@@ -264,8 +264,8 @@ class LoadRootScale(Scale):
         ratio = np.maximum(extreme, 0.0) / self.unit
         return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return (numbers.of(quantity) / numbers.of(self.factor)) ** self.degree * numbers.of(self.unit)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return (number_kind.of(quantity) / number_kind.of(self.factor)) ** self.degree * number_kind.of(self.unit)
 
 
 @dataclass(frozen=True)
@@ -278,8 +278,8 @@ class InverseScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return self.factor / np.maximum(extreme, 0.0)
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(self.factor) / numbers.of(quantity)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(self.factor) / number_kind.of(quantity)
 
 
 @dataclass(frozen=True)
@@ -291,8 +291,8 @@ class OneMinusScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return 1.0 - extreme
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return 1 - numbers.of(quantity)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return 1 - number_kind.of(quantity)
 
 
 @dataclass(frozen=True)
@@ -304,8 +304,8 @@ class PerRollerRadiusScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return extreme * self.factor / designs.roller_radius
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(quantity) / numbers.of(self.factor)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(quantity) / number_kind.of(self.factor)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return inverse_roller_radius
@@ -336,8 +336,8 @@ class ConvexRadiusScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return 1.0 / np.maximum(extreme, 0.0) - self.curve_weight_by_design(0.0)(designs)
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(1.0)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(1.0)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return BodyRadiusPlus(quantity) if self.half_width is None else HalfWidthPlus(self.half_width, quantity)
@@ -350,8 +350,8 @@ class CutterRadiusScale(Scale):
     def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
         return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(-1.0)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return number_kind.of(-1.0)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return CutterExcessOverRoller(quantity)
@@ -375,8 +375,8 @@ class PerDesignFactorScale(Scale):
         factor = self.factor(designs)
         return self.scale.quantity_change(extreme * factor, extreme_change * factor, designs)
 
-    def weighted_extreme_for_quantity(self, quantity: float, numbers: NumberKind) -> Any:
-        return self.scale.weighted_extreme_for_quantity(quantity, numbers)
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+        return self.scale.weighted_extreme_for_quantity(quantity, number_kind)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         weight = self.scale.curve_weight_by_design(quantity)

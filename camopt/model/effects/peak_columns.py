@@ -31,31 +31,38 @@ def infinite_extremes(case: EvaluationBlock, peak: Peak) -> DesignExtremes:
 
 
 def peak_extremes(
-    case: EvaluationBlock, peak: Peak, sound_designs: Any = True, *, located: bool = False, floor: float = -np.inf
+    case: EvaluationBlock,
+    peak: Peak,
+    sound_designs: Any = True,
+    *,
+    exact_angles: bool = False,
+    floor: float = -np.inf,
 ) -> DesignExtremes:
     """Extremes of all curves of a peak.
 
     Infinite for designs that are not ``sound_designs``, and if jumps make them so.
 
-    Cam angles are as exact as values only if ``located``. ``floor`` is that of ``Precision``.
+    Cam angles are as exact as values only if ``exact_angles``. ``floor`` is that of ``Precision``.
     """
     count = len(case.designs)
     if sound_designs is True and count and not peak.jumps(case.programme):
-        return _extremes_of_sound_designs(case, peak, located=located, floor=floor)
+        return _extremes_of_sound_designs(case, peak, exact_angles=exact_angles, floor=floor)
     columns = infinite_extremes(case, peak)
     index = np.flatnonzero(np.broadcast_to(sound_designs, count) & (not peak.jumps(case.programme)))
     if index.size:
         part = replace(case, designs=case.designs.take(index), known_extremes=case.known_extremes.take(index))
         for column, values in zip(
-            columns, _extremes_of_sound_designs(part, peak, located=located, floor=floor), strict=True
+            columns, _extremes_of_sound_designs(part, peak, exact_angles=exact_angles, floor=floor), strict=True
         ):
             column[index] = values
     return columns
 
 
-def _extremes_of_sound_designs(case: EvaluationBlock, peak: Peak, *, located: bool, floor: float) -> DesignExtremes:
+def _extremes_of_sound_designs(
+    case: EvaluationBlock, peak: Peak, *, exact_angles: bool, floor: float
+) -> DesignExtremes:
     """Extremes of a peak's curves, for designs that all can bear their load."""
-    if peak.at_ends and not located:
+    if peak.at_ends and not exact_angles:
         ((make, _),) = peak.curves
         curve = make(case.designs, case.programme)
         ends = [
@@ -68,7 +75,7 @@ def _extremes_of_sound_designs(case: EvaluationBlock, peak: Peak, *, located: bo
     extremes = []
     for k in numbers:
         make, kinds = peak.curves[k]
-        answers = case.extremes(make, [(kinds, peak.goal)], located=located, floor=floor)
+        answers = case.extremes(make, [(kinds, peak.goal)], exact_angles=exact_angles, floor=floor)
         extremes.append(Extremes(*(values[0] for values in answers)))
     (value, where, width), number = overall_extreme(extremes, peak.goal)
     return DesignExtremes(value, width, where, np.array(numbers, float)[number])

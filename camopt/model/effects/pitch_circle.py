@@ -18,7 +18,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.body.developed else (PITCH_CIRCLE_RADIUS,)
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     angles = np.radians(case.columns[PITCH_POINT_COLUMN] + np.zeros(len(case.designs)))
     return {
         PITCH_CIRCLE_RADIUS: np.abs(

@@ -72,10 +72,12 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     loads = {least: Peak(curves, LARGEST_MAGNITUDE, MultipleScale(0.5 * unit), is_infinite_by_velocity_jumps)}
     if setup.given[STIFFNESS]:
 
-        def per_load(each: Setup) -> Any:
-            return 0.5 * angle / each.dynamics.pair_stiffness
+        def interference_per_force(varied_setup: Setup) -> Any:
+            return 0.5 * angle / varied_setup.dynamics.pair_stiffness
 
-        scale = scale_per_design_if_varied(setup, MultipleScale(per_load(setup)), IDENTITY_SCALE, per_load)
+        scale = scale_per_design_if_varied(
+            setup, MultipleScale(interference_per_force(setup)), IDENTITY_SCALE, interference_per_force
+        )
         loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, is_infinite_by_velocity_jumps)
     if preload := setup.dynamics.pair_preload:
         ratio = scale_per_design_if_varied(
@@ -85,9 +87,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return loads
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     setup, known = case.setup, peaks(case.setup)
-    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted & known.keys()}
+    columns: dict[str, Any] = {name: peak_column(case, known[name]) for name in wanted_quantities & known.keys()}
     preload = case.setup_per_design.dynamics.pair_preload
     if preload is not None:
         columns[preload_quantity_names(setup)[0]] = preload * (1e-3 if setup.angular else 1.0) + np.zeros(

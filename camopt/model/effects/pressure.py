@@ -59,12 +59,14 @@ def _groove_bottom_pressure_curve_maker(setup: Setup) -> Callable[[Designs, Prog
     return bottom_pressure_curve
 
 
-def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     kinds = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in STROKE_KINDS.items()}
     bits = {name: bit for name, bit in kinds.items() if case.programme.has_kinds(bit)}
-    groups = bits if wanted & kinds.keys() else {"": sum(bits.values())}  # each kind, or all together
+    groups = bits if wanted_quantities & kinds.keys() else {"": sum(bits.values())}  # each kind, or all together
     questions = [(bit, LARGEST_MAGNITUDE) for bit in groups.values()]
-    tangents = case.extremes(case.setup.mechanism.pressure, questions, located=PITCH_POINT_ANGLE in wanted)
+    tangents = case.extremes(
+        case.setup.mechanism.pressure, questions, exact_angles=PITCH_POINT_ANGLE in wanted_quantities
+    )
     angles = ANGLE_SCALE.quantity_from_extreme(tangents.value, case.designs)
     largest = angles.max(axis=0)
     outer = ANGLE_SCALE.quantity_from_extreme(tangents.value + tangents.width, case.designs) + ANGLE_ERROR * largest
@@ -73,10 +75,10 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) 
         n: EnclosedValue(angle, top - angle, largest) for n, angle, top in zip(groups, angles, outer, strict=True)
     }
     columns["pressure_angle_max_deg"] = EnclosedValue(largest, outer.max(axis=0) - largest, largest)
-    if PITCH_POINT_ANGLE in wanted:
+    if PITCH_POINT_ANGLE in wanted_quantities:
         pitch_point = tangents.where[angles.argmax(axis=0), np.arange(len(case.designs))]
         columns[PITCH_POINT_ANGLE] = np.degrees(pitch_point)
-    if BOTTOM_ANGLE in wanted:
+    if BOTTOM_ANGLE in wanted_quantities:
         columns[BOTTOM_ANGLE] = peak_column(case, peaks(case.setup)[BOTTOM_ANGLE])
     return columns
 

@@ -44,7 +44,7 @@ class TurnParts(NamedTuple):
         return TurnParts(start + (2 * place + 1) * half, half, *bounds)
 
 
-def initial_parts(programme: Programme) -> TurnParts:
+def initial_turn_parts(programme: Programme) -> TurnParts:
     """The panels of the motion, or parts of them; jumps of y' or y'' are between two parts."""
     table = programme.table
     most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # other rows belong to groups
@@ -149,7 +149,7 @@ def start_height_or_arm_angle(setup: Setup, designs: Designs) -> Any:
 
 
 def trace_point_and_velocity(
-    setup: Setup, designs: Designs, height: Any, y1: Any
+    setup: Setup, designs: Designs, follower_position: Any, y1: Any
 ) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
     """(x, y) of the trace point T in the ground frame [mm], and of its velocity over the cam [mm/rad].
 
@@ -157,13 +157,13 @@ def trace_point_and_velocity(
     or angle s and y' are numbers or ranges.
     """
     assert setup.mechanism.trace_point is not None
-    x, z = setup.mechanism.trace_point(designs, height)
+    x, z = setup.mechanism.trace_point(designs, follower_position)
     along, up = (z * y1, (designs.centre_distance - x) * y1) if setup.angular else (0.0, y1)
     return (x, z), (along + designs.sense * z, up - designs.sense * x)
 
 
-def profile_point(setup: Setup, designs: Designs, height: Any, y1: Any) -> tuple[Any, Any]:
+def profile_point(setup: Setup, designs: Designs, follower_position: Any, y1: Any) -> tuple[Any, Any]:
     """(x, y) of the contact point T − R_r·n in the ground frame [mm], at a height or angle; numbers or ranges."""
-    (x, z), (along, up) = trace_point_and_velocity(setup, designs, height, y1)
+    (x, z), (along, up) = trace_point_and_velocity(setup, designs, follower_position, y1)
     share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
     return x + share * up, z - share * along

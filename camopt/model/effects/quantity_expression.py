@@ -36,7 +36,9 @@ def expression_effect(quantity: OwnQuantity, runs_last: bool) -> Effect:
     )
 
 
-def _expression_column(quantity: OwnQuantity, case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def _expression_column(
+    quantity: OwnQuantity, case: EvaluationBlock, wanted_quantities: frozenset[str]
+) -> dict[str, Any]:
     columns: Mapping[str, Any] = {name: case.columns[name] for name in quantity.quantities_read}
     value = expression_values(quantity, columns, len(case.designs))
     if quantity.function_call or not any(name in case.outward for name in columns):
@@ -84,9 +86,9 @@ def expression_range(quantity: OwnQuantity, ranges: Mapping[str, Interval]) -> I
         return as_interval(quantity.tree.evaluate(ranges, RANGE_RULES))
 
 
-def column_enclosure(column: Any, outward: Any) -> Interval:
+def column_enclosure(column: Any, outward_width: Any) -> Interval:
     """The enclosure of a column as intervals."""
-    far = column + np.where(np.isfinite(column), outward, 0.0)
+    far = column + np.where(np.isfinite(column), outward_width, 0.0)
     return Interval(np.minimum(column, far), np.maximum(column, far))
 
 
@@ -103,12 +105,12 @@ def _range_power(a: Interval, exponent: Interval) -> Interval:
     return _hull_of_ends([base**by for base in (low, high) for by in (exponent.low, exponent.high)])
 
 
-def _range_whole_power(a: Interval, number: int) -> Interval:
-    if number < 0:
-        return as_interval(1.0 / _range_whole_power(a, -number))
-    if number % 2:
-        return Interval(a.low**number, a.high**number)
-    return Interval(a.least_magnitude**number, a.largest_magnitude**number)
+def _range_whole_power(base: Interval, exponent: int) -> Interval:
+    if exponent < 0:
+        return as_interval(1.0 / _range_whole_power(base, -exponent))
+    if exponent % 2:
+        return Interval(base.low**exponent, base.high**exponent)
+    return Interval(base.least_magnitude**exponent, base.largest_magnitude**exponent)
 
 
 def _range_tangent(a: Interval) -> Interval:
@@ -118,7 +120,7 @@ def _range_tangent(a: Interval) -> Interval:
     return Interval(np.where(across, -np.inf, np.tan(a.low)), np.where(across, np.inf, np.tan(a.high)))
 
 
-def _clip_to_one(a: Interval) -> Interval:
+def _clip_range_to_plus_minus_one(a: Interval) -> Interval:
     return Interval(np.clip(a.low, -1.0, 1.0), np.clip(a.high, -1.0, 1.0))
 
 
@@ -133,8 +135,8 @@ def _hull_of_ends(ends: list[FloatArray]) -> Interval:
 RANGE_OVERRIDES: ExpressionRules = {
     "**": _range_power,
     "tan": _range_tangent,
-    "asin": lambda a: np.arcsin(_clip_to_one(a)),
-    "acos": lambda a: _range_of_falling_function(np.arccos, _clip_to_one(a)),
+    "asin": lambda a: np.arcsin(_clip_range_to_plus_minus_one(a)),
+    "acos": lambda a: _range_of_falling_function(np.arccos, _clip_range_to_plus_minus_one(a)),
     "radians": lambda a: Interval(np.radians(a.low), np.radians(a.high)),
 }
 """Rules of operations that numpy does not give for intervals, or only with wider results."""

@@ -30,12 +30,29 @@ RIB_THICKNESS = "rib_thickness_min_mm"
 
 
 @curve_type_from_formula
-def rib_thickness(state, first, second, spacing, cosine, sine, rollers):
+def rib_thickness(
+    state,
+    first_pressure_tangent,
+    second_pressure_tangent,
+    spacing,
+    half_spacing_cosine,
+    half_spacing_sine,
+    diameter_and_clearance,
+):
     """Thickness of the rib, t [mm], from tan β at both rollers, d, cos and sin of σ·½δ, and 2·R_r + j."""
-    root, further = np.sqrt(1.0 + np.square(first)), np.sqrt(1.0 + np.square(second))
-    cos_1, sin_1 = (cosine + sine * first) / root, (cosine * first - sine) / root
-    cos_2, sin_2 = (cosine - sine * second) / further, (cosine * second + sine) / further
-    return spacing * (cos_1 + cos_2) / (1.0 + cos_1 * cos_2 + sin_1 * sin_2) - rollers
+    root, further = (
+        np.sqrt(1.0 + np.square(first_pressure_tangent)),
+        np.sqrt(1.0 + np.square(second_pressure_tangent)),
+    )
+    cos_1, sin_1 = (
+        (half_spacing_cosine + half_spacing_sine * first_pressure_tangent) / root,
+        (half_spacing_cosine * first_pressure_tangent - half_spacing_sine) / root,
+    )
+    cos_2, sin_2 = (
+        (half_spacing_cosine - half_spacing_sine * second_pressure_tangent) / further,
+        (half_spacing_cosine * second_pressure_tangent + half_spacing_sine) / further,
+    )
+    return spacing * (cos_1 + cos_2) / (1.0 + cos_1 * cos_2 + sin_1 * sin_2) - diameter_and_clearance
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
@@ -68,7 +85,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     )
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     return {RIB_THICKNESS: peak_column(case, peaks(case.setup)[RIB_THICKNESS])}
 
 

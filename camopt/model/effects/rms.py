@@ -36,8 +36,8 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return tuple(means(setup))
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
-    return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted}
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
+    return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted_quantities}
 
 
 EFFECT = Effect("rms", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, means=means)

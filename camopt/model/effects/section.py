@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.numerics.quadrature import GaussRule, Integrals, gauss_rule, integrate_by_orders
+from camopt.core.numerics.quadrature import GaussRule, Integrals, gauss_rule, integrate_with_rising_order
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.mean import Mean
@@ -50,7 +50,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (GROOVE_LENGTH,) if setup.mechanism.has_flanks_on_both_sides else ()
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     if not case.setup.mechanism.body.bounded:
         groove = integrate_groove(case)
         return {GROOVE_LENGTH: EnclosedValue(groove.value[0], groove.error[0], groove.value[0])}
@@ -78,7 +78,7 @@ class SectionIntegrals(NamedTuple):
 def integrate_section(case: EvaluationBlock) -> SectionIntegrals:
     """Integrals over the sections of disc cams, or over the region within a flank of a rib, in mm."""
     side = case.setup.mechanism.flanks[0].side
-    integrals = integrate_by_orders(
+    integrals = integrate_with_rising_order(
         *_arguments_of_integrate_by_orders(case, partial(section_integrals, side=side), _section_error_scales)
     )
     return SectionIntegrals(*integrals, np.sqrt(np.abs(integrals.value[1]) / pi))
@@ -92,9 +92,9 @@ def _section_error_scales(integrals: FloatArray) -> FloatArray:
 
 
 def _arguments_of_integrate_by_orders(
-    case: EvaluationBlock, integrals: Any, scale: Any
+    case: EvaluationBlock, integrals: Any, error_scale: Any
 ) -> tuple[Any, Any, int, float]:
-    """The arguments of ``integrate_by_orders``; designs are computed in blocks, so that memory is bounded."""
+    """The arguments of ``integrate_with_rising_order``; blocks of designs keep the memory bounded."""
 
     def integrate_designs(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
@@ -102,7 +102,7 @@ def _arguments_of_integrate_by_orders(
         blocks = np.array_split(np.arange(len(designs)), count)
         return np.concatenate([integrals(case, designs.take(block), rule) for block in blocks], axis=1)
 
-    return integrate_designs, scale, len(case.designs), case.setup.relative_error
+    return integrate_designs, error_scale, len(case.designs), case.setup.relative_error
 
 
 def section_integrals(
@@ -118,7 +118,7 @@ def section_integrals(
     point = travel.trace.reshape(across) + reach[:, None, None] * normal
     along = matrix_product(point, rule.derivative.T) - 1j * sense * table.half_width[:, None] * point
     total = _profile_integrals(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
-    for corner in _corner_arcs_and_edges(case, designs, rule, reach):
+    for corner in _profile_parts_at_corners(case, designs, rule, reach):
         total += _profile_integrals(sense, rule, *corner)
     return total
 
@@ -128,20 +128,20 @@ def _profile_integrals(
     rule: GaussRule,
     point: ComplexArray,
     normal: ComplexArray,
-    along: ComplexArray,
-    turn: ComplexArray,
+    point_derivative: ComplexArray,
+    frame_rotation: ComplexArray,
 ) -> FloatArray:
     """Integrals (5, designs) over parts of profiles, from points, normals, derivatives (designs, parts, nodes)."""
-    length = matrix_product((along * np.conj(-1j * sense * normal)).real, rule.weights)
-    rate = -sense * (np.conj(point) * along).imag
-    moment = matrix_product(turn * point * rate, rule.weights) / 3.0
+    length = matrix_product((point_derivative * np.conj(-1j * sense * normal)).real, rule.weights)
+    rate = -sense * (np.conj(point) * point_derivative).imag
+    moment = matrix_product(frame_rotation * point * rate, rule.weights) / 3.0
     polar = matrix_product((np.square(point.real) + np.square(point.imag)) * rate, rule.weights) / 4.0
     parts = [length, matrix_product(rate, rule.weights) / 2.0, moment.real, moment.imag, polar]
     return np.array([part.sum(axis=1) for part in parts])
 
 
-def _corner_arcs_and_edges(
-    case: EvaluationBlock, designs: Designs, rule: GaussRule, reach: FloatArray
+def _profile_parts_at_corners(
+    case: EvaluationBlock, designs: Designs, rule: GaussRule, wall_distance: FloatArray
 ) -> Iterator[tuple[Any, ...]]:
     """Parts of profiles at corners of the motion: arcs about the trace point, or edges along a flat face."""
     share, half = 0.5 * (1.0 + rule.nodes), 0.5
@@ -153,7 +153,7 @@ def _corner_arcs_and_edges(
         )
         step, sweep = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
         face = normal[:, :1] * np.exp(1j * sweep * share)
-        radius = -reach[:, None]
+        radius = -wall_distance[:, None]
         point = trace[:, :1] + step * share - radius * face
         along = half * (step - 1j * sweep * radius * face)
         turn = np.full(rule.nodes.size, np.exp(-1j * designs.sense * corner.at))
@@ -163,7 +163,7 @@ def _corner_arcs_and_edges(
 def integrate_groove(case: EvaluationBlock) -> Integrals:
     """Integrals of ``cylinder_groove_integrals``, or ``face_groove_integrals`` for a face groove (3, designs)."""
     developed = case.setup.mechanism.body.developed
-    return integrate_by_orders(
+    return integrate_with_rising_order(
         *(
             _arguments_of_integrate_by_orders(case, cylinder_groove_integrals, np.abs)
             if developed
@@ -189,8 +189,8 @@ def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: Gau
     trace = case.setup.mechanism.trace_and_normal(designs.as_columns(), case.programme, angles.ravel()).trace
     along = matrix_product(trace.reshape(-1, *angles.shape), rule.derivative.T)
 
-    def length_at_radius(share: FloatArray) -> FloatArray:
-        speed = np.hypot(share[:, None, None] * along.real, along.imag)
+    def length_at_radius(radius_ratio: FloatArray) -> FloatArray:
+        speed = np.hypot(radius_ratio[:, None, None] * along.real, along.imag)
         return np.asarray(matrix_product(speed, rule.weights).sum(axis=1))
 
     total = np.array([length_at_radius(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])

@@ -36,7 +36,7 @@ from camopt.model.effects.profile_parts import (
     ProfileEnclosure,
     TurnParts,
     enclose_profile,
-    initial_parts,
+    initial_turn_parts,
     wall_points_at_part_ends,
 )
 from camopt.model.mechanisms.design import Designs
@@ -73,7 +73,7 @@ def input_quantities(setup: Setup) -> tuple[str, ...]:
     return ("undercut", "profile_radius_min_mm", *(("pressure_angle_max_deg",) if round_body else ()))
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     if case.setup.is_knife:
         return {"self_crossing": False}
     trace_point = not case.setup.mechanism.flat_faced
@@ -81,7 +81,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
     crossing = np.array(case.columns["undercut"])
     undecided = ~crossing & ~sharp & (case.outer_end_of_column_enclosure("profile_radius_min_mm") <= 0.0)
     if trace_point:
-        unproved = _designs_without_outward_proof(
+        unproved = _designs_without_proved_outward_normals(
             case, np.flatnonzero(~(crossing | undecided | pressure_angle_proves_no_crossing(case)))
         )
         verdicts = (
@@ -121,12 +121,12 @@ def proved_uncrossed_roller_radius(case: EvaluationBlock) -> Any:
     return designs.prime_radius * share
 
 
-def _designs_without_outward_proof(case: EvaluationBlock, index: IntArray) -> IntArray:
+def _designs_without_proved_outward_normals(case: EvaluationBlock, index: IntArray) -> IntArray:
     """The designs among some without undercut for which P·n > 0 is not proved everywhere."""
     if not index.size:
         return index
     programme = case.setup.mechanism.contact_programme(case.programme)
-    parts, unproved = initial_parts(programme), []
+    parts, unproved = initial_turn_parts(programme), []
     for block in np.array_split(index, 1 + index.size // CROSSING_BLOCK):
         column = case.designs.take((block, None))
         outward = np.all(_normals_point_outward(enclose_profile(case.setup, column, programme, parts)), axis=-1)
@@ -157,7 +157,7 @@ def wall_crossing_verdicts(
     verdicts = [ProfileCrossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
     rounded = np.flatnonzero(designs.roller_radius > 0.0)
     for block in np.array_split(rounded, 1 + rounded.size // PAIR_BLOCK) if rounded.size else ():
-        pairs = PartPairs.all_pairs(block, initial_parts(programme))
+        pairs = PartPairs.all_pairs(block, initial_turn_parts(programme))
         for _ in range(CUT_ROUNDS):
             pairs = pairs.decide_designs_and_keep_open_pairs(setup, designs, programme, verdicts, wall_side).split()
             if not pairs.first.size:
@@ -191,7 +191,7 @@ class PartPairs(NamedTuple):
         """The pairs of undecided designs that may meet; sets the ``verdicts`` on decided designs."""
         owners = designs.take(self.owner)
         enclosures = enclose_profile(setup, owners, programme, self.parts, side)
-        pairs = self.select_pairs(~_tangent_turns_one_way(enclosures, self.owner, self.first, self.second))
+        pairs = self.select_pairs(~_tangent_turns_below_half_turn(enclosures, self.owner, self.first, self.second))
         gap = np.abs(enclosures.point[pairs.second] - enclosures.point[pairs.first])
         pairs = pairs.select_pairs(~(gap > enclosures.radius[pairs.first] + enclosures.radius[pairs.second]))
         pairs = pairs.select_pairs(~_strips_disjoint(enclosures.take(pairs.first), enclosures.take(pairs.second)))
@@ -232,18 +232,22 @@ def _normals_point_outward(parts: ProfileEnclosure) -> BoolArray:
     return np.asarray(outwards > needed)
 
 
-def _surely_encircles_axis(parts: ProfileEnclosure, owner: IntArray, count: int) -> BoolArray:
+def _surely_encircles_axis(parts: ProfileEnclosure, design_of_part: IntArray, design_count: int) -> BoolArray:
     """The designs with P·n > 0 over all parts."""
-    return np.asarray(np.bincount(owner[~_normals_point_outward(parts)], minlength=count) == 0)
+    return np.asarray(np.bincount(design_of_part[~_normals_point_outward(parts)], minlength=design_count) == 0)
 
 
-def _tangent_turns_one_way(
-    parts: ProfileEnclosure, owner: IntArray, first: IntArray, second: IntArray
+def _tangent_turns_below_half_turn(
+    parts: ProfileEnclosure, design_of_part: IntArray, first_part: IntArray, second_part: IntArray
 ) -> BoolArray:
     """Whether the tangent turns by less than π from one part to the end of the other, either way round."""
     turn = np.concatenate([[0.0], np.cumsum(2.0 * parts.spread)])
-    between = turn[second + 1] - turn[first]
-    around = np.bincount(owner, 2.0 * parts.spread)[owner[first]] - turn[second] + turn[first + 1]
+    between = turn[second_part + 1] - turn[first_part]
+    around = (
+        np.bincount(design_of_part, 2.0 * parts.spread)[design_of_part[first_part]]
+        - turn[second_part]
+        + turn[first_part + 1]
+    )
     return np.asarray(np.minimum(between, around) < np.pi)
 
 
@@ -255,16 +259,18 @@ def _strips_disjoint(a: ProfileEnclosure, b: ProfileEnclosure) -> BoolArray:
     return np.asarray(along_a | along_b)
 
 
-def _parts_surely_meet(parts: ProfileEnclosure, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
+def _parts_surely_meet(
+    parts: ProfileEnclosure, ends: PartEnds, first_part: IntArray, second_part: IntArray
+) -> BoolArray:
     """The pairs of parts that surely meet."""
-    one, other = ((parts.take(index), [tip[index] for tip in ends]) for index in (first, second))
+    one, other = ((parts.take(index), [tip[index] for tip in ends]) for index in (first_part, second_part))
     beyond = straddle_distance(*one, other[0]) - other[0].bulge, straddle_distance(*other, one[0]) - one[0].bulge
     return np.asarray(np.minimum(*beyond) > 0.0)
 
 
-def straddle_distance(parts: ProfileEnclosure, ends: PartEnds, other: ProfileEnclosure) -> FloatArray:
+def straddle_distance(parts: ProfileEnclosure, ends: PartEnds, other_parts: ProfileEnclosure) -> FloatArray:
     """Distance of the ends of parts, on opposite sides, from the tangents of others [mm]; −∞ if on one side."""
-    start, end = (cross_product(other.tangent, tip - other.point) for tip in ends)
+    start, end = (cross_product(other_parts.tangent, tip - other_parts.point) for tip in ends)
     far = np.minimum(np.abs(start), np.abs(end)) - parts.rounding
     return np.where(start * end < 0.0, far, -np.inf)
 

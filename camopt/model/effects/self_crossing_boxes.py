@@ -80,7 +80,7 @@ class KnownCrossings:
             excess = self._crossing_excess_at_known_angles(box, inside_designs, free_sizes)
         return excess
 
-    def cross_at_known_angles(self, designs: Designs) -> BoolArray:
+    def designs_crossing_at_known_angles(self, designs: Designs) -> BoolArray:
         """The designs that cross themselves at known cam angles, up to rounding."""
         pairs, sides = self._largest_overlap_angles(designs)
         return np.asarray(
@@ -115,7 +115,7 @@ class KnownCrossings:
 
 
 def profile_overlaps(
-    setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, side: Any = INNER_SIDE
+    setup: Setup, designs: Designs, programme: Programme, angles: FloatArray, wall_side: Any = INNER_SIDE
 ) -> FloatArray:
     """Overlap of n designs (n, m) [mm³/rad] at pairs of cam angles (n or 1, m, 2) [rad], on one side."""
     column, table = designs.take((slice(None), None)), programme.table
@@ -125,26 +125,32 @@ def profile_overlaps(
     )
     start = start_height_or_arm_angle(setup, column)
     return np.asarray(
-        profile_overlap(setup, designs_with_wall_as_profile(setup, column, side), start, angles, motion, other)
+        profile_overlap_formula(
+            setup, designs_with_wall_as_profile(setup, column, wall_side), start, angles, motion, other
+        )
     )
 
 
 def largest_overlap_angles(
-    setup: Setup, design: Designs, programme: Programme, start_angles: Sequence[float], side: float = INNER_SIDE
+    setup: Setup,
+    design: Designs,
+    programme: Programme,
+    start_angles: Sequence[float],
+    wall_side: float = INNER_SIDE,
 ) -> FloatArray:
     """Pair of cam angles (2,) [rad] with the largest overlap of one design, uphill from a pair."""
 
     def negative_overlap(pair: FloatArray) -> float:
-        return -float(profile_overlaps(setup, design, programme, pair[None, None], side)[0, 0])
+        return -float(profile_overlaps(setup, design, programme, pair[None, None], wall_side)[0, 0])
 
     return np.asarray(scipy.optimize.minimize(negative_overlap, start_angles, method="Nelder-Mead").x)
 
 
 def refine_overlap_angles(
-    setup: Setup, designs: Designs, programme: Programme, start_angles: FloatArray, sides: Any = INNER_SIDE
+    setup: Setup, designs: Designs, programme: Programme, start_angles: FloatArray, wall_sides: Any = INNER_SIDE
 ) -> FloatArray:
     """Pairs of cam angles (n, 2) [rad] with the largest overlap of n designs, by Newton's method from near ones."""
-    numbers, pairs, walls = np.arange(len(designs)), start_angles, np.reshape(sides, (-1, 1))
+    numbers, pairs, walls = np.arange(len(designs)), start_angles, np.reshape(wall_sides, (-1, 1))
     for away in NEWTON_OFFSETS:
         values = profile_overlaps(setup, designs, programme, pairs[:, None] + away * NEWTON_STENCIL, walls)
         step = np.clip(away * _newton_step(values), -LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP)
@@ -153,9 +159,9 @@ def refine_overlap_angles(
     return pairs
 
 
-def _newton_step(values: FloatArray) -> FloatArray:
+def _newton_step(stencil_values: FloatArray) -> FloatArray:
     """Newton's step (n, 2) from values (n, 7) at ``NEWTON_STENCIL``, always uphill."""
-    middle, right, left, above, below, *slanting = values.T
+    middle, right, left, above, below, *slanting = stencil_values.T
     a, b = (right - left) / 2.0, (above - below) / 2.0
     aa, bb = right + left - 2.0 * middle, above + below - 2.0 * middle
     ab = (sum(slanting) - 2.0 * middle - aa - bb) / 2.0
@@ -164,23 +170,23 @@ def _newton_step(values: FloatArray) -> FloatArray:
     return np.asarray(np.where(step[0] * a + step[1] * b < 0.0, -step, step).T)
 
 
-def profile_overlap(
+def profile_overlap_formula(
     setup: Setup,
     designs: Designs,
     start_position: Any,
     angles: FloatArray,
-    displacement_and_speed: Any,
+    displacement_and_velocity: Any,
     other_displacement: Any,
 ) -> Any:
     """Overlap (2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| [mm³/rad]; numbers, ranges or ranges with slopes.
 
     The designs are the ``designs_with_wall_as_profile`` of a wall. ``start_position`` is the height or angle at
-    displacement 0, ``angles`` are pairs (a, b) [rad], (..., 2), ``displacement_and_speed`` is (y, y') at a, and
+    displacement 0, ``angles`` are pairs (a, b) [rad], (..., 2), ``displacement_and_velocity`` is (y, y') at a, and
     ``other_displacement`` is y at b. Vectors are in the ground frame at a.
     """
     assert setup.mechanism.trace_point is not None
     (x, z), (along, up) = trace_point_and_velocity(
-        setup, designs, start_position + displacement_and_speed[0], displacement_and_speed[1]
+        setup, designs, start_position + displacement_and_velocity[0], displacement_and_velocity[1]
     )
     u, w = setup.mechanism.trace_point(designs, start_position + other_displacement)
     turn = designs.sense * (angles[..., 1] - angles[..., 0])
@@ -197,8 +203,8 @@ def box_overlap(
     inside_designs: Designs,
     free_sizes: Sequence[str],
     programme: Programme,
-    pairs: FloatArray,
-    walls: Any = INNER_SIDE,
+    angle_pairs: FloatArray,
+    wall_sides: Any = INNER_SIDE,
 ) -> SlopedInterval:
     """Overlap over boxes of designs, at one pair of cam angles each, with its slopes by the free sizes.
 
@@ -206,7 +212,7 @@ def box_overlap(
     cam's size: where a follower can only just be assembled, the height changes with the size without bounds.
     """
     error = programme.table.error.max(axis=0)
-    (y, y1), (y_b, _) = (displacement_and_velocity_at(programme.table, angles) for angles in pairs.T)
+    (y, y1), (y_b, _) = (displacement_and_velocity_at(programme.table, angles) for angles in angle_pairs.T)
     motion, other = (_error_interval(y, error[0]), _error_interval(y1, error[1])), _error_interval(y_b, error[0])
     sizes: dict[str, Any] = box.sizes
     sides = {name: (as_interval(sizes[name]), inside_designs.sizes[name]) for name in free_sizes}
@@ -220,8 +226,13 @@ def box_overlap(
         by_start = _sloped_size_variables(sides)
         by_start[SIZE_AXIS] = replace(by_start[SIZE_AXIS], at=start.at)
         designs = inside_designs.with_values({**by_start, SIZE_AXIS: inside_designs.size})
-        over = profile_overlap(
-            setup, designs_with_wall_as_profile(setup, designs, walls), by_start[SIZE_AXIS], pairs, motion, other
+        over = profile_overlap_formula(
+            setup,
+            designs_with_wall_as_profile(setup, designs, wall_sides),
+            by_start[SIZE_AXIS],
+            angle_pairs,
+            motion,
+            other,
         )
         partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
         operands = [start if name == SIZE_AXIS else by_size[name] for name in by_size]

@@ -20,9 +20,13 @@ def once_per_setting(function: Callable[..., Any]) -> Callable[..., Any]:
     """
 
     @lru_cache(maxsize=REMEMBERED_BLOCKS)
-    def cached_values_of_settings(programme: Programme, numbers: bytes, settings: int) -> tuple[type | None, Any]:
-        table = np.frombuffer(numbers).reshape(-1, settings)
-        parts = [function(programme, *table[:, k : k + SETTING_BLOCK]) for k in range(0, settings, SETTING_BLOCK)]
+    def cached_values_of_settings(
+        programme: Programme, number_bytes: bytes, setting_count: int
+    ) -> tuple[type | None, Any]:
+        table = np.frombuffer(number_bytes).reshape(-1, setting_count)
+        parts = [
+            function(programme, *table[:, k : k + SETTING_BLOCK]) for k in range(0, setting_count, SETTING_BLOCK)
+        ]
         columns = np.concatenate([np.atleast_2d(np.array(part)) for part in parts], axis=1)
         return (type(parts[0]) if isinstance(parts[0], tuple) else None), columns
 

@@ -6,7 +6,7 @@ the prime circle. So the clearance is exactly the base radius minus the shaft ra
 
 from typing import Any
 
-from camopt.model.effects.contacts import smaller_disc_size
+from camopt.model.effects.contacts import smallest_disc_size
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.motion.stroke import RETURN, RISE
 
@@ -21,7 +21,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (*names, *setup.varied.values())
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     designs, mechanism = case.designs, case.setup.mechanism
     seconds = (each.local_designs(designs).sizes.items() for each in mechanism.further_contacts)
     sizes = designs.sizes | {f"second_{name}": size for each in seconds for name, size in each}
@@ -30,7 +30,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
         "law_return": case.programme.law_names(RETURN),
         **{name: sizes[field] for field, name in mechanism.size_quantity_by_field.items()},
         "prime_radius_mm": designs.prime_radius,
-        "shaft_clearance_mm": smaller_disc_size(case.setup, designs) - (case.setup.shaft_radius or 0.0),
+        "shaft_clearance_mm": smallest_disc_size(case.setup, designs) - (case.setup.shaft_radius or 0.0),
         **{name: case.setup_per_design.given[key] for key, name in case.setup.varied.items()},
     }
 

@@ -90,7 +90,7 @@ def _largest_base_radius_within_bound(setup: Setup, quantity_name: str, bound: f
     return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # if the hub alone is too heavy, no size is left
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     solid, size = case.setup.solid, case.designs.size
     assert solid.thickness is not None
     density = 1.0 if solid.density is None else solid.density
@@ -122,7 +122,7 @@ def _plates_and_hub_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMom
     solid, (first, *others) = case.setup.solid, all_follower_contacts(case.setup)[: _disc_count(case.setup)]
     assert solid.thickness is not None
     sections = [_section_moments(block_at_contact(case, first))]
-    sections += [_section_moments(block_at_contact(case, other), mirror=-1.0) for other in others]
+    sections += [_section_moments(block_at_contact(case, other), mirror_sign=-1.0) for other in others]
     body, error = (reduce(AreaMoments.add, parts).times(solid.thickness) for parts in zip(*sections, strict=True))
     hollow = _bore_moments(solid).times(len(sections) * solid.thickness)
     return body.subtract(hollow).add(_hub_moments(solid, len(sections))), error
@@ -132,19 +132,19 @@ def _disc_count(setup: Setup) -> int:
     return 1 + bool(setup.mechanism.second_contact_size_keys)
 
 
-def _section_moments(case: EvaluationBlock, mirror: float = 1.0) -> tuple[AreaMoments, AreaMoments]:
-    """Moments of a disc's section, or of its mirror image (``mirror`` −1), and their errors."""
+def _section_moments(case: EvaluationBlock, mirror_sign: float = 1.0) -> tuple[AreaMoments, AreaMoments]:
+    """Moments of a disc's section, or of its mirror image (``mirror_sign`` −1), and their errors."""
     section = integrate_section(case)
     _, area, x, y, polar = section.value
     _, *errors = section.error
-    body = AreaMoments(area, x + 1j * mirror * y, polar)
+    body = AreaMoments(area, x + 1j * mirror_sign * y, polar)
     return body, AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3])
 
 
-def _hub_moments(solid: SolidSizes, plates: int) -> AreaMoments:
+def _hub_moments(solid: SolidSizes, plate_count: int) -> AreaMoments:
     """Volume and moments of the hub beside the plates, without bore and keyway."""
     assert solid.thickness is not None
-    beside = max(solid.hub_length - plates * solid.thickness, 0.0)
+    beside = max(solid.hub_length - plate_count * solid.thickness, 0.0)
     return disc_moments(solid.hub_radius).subtract(_bore_moments(solid)).times(beside)
 
 

@@ -34,7 +34,7 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.numerics.curves import curve_type_from_formula
-from camopt.core.numerics.jet import to_power
+from camopt.core.numerics.jet import power_of_number
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.loads import (
@@ -76,34 +76,38 @@ REPORTED_TURNS = 1e6
 
 
 @curve_type_from_formula
-def trace_point_sliding_speed(state, trace_point_speed, radius, turns, turn_per_velocity):
+def trace_point_sliding_speed(state, trace_point_speed, roller_radius, turns, turn_per_velocity):
     """Sliding speed of a trace point, N_p − q·R [mm/rad], with q = turns + turning·y'."""
-    return trace_point_speed - radius * (turns + turn_per_velocity * state.y1)
+    return trace_point_speed - roller_radius * (turns + turn_per_velocity * state.y1)
 
 
 @curve_type_from_formula
-def roller_spin_acceleration(state, speed, radius, turning):
-    """Change of the spin's speed, N_p' − R·q' [mm/rad²], with q = 1 + turning·y'; ``speed`` is N_p'."""
-    return speed - radius * turning * state.y2
+def roller_spin_acceleration(state, trace_point_acceleration, roller_radius, turn_per_velocity):
+    """Change of the spin's speed, N_p' − R·q' [mm/rad²]; q = 1 + turn_per_velocity·y', N_p' the acceleration."""
+    return trace_point_acceleration - roller_radius * turn_per_velocity * state.y2
 
 
 @curve_type_from_formula
-def trace_point_entrainment_speed(state, speed, curvature, radius, turning, slip):
-    """Entrainment speed, N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip`` is 0 for a roller, else 1."""
-    half = 0.5 * slip
-    return speed * ((1.0 - half) - radius * curvature) + half * radius * (1.0 + turning * state.y1)
+def trace_point_entrainment_speed(
+    state, trace_point_speed, curvature, roller_radius, turn_per_velocity, slip_factor
+):
+    """Entrainment speed, N_p·(1 − κ·R) − slip·(N_p − q·R)/2 [mm/rad]; ``slip_factor`` is 0 for a roller, else 1."""
+    half = 0.5 * slip_factor
+    return trace_point_speed * ((1.0 - half) - roller_radius * curvature) + half * roller_radius * (
+        1.0 + turn_per_velocity * state.y1
+    )
 
 
 @curve_type_from_formula
-def flat_face_entrainment_speed(state, radius, sliding, turning):
+def flat_face_entrainment_speed(state, profile_radius, sliding_speed, turn_per_velocity):
     """Entrainment speed of a flat face, q·ρ − v/2 [mm/rad]."""
-    return (1.0 + turning * state.y1) * radius - 0.5 * sliding
+    return (1.0 + turn_per_velocity * state.y1) * profile_radius - 0.5 * sliding_speed
 
 
 @curve_type_from_formula(reads_load=True)
-def flat_face_wear_load(state, load, sliding, turning):
-    """Wear load of a flat face, N·|v|/(q·ρ) [N]; ``load`` is N/ρ."""
-    return load * np.abs(sliding) / (1.0 + turning * state.y1)
+def flat_face_wear_load(state, load_per_radius, sliding_speed, turn_per_velocity):
+    """Wear load of a flat face, N·|v|/(q·ρ) [N]; ``load_per_radius`` is N/ρ."""
+    return load_per_radius * np.abs(sliding_speed) / (1.0 + turn_per_velocity * state.y1)
 
 
 @curve_type_from_formula
@@ -113,10 +117,12 @@ def roller_relative_radius(state, curvature, roller_radius):
 
 
 @curve_type_from_formula(reads_load=True)
-def inverse_film_thickness(state, normal, entrainment, radius):
+def inverse_film_thickness(state, normal_force, entrainment_speed, relative_radius):
     """Inverse of the film up to a factor, N^0.13·u^−0.7·R^−0.43, from N, mm/rad and mm."""
-    spread = to_power(np.square(entrainment), -0.5 * FILM_SPEED_POWER) * to_power(radius, -FILM_RADIUS_POWER)
-    return to_power(normal, FILM_LOAD_POWER) * spread
+    spread = power_of_number(np.square(entrainment_speed), -0.5 * FILM_SPEED_POWER) * power_of_number(
+        relative_radius, -FILM_RADIUS_POWER
+    )
+    return power_of_number(normal_force, FILM_LOAD_POWER) * spread
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
@@ -159,7 +165,7 @@ def speed_over_cam_curve_maker(mechanism: Mechanism) -> Any:
     return mechanism.sliding or mechanism.path
 
 
-def relative_turning_factor(setup: Setup, designs: Designs) -> FloatArray:
+def relative_turn_per_velocity(setup: Setup, designs: Designs) -> FloatArray:
     """Factor of y' in q."""
     way = -1.0 if setup.mechanism.reverses else 1.0
     return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
@@ -172,7 +178,7 @@ def sliding_speed_curve(setup: Setup, designs: Designs, programme: Programme, si
         return sliding
     turns = np.full(len(designs), 0.0 if setup.mechanism.body.developed else 1.0)
     return trace_point_sliding_speed(
-        sliding, -side * designs.roller_radius, turns, relative_turning_factor(setup, designs)
+        sliding, -side * designs.roller_radius, turns, relative_turn_per_velocity(setup, designs)
     )
 
 
@@ -180,7 +186,9 @@ def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme
     """Curve of N_p' − R·q' on the wall on one side of the trace point [mm/rad²]."""
     assert setup.mechanism.speeding is not None
     speed = setup.mechanism.speeding(designs, programme)
-    return roller_spin_acceleration(speed, -side * designs.roller_radius, relative_turning_factor(setup, designs))
+    return roller_spin_acceleration(
+        speed, -side * designs.roller_radius, relative_turn_per_velocity(setup, designs)
+    )
 
 
 def entrainment_speed_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
@@ -188,7 +196,7 @@ def entrainment_speed_curve(setup: Setup, designs: Designs, programme: Programme
     mechanism = setup.mechanism
     sliding, turns = (
         speed_over_cam_curve_maker(mechanism)(designs, programme),
-        relative_turning_factor(setup, designs),
+        relative_turn_per_velocity(setup, designs),
     )
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
@@ -204,7 +212,7 @@ def wear_load_curve(setup: Setup, designs: Designs, programme: Programme, veloci
     if setup.is_knife:
         return normal_force_curve(setup, designs, programme, velocity_sign)
     load, sliding = contact_load_curve(setup, designs, programme), sliding_speed_curve(setup, designs, programme)
-    return flat_face_wear_load(load, sliding, relative_turning_factor(setup, designs))
+    return flat_face_wear_load(load, sliding, relative_turn_per_velocity(setup, designs))
 
 
 def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
@@ -224,10 +232,11 @@ def wear_or_film_curve_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     return _variants_by_friction(wear_load_curve if name == WEAR_DEPTH else inverse_film_curve, setup)
 
 
-def _variants_by_friction(make: Callable[..., Any], setup: Setup) -> tuple[Variant, ...]:
+def _variants_by_friction(make_curve: Callable[..., Any], setup: Setup) -> tuple[Variant, ...]:
     """A curve for each direction of the guide's friction."""
     return tuple(
-        (partial(make, setup, velocity_sign=way), kinds) for way, kinds in friction_signs_by_stroke_kind(setup)
+        (partial(make_curve, setup, velocity_sign=way), kinds)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
     )
 
 
@@ -316,17 +325,17 @@ def _wear_or_film_scale(name: str, setup: Setup) -> Scale:
     )
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     known, sound = peaks(case.setup), can_bear_load(case)
     columns: dict[str, Any] = {
-        name: peak_column(case, known[name]) for name in wanted & {SLIDING_SPEED, ROLLER_SPEED}
+        name: peak_column(case, known[name]) for name in wanted_quantities & {SLIDING_SPEED, ROLLER_SPEED}
     }
-    if wanted & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM_THICKNESS, FILM_RATIO}:
+    if wanted_quantities & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM_THICKNESS, FILM_RATIO}:
         ends = largest_and_least_columns(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
         columns |= zip((FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT), ends, strict=True)
-    if wanted & {FILM_THICKNESS, FILM_RATIO}:
+    if wanted_quantities & {FILM_THICKNESS, FILM_RATIO}:
         columns |= _film_columns(case, known, sound & _entrains_in_one_direction(*ends))
-    if WEAR_DEPTH in wanted:
+    if WEAR_DEPTH in wanted_quantities:
         columns[WEAR_DEPTH] = peak_column(case, known[WEAR_DEPTH], sound)
     return columns
 
@@ -336,14 +345,14 @@ def _entrains_in_one_direction(fastest: EnclosedValue, slowest: EnclosedValue) -
     return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
 
 
-def _film_columns(case: EvaluationBlock, known: Mapping[str, Peak], carries_film: Any) -> dict[str, Any]:
+def _film_columns(case: EvaluationBlock, film_peaks: Mapping[str, Peak], carries_film: Any) -> dict[str, Any]:
     """Columns of the least film; 0 for designs whose bodies lose contact."""
     pressed = force.keeps_contact(case)
-    thinnest = peak_extremes(case, known[FILM_THICKNESS], carries_film & pressed)
+    thinnest = peak_extremes(case, film_peaks[FILM_THICKNESS], carries_film & pressed)
     return {
-        name: column_from_extremes(case, known[name], thinnest)
+        name: column_from_extremes(case, film_peaks[name], thinnest)
         for name in (FILM_THICKNESS, FILM_RATIO)
-        if name in known
+        if name in film_peaks
     }
 
 

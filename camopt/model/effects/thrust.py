@@ -31,7 +31,7 @@ from camopt.model.effects.loads import (
     jamming_ratio_curve,
     jamming_stroke_kinds,
     normal_force_curve,
-    side_thrust,
+    side_thrust_times_lever,
 )
 from camopt.model.effects.peak import (
     IDENTITY_SCALE,
@@ -83,7 +83,7 @@ def side_thrust_curve(
     """Curve of S·(arm + reach·y) for a quantity of side thrust, while the follower moves in one direction."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
     arm, reach, _ = LEVERS[quantity_name](setup.with_design_numbers(designs).dynamics)
-    return side_thrust(
+    return side_thrust_times_lever(
         force_along_motion_curve(setup, designs, programme, velocity_sign), pressure, arm * ones, reach * ones
     )
 
@@ -118,7 +118,7 @@ def _thrust_scale(setup: Setup, quantity_name: str) -> Scale:
     )
 
 
-def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     setup, known, sound = case.setup, peaks(case.setup), True
     columns: dict[str, Any] = {}
     if has_guide_friction(setup):
@@ -128,22 +128,22 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) 
         angle = np.degrees(np.arctan2(1.0, drag))
         columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
-    loads = wanted & known.keys() - {"jamming_margin"}
+    loads = wanted_quantities & known.keys() - {"jamming_margin"}
     return columns | {name: peak_column(case, known[name], sound) for name in loads}
 
 
-def _guide_reaction_arm_reach_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
+def _guide_reaction_lever_line_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
     return 1.0 + dynamics.overhang / dynamics.guide_length, -1.0 / dynamics.guide_length, 1.0
 
 
-def _stem_stress_arm_reach_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
+def _stem_stress_lever_line_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
     return dynamics.overhang, -1.0, 32.0 / (pi * dynamics.stem_diameter**3)
 
 
 LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
     "side_thrust_max_N": lambda dynamics: (1.0, 0.0, 1.0),
-    "guide_reaction_max_N": _guide_reaction_arm_reach_and_unit,
-    "stem_bending_stress_max_MPa": _stem_stress_arm_reach_and_unit,
+    "guide_reaction_max_N": _guide_reaction_lever_line_and_unit,
+    "stem_bending_stress_max_MPa": _stem_stress_lever_line_and_unit,
 }
 """The factors of side thrust in each quantity: arm and reach of the line arm + reach·y, and a number."""
 

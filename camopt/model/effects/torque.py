@@ -41,7 +41,7 @@ from camopt.core.numerics.panel_series import (
     sum_series,
     turn_integral,
 )
-from camopt.core.numerics.piecewise import load_polynomials_by_panel, train_inertia_polynomials_by_panel
+from camopt.core.numerics.piecewise import external_load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
@@ -137,7 +137,7 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
     rms = np.sqrt(turn_integral(half_width, multiply_series(series, series)) / (2.0 * pi))
     shares = [corner.after / corner.size for corner in programme.corners]  # there the torque is infinite
     upwards, downwards = any(share > LEAST_JUMP for share in shares), any(1.0 - s > LEAST_JUMP for s in shares)
-    unknown = inf if has_unknown_energy(programme) else 0.0
+    unknown = inf if has_unknown_energy_fluctuation(programme) else 0.0
     top, bottom = largest_value_of_series(series), -largest_value_of_series(-series)
     room = WORK_ERROR * np.maximum(top, -bottom)
     mean = np.where(np.abs(mean) <= room, 0.0, mean)  # rounding of work that is given back over the turn
@@ -168,12 +168,13 @@ def dissipative_force_polynomials(programme: Programme, factors: Sequence[FloatA
     _, damping, _, _, carried = (each[:, None] for each in factors)
     table = programme.table
     load = sum_series(
-        load_polynomials_by_panel(table)[:, None], carried * train_inertia_polynomials_by_panel(table)[:, None]
+        external_load_polynomials_by_panel(table)[:, None],
+        carried * train_inertia_polynomials_by_panel(table)[:, None],
     )
     return sum_series(damping * _velocity_polynomials_by_panel(programme), load)
 
 
-def has_unknown_energy(programme: Programme) -> bool:
+def has_unknown_energy_fluctuation(programme: Programme) -> bool:
     """Whether the energy is unknown: at a corner the masses of a train take up energy at once."""
     return bool(programme.corners) and isinstance(programme.load, TrainLoad) and programme.load.train.has_mass
 
@@ -196,7 +197,9 @@ def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mea
     return np.asarray(largest_value_of_series(work) - least)
 
 
-def guided_torque_extremes(case: EvaluationBlock, jam_free: Any, wanted: frozenset[str]) -> TorqueExtremes:
+def guided_torque_extremes(
+    case: EvaluationBlock, jam_free: Any, wanted_quantities: frozenset[str]
+) -> TorqueExtremes:
     """Extremes for followers with guide friction, arrays (designs,); infinite for designs that may jam."""
     count, index = len(case.designs), np.flatnonzero(jam_free)
     ends = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
@@ -207,7 +210,7 @@ def guided_torque_extremes(case: EvaluationBlock, jam_free: Any, wanted: frozens
     most, least = (peak_extremes(running, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     ends.largest[index], ends.least[index] = most.value, least.value
     ends.room[index] = np.maximum(most.width, least.width)
-    for number in index if wanted & FLUCTUATION_QUANTITIES else ():
+    for number in index if wanted_quantities & FLUCTUATION_QUANTITIES else ():
         torque = guided_torque_polynomials(
             *case.setup.absorb_design_numbers(case.designs.take([number])), case.programme
         )
@@ -279,7 +282,7 @@ def means(setup: Setup) -> dict[str, Mean]:
             "torque_rms_N_m": Mean(whole, 2, MultipleScale(1e-3), is_infinite_by_velocity_jumps, smooth)
         }
     losses = ((partial(dissipative_torque_curve, setup), ALL_STROKES),)
-    return {name: Mean(losses, 1, unit, has_unknown_energy) for name, unit in units.items()} | {
+    return {name: Mean(losses, 1, unit, has_unknown_energy_fluctuation) for name, unit in units.items()} | {
         "torque_rms_N_m": Mean(whole, 2, MultipleScale(1e-3), is_infinite_by_velocity_jumps)
     }
 
@@ -291,17 +294,20 @@ def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programm
     return shaft_torque(add_changing_load(damping, ones, numbers.omega**2 * ones, programme))
 
 
-def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.setup_per_design.dynamics, case.setup_per_design.omega
     assert omega is not None
     if has_guide_friction(case.setup):
         runs, known = _is_jam_free(case), means(case.setup)
-        columns = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
-        return _torque_extreme_columns(guided_torque_extremes(case, runs, wanted), dynamics, omega) | columns
-    differ = bool(case.designs.numbers and wanted & EXTREME_QUANTITIES) and not case.programme.corners
+        columns = {name: mean_column(case, known[name], runs) for name in wanted_quantities & known.keys()}
+        return (
+            _torque_extreme_columns(guided_torque_extremes(case, runs, wanted_quantities), dynamics, omega)
+            | columns
+        )
+    differ = bool(case.designs.numbers and wanted_quantities & EXTREME_QUANTITIES) and not case.programme.corners
     # always the same way, so that a bound has the same digits whatever else is wanted
     ends = torque_extremes_with_design_numbers(case) if differ else None
-    if ends and wanted <= EXTREME_QUANTITIES:
+    if ends and wanted_quantities <= EXTREME_QUANTITIES:
         return _torque_extreme_columns(ends, dynamics, omega)
     turn, unit = torque_over_turn(case.programme, *force.force_factors_with_train(dynamics, omega)), 1e-3
     ends = ends._replace(fluctuation=turn.fluctuation) if ends else turn.extremes
@@ -309,19 +315,19 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted: frozenset[str]) 
     return _torque_extreme_columns(ends, dynamics, omega) | averages | {"power_mean_W": turn.mean * (unit * omega)}
 
 
-def _torque_extreme_columns(ends: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
+def _torque_extreme_columns(extremes: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
     """The columns of the extremes and of the fluctuation."""
     unit, power = 1e-3, 1e-3 * omega  # from N·mm to N·m, and to W
-    peak, room = np.maximum(ends.largest, -ends.least), ends.room
+    peak, room = np.maximum(extremes.largest, -extremes.least), extremes.room
     columns: dict[str, Any] = {
-        "torque_max_N_m": ends.largest * unit,
-        "torque_min_N_m": ends.least * unit,
+        "torque_max_N_m": extremes.largest * unit,
+        "torque_min_N_m": extremes.least * unit,
         "torque_peak_N_m": EnclosedValue(peak * unit, room * unit, peak * unit),
         "power_peak_W": EnclosedValue(peak * power, room * power, peak * power),
-        "energy_fluctuation_J": ends.fluctuation * unit,
+        "energy_fluctuation_J": extremes.fluctuation * unit,
     }
     if dynamics.fluctuation is not None:
-        columns[FLYWHEEL] = ends.fluctuation * unit / (dynamics.fluctuation * omega**2)
+        columns[FLYWHEEL] = extremes.fluctuation * unit / (dynamics.fluctuation * omega**2)
     return columns
 
 

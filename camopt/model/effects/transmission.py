@@ -31,7 +31,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (LEAST_ANGLE,) if setup.train is not None and setup.train.has_couplers else ()
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     assert case.setup.train is not None
     least = np.degrees(case.setup.train.least_transmission_angle_over_travel(*tool_travel_range(case.programme)))
     return {LEAST_ANGLE: EnclosedValue(least, -ANGLE_ROUNDING * least, least)}

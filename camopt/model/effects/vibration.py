@@ -29,7 +29,7 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.oscillator import Wave, is_resonant, periodic_response
-from camopt.core.numerics.piecewise import load_polynomials_by_panel
+from camopt.core.numerics.piecewise import external_load_polynomials_by_panel
 from camopt.core.numerics.wave_extremes import WaveExtreme, wave_minimum, wave_peak_magnitude
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.force import force_weights_and_constant, missing_force_keys
@@ -144,7 +144,7 @@ def elastic_contact_force_wave(
     held: FloatArray = stiffness * y + np.zeros_like(mass)
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
-    held[:2] += load_polynomials_by_panel(table)[:, None]
+    held[:2] += external_load_polynomials_by_panel(table)[:, None]
     return (
         mass_acceleration_wave(steady_vibration_wave(programme, frequency_ratio, damping_ratio), frequency_ratio)
         .times(mass)
@@ -159,7 +159,7 @@ def dynamic_factor(elastic_acceleration: Any, rigid_acceleration: float) -> Any:
     return np.where(endless, inf, over)[()]
 
 
-def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str, Any]:
+def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     setup, programme, numbers = case.setup, case.programme.tool, case.setup_per_design
     frequency_ratio = 2.0 * pi * numbers.dynamics.natural_frequency / numbers.omega
     train = frequency_ratio, numbers.dynamics.damping_ratio
@@ -174,7 +174,7 @@ def evaluate_columns(case: EvaluationBlock, wanted: frozenset[str]) -> dict[str,
         f"residual_vibration_max_{length}": response.residual * unit,
         "dynamic_factor": dynamic_factor(response.acceleration, derivative_peak(programme, 2, ALL_STROKES)),
     }
-    if "contact_force_elastic_min_N" in wanted:
+    if "contact_force_elastic_min_N" in wanted_quantities:
         lever = case.designs.arm_length if setup.angular else 1.0
         force = least_elastic_contact_force(
             programme, *force_weights_and_constant(numbers.dynamics, numbers.omega), *train

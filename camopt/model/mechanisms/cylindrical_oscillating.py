@@ -22,10 +22,10 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import (
+    cosine_and_sine_derivatives_of_sum,
     curve_type_from_formula,
     derivative_formula,
     quotient_derivatives,
-    rotated_derivatives,
 )
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.mechanisms.contact_errors import (
@@ -49,7 +49,7 @@ def swinging_pressure_tangent(state, mean_radius, arm_length, cosine, sine, sens
 
 @derivative_formula(swinging_pressure_tangent)
 def swinging_pressure_derivatives(f, i, at):
-    cosine, (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
+    cosine, (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(f.cosine[i], f.sine[i], at)
     ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
     w = (
         ratio * at.y1 + sense * s,

@@ -341,7 +341,7 @@ class Mechanism(NamedTuple):
         return tuple(key for key in SECOND_FIELDS if key.partition(".")[2] in drive_keys)
 
     @property
-    def two_profiles(self) -> bool:
+    def has_two_profiles(self) -> bool:
         """Whether its second contact is on another profile: that of a second disc, or another flank of a rib."""
         return bool(self.further_contacts) and not self.drive.one_disc
 
@@ -356,7 +356,7 @@ class Mechanism(NamedTuple):
         return "roller_spacing" in self.sizes
 
     @property
-    def trace_speed(self) -> CurveMaker | None:
+    def trace_speed_curve_maker(self) -> CurveMaker | None:
         """Curve of the speed of the trace point over the cam [mm/rad]; None with a flat face."""
         return self.path or (None if self.flat_faced else self.sliding)
 
@@ -391,9 +391,9 @@ class Mechanism(NamedTuple):
         """The motion at this contact, from that of the follower."""
         return programme.reversed_programme if self.reverses else programme
 
-    def with_no_assembly(self, why: str) -> "Mechanism":
+    def with_no_assembly(self, reason: str) -> "Mechanism":
         """The same mechanism where no design can be assembled, with the reason."""
-        return self._replace(assembly_margins=_no_assembly_margin, assembly=why)
+        return self._replace(assembly_margins=_no_assembly_margin, assembly=reason)
 
     @property
     def has_no_assembly(self) -> bool:

@@ -18,10 +18,10 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import (
+    cosine_and_sine_derivatives_of_sum,
     curve_type_from_formula,
     derivative_formula,
     quotient_derivatives,
-    rotated_derivatives,
 )
 from camopt.core.numerics.stable_functions import triangle_angle
 from camopt.core.numerics.taylor import cosine_and_sine_series
@@ -49,7 +49,7 @@ def oscillating_pressure_tangent(state, centre_distance, arm_length, cosine, sin
 
 @derivative_formula(oscillating_pressure_tangent)
 def oscillating_pressure_derivatives(f, i, at):
-    (c, c1, c2, c3), (s, s1, s2, s3) = rotated_derivatives(f.cosine[i], f.sine[i], at)
+    (c, c1, c2, c3), (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(f.cosine[i], f.sine[i], at)
     ratio = f.arm_length[i] / f.centre_distance[i]
     swung = ratio * f.sense[i]
     w = (ratio + swung * at.y1 - c, swung * at.y2 - c1, swung * at.y3 - c2, swung * at.y4 - c3)
@@ -92,9 +92,9 @@ def _oscillating_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
-def _oscillating_outline_curve(designs: Designs, programme: Programme, beyond: Any) -> Any:
+def _oscillating_outline_curve(designs: Designs, programme: Programme, wall_distance: Any) -> Any:
     c, l, cosine, sine, _ = _oscillating_curve_fields(designs)  # noqa: E741
-    return oscillating_outline(c, l, cosine, sine, -beyond)
+    return oscillating_outline(c, l, cosine, sine, -wall_distance)
 
 
 def _oscillating_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:

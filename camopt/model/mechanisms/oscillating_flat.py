@@ -15,10 +15,10 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import (
+    cosine_and_sine_derivatives_of_sum,
     curve_type_from_formula,
     derivative_formula,
     quotient_derivatives,
-    rotated_derivatives,
 )
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.mechanisms.contact_errors import (
@@ -65,7 +65,7 @@ def swinging_face_reach(state, face_offset, centre_distance, cosine, sine, sense
 @derivative_formula(swinging_face_reach)
 def swinging_face_reach_derivatives(f, i, at):
     c, sense = f.centre_distance[i], f.sense[i]
-    (cosine, cosine1, cosine2, cosine3), _ = rotated_derivatives(f.cosine[i], f.sine[i], at)
+    (cosine, cosine1, cosine2, cosine3), _ = cosine_and_sine_derivatives_of_sum(f.cosine[i], f.sine[i], at)
     turning = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3, sense * at.y4)
     return quotient_derivatives((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
 

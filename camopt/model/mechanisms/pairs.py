@@ -70,11 +70,11 @@ def reversed_motion_curve_value(f, i, at):
     )
 
 
-def _reversed_motion_curve_maker(make: Callable[..., Any]) -> Callable[..., ReversedCurve]:
+def _reversed_motion_curve_maker(make_curve: Callable[..., Any]) -> Callable[..., ReversedCurve]:
     """A maker of curves, from one for the reversed motion to one for the motion itself."""
 
-    def make_reversed(designs: Designs, programme: Programme, *more: Any) -> ReversedCurve:
-        return ReversedCurve(make(designs, programme, *more), designs.size * 0.0 + programme.lift)
+    def make_reversed(designs: Designs, programme: Programme, *extra_arguments: Any) -> ReversedCurve:
+        return ReversedCurve(make_curve(designs, programme, *extra_arguments), designs.size * 0.0 + programme.lift)
 
     return make_reversed
 
@@ -127,15 +127,15 @@ def largest_half_turn_misfit(programme: Programme) -> HalfTurnMisfit:
 
 
 def with_second_contact(
-    mechanism: Mechanism, second: Mechanism, local_designs: Callable[[Designs], Designs], **changes: Any
+    mechanism: Mechanism, second_mechanism: Mechanism, local_designs: Callable[[Designs], Designs], **changes: Any
 ) -> Mechanism:
     """A mechanism with a second contact; ``local_designs`` gives the sizes at that contact."""
 
     def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        second_margins = second.assembly_margins(local_designs(designs), programme)
+        second_margins = second_mechanism.assembly_margins(local_designs(designs), programme)
         return *mechanism.assembly_margins(designs, programme), *second_margins
 
-    contact = FurtherContact(second._replace(pitch=unreduced_designs), local_designs)
+    contact = FurtherContact(second_mechanism._replace(pitch=unreduced_designs), local_designs)
     return mechanism._replace(
         assembly_margins=assembly_margins, further_contacts=(contact,), pitch=unreduced_designs, **changes
     )

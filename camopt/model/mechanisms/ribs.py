@@ -144,17 +144,17 @@ def oscillating_inner_cam_designs(designs: Designs) -> Designs:
     return _with_prime_radius(designs, np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half)))
 
 
-def _with_prime_radius(designs: Designs, prime: Any) -> Designs:
+def _with_prime_radius(designs: Designs, prime_radius: Any) -> Designs:
     """The designs with another prime radius; the base radius changes, the roller does not."""
-    return replace(designs, size=prime - designs.roller_radius)
+    return replace(designs, size=prime_radius - designs.roller_radius)
 
 
-def _shifted_curve_maker(make: Any, motion_shift: Callable[[Designs], Any], factor: float) -> Any:
+def _shifted_curve_maker(make_curve: Any, motion_shift: Callable[[Designs], Any], factor: float) -> Any:
     """A maker of curves, from one for the shifted motion to one for the motion itself, times a factor."""
 
     def make_shifted(designs: Designs, programme: Programme) -> ShiftedCurve:
         zero = designs.size * 0.0
-        return ShiftedCurve(make(designs, programme), motion_shift(designs) + zero, zero + factor)
+        return ShiftedCurve(make_curve(designs, programme), motion_shift(designs) + zero, zero + factor)
 
     return make_shifted
 

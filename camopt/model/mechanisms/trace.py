@@ -19,58 +19,65 @@ from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 
 
 @inline_in_kernels_by_overload
-def tangential_acceleration(w, w1, s, s1):
+def tangential_acceleration(across, across_rate, along, along_rate):
     """N' from w, s and their derivatives by the cam angle."""
-    return (w * w1 + s * s1) / np.sqrt(np.square(w) + np.square(s))
+    return (across * across_rate + along * along_rate) / np.sqrt(np.square(across) + np.square(along))
 
 
-def pressure_rate_and_trace_speed(w: Any, w1: Any, s: Any, s1: Any) -> Any:
+def pressure_rate_and_trace_speed(across: Any, across_rate: Any, along: Any, along_rate: Any) -> Any:
     """β' and N from w, s and their derivatives by the cam angle."""
     return (
         _dual_pressure_rate_and_trace_speed
-        if type(w) is Dual and type(s1) is Dual
+        if type(across) is Dual and type(along_rate) is Dual
         else _pressure_rate_and_trace_speed
-    )(w, w1, s, s1)
+    )(across, across_rate, along, along_rate)
 
 
-def _pressure_rate_and_trace_speed(w, w1, s, s1):
-    square = np.square(w) + np.square(s)
-    return (w1 * s - w * s1) / square, np.sqrt(square)
+def _pressure_rate_and_trace_speed(across, across_rate, along, along_rate):
+    square = np.square(across) + np.square(along)
+    return (across_rate * along - across * along_rate) / square, np.sqrt(square)
 
 
-def _dual_pressure_rate_and_trace_speed(w, w1, s, s1):
-    """In dual numbers, with fewer operations than the chain rule takes, which cannot use that w' is ``w1``."""
-    square, half = np.square(w.value) + np.square(s.value), w.value * w1.value + s.value * s1.value
-    turn, speed = (w1.value * s.value - w.value * s1.value) / square, np.sqrt(square)
-    turn1 = (w1.slope * s.value - w.value * s1.slope - 2.0 * turn * half) / square
+def _dual_pressure_rate_and_trace_speed(across, across_rate, along, along_rate):
+    """In dual numbers: the chain rule takes more operations, since it cannot use that w' is ``across_rate``."""
+    square, half = (
+        np.square(across.value) + np.square(along.value),
+        across.value * across_rate.value + along.value * along_rate.value,
+    )
+    turn, speed = (across_rate.value * along.value - across.value * along_rate.value) / square, np.sqrt(square)
+    turn1 = (across_rate.slope * along.value - across.value * along_rate.slope - 2.0 * turn * half) / square
     return Dual(turn, turn1), Dual(speed, half / speed)
 
 
 @chosen_by_type(pressure_rate_and_trace_speed)
-def _compiled_pressure_rate_and_speed(w, w1, s, s1):
-    return _dual_pressure_rate_and_trace_speed if w is Dual and s1 is Dual else _pressure_rate_and_trace_speed
+def _compiled_pressure_rate_and_speed(across, across_rate, along, along_rate):
+    return (
+        _dual_pressure_rate_and_trace_speed
+        if across is Dual and along_rate is Dual
+        else _pressure_rate_and_trace_speed
+    )
 
 
 @inline_in_kernels_by_overload
-def trace_curvature(w, w1, s, s1, frame_turning_rate):
+def trace_curvature(across, across_rate, along, along_rate, frame_turning_rate):
     """κ from w, s, their derivatives by the cam angle, and the rate at which the frame turns."""
-    turn, speed = pressure_rate_and_trace_speed(w, w1, s, s1)
+    turn, speed = pressure_rate_and_trace_speed(across, across_rate, along, along_rate)
     return (frame_turning_rate - turn) / speed
 
 
 @inline_in_kernels_by_overload
-def disc_arm_velocity_components(at, centre_distance, arm_length, cosine, sine, sense):
+def disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sine, sense):
     """w and s of an oscillating follower on a disc, each with its derivative by the cam angle."""
-    cosine, sine = cosine_and_sine_of_sum(cosine, sine, at.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     s, along = centre_distance * sine, centre_distance * cosine
-    w = sense * (arm_length * (1.0 + sense * at.y1) - along)
-    return w, arm_length * at.y2 + sense * s * at.y1, s, along * at.y1
+    w = sense * (arm_length * (1.0 + sense * state.y1) - along)
+    return w, arm_length * state.y2 + sense * s * state.y1, s, along * state.y1
 
 
 @inline_in_kernels_by_overload
-def cylinder_arm_velocity_components(at, mean_radius, arm_length, cosine, sine, sense):
+def cylinder_arm_velocity_components(state, mean_radius, arm_length, cosine, sine, sense):
     """w and s of an oscillating follower on a cylinder, each with its derivative by the cam angle."""
-    cosine, sine = cosine_and_sine_of_sum(cosine, sine, at.y)
+    cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     s, across = mean_radius * cosine, mean_radius * sine
-    w, w1 = -(arm_length * at.y1 + sense * across), -(arm_length * at.y2 + sense * s * at.y1)
-    return w, w1, s, -(across * at.y1)
+    w, w1 = -(arm_length * state.y1 + sense * across), -(arm_length * state.y2 + sense * s * state.y1)
+    return w, w1, s, -(across * state.y1)

@@ -30,9 +30,9 @@ from camopt.model.motion.programme import Programme
 
 
 @curve_type_from_formula
-def translating_pressure_tangent(state, lead, height):
-    """tan β; ``lead`` is e, ``height`` is s₀ [mm]."""
-    return (state.y1 - lead) / (state.y + height)
+def translating_pressure_tangent(state, signed_offset, start_height):
+    """tan β; ``signed_offset`` is e, ``start_height`` is s₀ [mm]."""
+    return (state.y1 - signed_offset) / (state.y + start_height)
 
 
 @derivative_formula(translating_pressure_tangent)
@@ -41,27 +41,27 @@ def translating_pressure_derivatives(f, i, at):
 
 
 @curve_type_from_formula
-def translating_trace_speed(state, lead, height):
+def translating_trace_speed(state, signed_offset, start_height):
     """Speed of the trace point over the cam, N [mm/rad]."""
-    return np.sqrt(np.square(state.y + height) + np.square(state.y1 - lead))
+    return np.sqrt(np.square(state.y + start_height) + np.square(state.y1 - signed_offset))
 
 
 @curve_type_from_formula
-def translating_tangential_acceleration(state, lead, height):
+def translating_tangential_acceleration(state, signed_offset, start_height):
     """Derivative of that speed by the cam angle, N' [mm/rad²]."""
-    return tangential_acceleration(state.y1 - lead, state.y2, state.y + height, state.y1)
+    return tangential_acceleration(state.y1 - signed_offset, state.y2, state.y + start_height, state.y1)
 
 
 @curve_type_from_formula
-def translating_curvature(state, lead, height):
+def translating_curvature(state, signed_offset, start_height):
     """κ of the pitch curve [1/mm]."""
-    return trace_curvature(state.y1 - lead, state.y2, state.y + height, state.y1, 1.0)
+    return trace_curvature(state.y1 - signed_offset, state.y2, state.y + start_height, state.y1, 1.0)
 
 
 @curve_type_from_formula
-def translating_outline(state, lead, height, roller_radius):
+def translating_outline(state, signed_offset, start_height, roller_radius):
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
-    return np.sqrt(np.square(state.y + height) + np.square(lead)) - roller_radius
+    return np.sqrt(np.square(state.y + start_height) + np.square(signed_offset)) - roller_radius
 
 
 def start_trace_height(designs: Designs) -> FloatArray:

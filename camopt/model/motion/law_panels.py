@@ -79,18 +79,18 @@ def _refined_panel_counts(law: Law, breaks: tuple[float, ...], counts: list[int]
 
 @lru_cache(maxsize=256)
 def law_panel_polynomials(
-    law: Law, panels: int, cuts: tuple[float, ...]
+    law: Law, least_panel_count: int, cuts: tuple[float, ...]
 ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
     """A law as polynomials on panels of the unit stroke.
 
     The jerk is interpolated at Chebyshev points inside each panel and integrated three times. The constants are the
     law's values at the panel's centre. So no derivative loses digits by differentiation.
 
-    ``panels`` is the least number of panels; ``cuts`` are further ends of pieces. Returns the coefficients
+    At least ``least_panel_count`` panels are made; ``cuts`` are further ends of pieces. Returns the coefficients
     (P, TABLE_DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of panels in each piece.
     """
     breaks = breaks_with_cuts(law.BREAKS, cuts)
-    counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
+    counts = [max(1, round(least_panel_count * (b - a))) for a, b in pairwise(breaks)]
     counts = _refined_panel_counts(law, breaks, counts)
     low, centre, half = _panel_ends_centres_and_half_widths(pairwise(breaks), counts)
     series = matrix_product(law.jerk(centre[:, None] + half[:, None] * JERK_NODES), JERK_TO_POWERS.T)
@@ -103,9 +103,9 @@ def law_panel_polynomials(
 
 @singledispatch
 @lru_cache(maxsize=256)
-def turning_points(law: Law, panels: int) -> tuple[float, ...]:
+def turning_points(law: Law, panel_count: int) -> tuple[float, ...]:
     """Places where a law turns back, x from 0 to 1: its velocity changes sign there. None if it is monotone."""
-    series, ends, _ = law_panel_polynomials(law, panels, ())
+    series, ends, _ = law_panel_polynomials(law, panel_count, ())
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     velocity = polynomial.polyder(series.T) / half
     turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]

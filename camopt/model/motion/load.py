@@ -18,7 +18,7 @@ from numpy.polynomial import polynomial
 
 from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray
 from camopt.core.numerics.load_tables import ForceTable, LoadTable, TrainLoadTable, tabulated_load
-from camopt.core.numerics.panels import TABLE_DEGREE, derivatives
+from camopt.core.numerics.panels import TABLE_DEGREE, value_and_three_derivatives
 from camopt.core.numerics.piecewise import (
     MotionTable,
     derivative_ranges_and_errors,
@@ -73,19 +73,19 @@ class ExternalLoad:
         return max(self.loads)
 
     @cached_property
-    def _wrapped_rows(self) -> tuple[FloatArray, FloatArray]:
+    def _rows_with_those_of_adjacent_turns(self) -> tuple[FloatArray, FloatArray]:
         """The rows with the last one of the turn before and the first one of the next."""
         angles = (self.angles[-1] - 2 * pi, *self.angles, self.angles[0] + 2 * pi)
         return np.array(angles), np.array((self.loads[-1], *self.loads, self.loads[0]))
 
     def load_and_slope(self, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The load and its slope by the cam angle; at a jump the values to its right."""
-        corners, loads = self._wrapped_rows
+        corners, loads = self._rows_with_those_of_adjacent_turns
         left = np.clip(np.searchsorted(corners, angles, side="right") - 1, 0, len(corners) - 2)
         slope = (loads[left + 1] - loads[left]) / (corners[left + 1] - corners[left])
         return loads[left] + slope * (angles - corners[left]), slope
 
-    def state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> Load:
+    def load_state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> Load:
         """The load as curves take it; it does not depend on the motion."""
         return Load(*self.load_and_slope(angles))
 
@@ -146,7 +146,7 @@ class TrainLoad:
             return train.sum_joint_forces(self.parts, follower, ways, loads)
         return train.load_at_follower(follower, ways, loads)
 
-    def state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> TrainForces:
+    def load_state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> TrainForces:
         """The load as curves take it, from a motion (4, …) at cam angles and the sign of its velocity."""
         y, y1, y2, y3 = motion
         loads = {joint: Taylor([*load.load_and_slope(angles), 0.0, 0.0]) for joint, load in self.loads}
@@ -173,20 +173,20 @@ class TrainLoad:
         return TrainLoadTable(*tables)
 
     def _load_at_panel_places(
-        self, table: MotionTable, u: FloatArray, shifts: FloatArray | None = None
+        self, table: MotionTable, panel_places: FloatArray, shifts: FloatArray | None = None
     ) -> FloatArray:
         """The load at places u of all panels, (4, panels, places).
 
         With ``shifts`` (4, motions, panels) it is the load of shifted motions, (4, motions, panels, places).
         """
         panels = np.arange(len(table.centre))[:, None]
-        angles = table.centre[:, None] + table.half_width[:, None] * u
-        motion = np.array(derivatives(table, panels, u))
+        angles = table.centre[:, None] + table.half_width[:, None] * panel_places
+        motion = np.array(value_and_three_derivatives(table, panels, panel_places))
         if shifts is not None:
             motion = motion[:, None] + shifts[..., None]
         kinds = np.repeat(table.kind, np.diff(table.first_panel))
         return np.array(
-            self.state(angles, motion, np.broadcast_to(motion_directions(kinds)[:, None], angles.shape))
+            self.load_state(angles, motion, np.broadcast_to(motion_directions(kinds)[:, None], angles.shape))
         )
 
 
@@ -205,7 +205,7 @@ def _force_table(
     rows = derivative_ranges_and_errors(coefficients, table.half_width, stroke_numbers, table.group)
     force = ForceTable(coefficients, table.half_width, np.empty(0), *rows)
     panels = np.arange(len(coefficients))
-    tabulated = np.array(derivatives(force, panels[:, None], LOAD_CHECK_NODES)[:2])
+    tabulated = np.array(value_and_three_derivatives(force, panels[:, None], LOAD_CHECK_NODES)[:2])
     error = motion_error_effects + BETWEEN_NODES_FACTOR * np.abs(tabulated - exact_values_and_slopes).max(axis=2)
     error += LOAD_ROUNDING * UNIT_ROUNDOFF * np.abs(exact_values_and_slopes).max(axis=(1, 2))[:, None]
     force.error[panels, :2] += error.T

@@ -85,7 +85,7 @@ class MoveRun:
         return conditions
 
     @cached_property
-    def cuts(self) -> FloatArray:
+    def cut_angles(self) -> FloatArray:
         """Cam angles of the joints, of all conditions, and between the parts of their ranges."""
         cuts = np.cumsum([0.0, *(move.angle for move in self.moves)])
         length = cuts[-1]
@@ -98,7 +98,7 @@ class MoveRun:
 
     @property
     def angles_between_cuts(self) -> FloatArray:
-        return np.diff(self.cuts)
+        return np.diff(self.cut_angles)
 
     @property
     def move_spans(self) -> list[tuple[int, int]]:
@@ -107,10 +107,10 @@ class MoveRun:
         return list(pairwise(ends))
 
     def _nearest_cut_index(self, angle: float) -> int:
-        return int(np.abs(self.cuts - angle).argmin())
+        return int(np.abs(self.cut_angles - angle).argmin())
 
     @property
-    def state_number_count(self) -> int:
+    def numbers_per_state(self) -> int:
         """Count of a state's numbers; with a condition on the jerk at an angle the jerk is one of them."""
         jerks = any(each.order == TO_JERK - 1 and each.start == each.end for each in self.conditions)
         return TO_JERK if jerks else TO_ACCELERATION
@@ -120,9 +120,9 @@ class MoveRun:
         """Whether the turn consists of these moves only, so that the run ends where it starts."""
         return self.before.law_follows_from_neighbours
 
-    def least_integral_states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
+    def smoothest_states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
         """The states at the cuts with the least integral that meet the conditions (of some keys, or all)."""
-        return self._allowed_states(keys, _single_coefficient_weights).least_integral_states()
+        return self._allowed_states(keys, _single_coefficient_weights).smoothest_allowed_states()
 
     def is_proved_impossible(self, keys: Sequence[str] | None = None) -> bool:
         """Whether it is proved that no motion meets the conditions (of some keys, or all)."""
@@ -136,7 +136,7 @@ class MoveRun:
         low, high = self._state_ranges()
         limits: list[LimitRows] = []
         for each in (each for each in self.conditions if keys is None or each.key in keys):
-            if each.start == each.end and each.order < self.state_number_count:
+            if each.start == each.end and each.order < self.numbers_per_state:
                 place = self._nearest_cut_index(each.start), each.order
                 low[place], high[place] = max(low[place], each.low), min(high[place], each.high)
             elif each.end > each.start:
@@ -147,7 +147,7 @@ class MoveRun:
 
     def _state_ranges(self) -> tuple[FloatArray, FloatArray]:
         """Ranges of the states' numbers: fixed at both ends of the run and where a position is a number."""
-        low, high = np.full((2, self.cuts.size, self.state_number_count), [[[-np.inf]], [[np.inf]]])
+        low, high = np.full((2, self.cut_angles.size, self.numbers_per_state), [[[-np.inf]], [[np.inf]]])
         changes = [move.given.change if move.given else 0.0 for move in self.moves]
         positions = np.cumsum([0.0, *changes])
         for (_, end), move, position in zip(self.move_spans, self.moves, positions[1:], strict=True):
@@ -156,10 +156,10 @@ class MoveRun:
         low[0, 0] = high[0, 0] = 0.0
         if not self.is_closed:
             unit = self.moves[0].size
-            low[0, 1:] = high[0, 1:] = _stroke_end_state(self.before, 1.0)[1 : self.state_number_count] / unit
-            last = self.cuts.size - 1
+            low[0, 1:] = high[0, 1:] = _stroke_end_state(self.before, 1.0)[1 : self.numbers_per_state] / unit
+            last = self.cut_angles.size - 1
             required = [each.order for each in self.conditions if self._nearest_cut_index(each.start) == last]
-            orders = [order for order in range(1, self.state_number_count) if order not in required]
+            orders = [order for order in range(1, self.numbers_per_state) if order not in required]
             low[-1, orders] = high[-1, orders] = _stroke_end_state(self.after, 0.0)[orders] / unit
         return low, high
 
@@ -170,15 +170,15 @@ class MoveRun:
         first, last = self._nearest_cut_index(condition.start), self._nearest_cut_index(condition.end)
         limits = []
         for place, angle in zip(range(first, last), self.angles_between_cuts[first:last], strict=True):
-            sums = weights(self.state_number_count, condition.order)
+            sums = weights(self.numbers_per_state, condition.order)
             values = np.zeros((len(sums), *shape))
             per = angle**condition.order  # numbers of all orders then have one scale
             here = (
                 sums
-                @ bernstein_derivative_matrix(self.state_number_count, condition.order)
-                @ states_to_bernstein_matrix(self.state_number_count, angle)
+                @ bernstein_derivative_matrix(self.numbers_per_state, condition.order)
+                @ states_to_bernstein_matrix(self.numbers_per_state, angle)
             )
-            values[:, place : place + 2] = here.reshape(len(here), 2, self.state_number_count)
+            values[:, place : place + 2] = here.reshape(len(here), 2, self.numbers_per_state)
             sides = ((1.0, condition.low), (-1.0, condition.high))
             equal = condition.low == condition.high
             for side, end in sides[: 1 if equal else 2]:
@@ -198,12 +198,12 @@ def solve_move_run(run: MoveRun) -> tuple[MoveRun, FloatArray]:
     """
     for parts in RANGE_PARTS:
         finer = replace(run, parts=parts)
-        if (states := finer.least_integral_states()) is not None:
+        if (states := finer.smoothest_states()) is not None:
             return finer, states
         if parts == RANGE_PARTS[0]:
             _raise_if_proved_impossible(replace(run, parts=RANGE_PARTS[-1]))
     raise InfeasibleMoves(
-        irreducible_set(_condition_keys(run), lambda keys: finer.least_integral_states(keys) is not None),
+        irreducible_set(_condition_keys(run), lambda keys: finer.smoothest_states(keys) is not None),
         proved=False,
     )
 
@@ -219,9 +219,9 @@ def _condition_keys(run: MoveRun) -> list[str]:
     return list(dict.fromkeys(each.key for each in run.conditions))
 
 
-def _add_cuts(cuts: FloatArray, others: FloatArray, least_distance: float) -> FloatArray:
+def _add_cuts(cuts: FloatArray, new_cuts: FloatArray, least_distance: float) -> FloatArray:
     """The cuts with those of others that are further than ``least_distance`` from all cuts."""
-    for angle in others:
+    for angle in new_cuts:
         if np.abs(cuts - angle).min() > least_distance:
             cuts = np.append(cuts, angle)
     return cuts
@@ -232,46 +232,52 @@ def _stroke_end_state(stroke: Stroke, x: float) -> FloatArray:
     return stroke.motion(np.array([stroke.start + x * stroke.angle]))[:, 0]
 
 
-def states_to_bernstein_matrix(count: int, angle: float) -> FloatArray:
+def states_to_bernstein_matrix(numbers_per_state: int, angle: float) -> FloatArray:
     """Matrix from the states at both ends of an angle to the Bernstein coefficients of the motion between."""
-    degree = 2 * count - 1
+    degree = 2 * numbers_per_state - 1
     half = np.array(
-        [[comb(i, k) / perm(degree, k) * angle**k if k <= i else 0.0 for k in range(count)] for i in range(count)]
+        [
+            [comb(i, k) / perm(degree, k) * angle**k if k <= i else 0.0 for k in range(numbers_per_state)]
+            for i in range(numbers_per_state)
+        ]
     )
-    signs = (-1.0) ** np.arange(count)
-    none = np.zeros((count, count))
+    signs = (-1.0) ** np.arange(numbers_per_state)
+    none = np.zeros((numbers_per_state, numbers_per_state))
     return np.block([[half, none], [none, (half * signs)[::-1]]])
 
 
-def bernstein_derivative_matrix(count: int, order: int) -> FloatArray:
+def bernstein_derivative_matrix(numbers_per_state: int, order: int) -> FloatArray:
     """Matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
-    degree = 2 * count - 1
+    degree = 2 * numbers_per_state - 1
     return np.asarray(perm(degree, order) * np.diff(np.eye(degree + 1), order, axis=0))
 
 
-def _single_coefficient_weights(count: int, order: int) -> FloatArray:
+def _single_coefficient_weights(numbers_per_state: int, order: int) -> FloatArray:
     """Weights of single Bernstein coefficients: if all are within bounds, the motion is."""
-    return np.eye(2 * count - order)
+    return np.eye(2 * numbers_per_state - order)
 
 
 @cache
-def derivative_mean_weights(count: int, order: int) -> FloatArray:
+def derivative_mean_weights(numbers_per_state: int, order: int) -> FloatArray:
     """Weights of Bernstein coefficients that give weighted means of a derivative between two states.
 
     The means are k! times divided differences of the motion: means of its k-th derivative with the weight
     (1 − x)ⁱ⁻¹xʲ⁻¹, i + j = k + 1, x from 0 to 1 over the range. For any motion they are within the bounds of that
     derivative. With i = 0 or j = 0 they are its values at the ends.
     """
-    degree, rows = 2 * count - order - 1, []
-    for i in range(max(0, order + 1 - count), min(order + 1, count) + 1):
+    degree, rows = 2 * numbers_per_state - order - 1, []
+    for i in range(max(0, order + 1 - numbers_per_state), min(order + 1, numbers_per_state) + 1):
         j = order + 1 - i
         row = [float(n == (0 if j == 0 else degree)) for n in range(degree + 1)]
         if i and j:
-            row = [comb(degree, n) * _beta(n + j, degree - n + i) / _beta(i, j) for n in range(degree + 1)]
+            row = [
+                comb(degree, n) * _beta_function(n + j, degree - n + i) / _beta_function(i, j)
+                for n in range(degree + 1)
+            ]
         rows.append(row)
     return np.array(rows)
 
 
-def _beta(p: int, q: int) -> float:
+def _beta_function(p: int, q: int) -> float:
     """Euler's beta function B(p, q) of whole numbers."""
     return factorial(p - 1) * factorial(q - 1) / factorial(p + q - 1)

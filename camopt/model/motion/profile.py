@@ -90,7 +90,7 @@ class ProfilePiece(NamedTuple):
         return turned <= abs(self.normal_sweep_angle) + TOUCHING_SHARE or turned >= 2 * pi - TOUCHING_SHARE
 
 
-def phase(z: complex) -> float:
+def complex_angle(z: complex) -> float:
     """Angle of a complex number [rad]; unlike ``cmath.phase`` it accepts one that rounds to 0."""
     return atan2(z.imag, z.real)
 
@@ -100,10 +100,10 @@ def _distance_along_normal(point: complex, normal: complex) -> float:
     return (point * normal.conjugate()).real
 
 
-def _turn_between(start: complex, end: complex, forward: bool) -> float:
-    """Angle from one direction to another [rad]: in [0, 2π) if ``forward``, else in (−2π, 0]."""
-    angle = phase(end / start)
-    return angle % (2 * pi) if forward else -(-angle % (2 * pi))
+def _turn_between(start: complex, end: complex, anticlockwise: bool) -> float:
+    """Angle from one direction to another [rad]: in [0, 2π) if ``anticlockwise``, else in (−2π, 0]."""
+    angle = complex_angle(end / start)
+    return angle % (2 * pi) if anticlockwise else -(-angle % (2 * pi))
 
 
 def place_profile_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece]:
@@ -145,41 +145,43 @@ def _eccentric_circle(element: ElementSpec) -> ProfilePiece:
     return ProfilePiece(radius, centre, joint, joint)
 
 
-def _arc_centre(elements: Sequence[ElementSpec], k: int) -> complex | None:
+def _arc_centre(elements: Sequence[ElementSpec], element_index: int) -> complex | None:
     """The centre of an arc, given or computed; None for a line."""
-    element = elements[k]
+    element = elements[element_index]
     if element.radius is None or element.centre is not None:
         return element.centre
-    (r1, c1), (r2, c2) = _neighbour_arcs(elements, k)
+    (r1, c1), (r2, c2) = _neighbour_arcs(elements, element_index)
     a, b, apart = r1 - element.radius, r2 - element.radius, abs(c2 - c1)
     if not (apart > 0.0 and a * b != 0.0 and -1.0 < (cosine := (a * a + b * b - apart**2) / (2 * a * b)) < 1.0):
-        raise ProfileFault(k + 1, "no arc of this radius touches both neighbours")
+        raise ProfileFault(element_index + 1, "no arc of this radius touches both neighbours")
     forward = 1.0 if element.radius > 0.0 else -1.0
     turn = complex(cosine, forward * sqrt((1.0 - cosine) * (1.0 + cosine)))
     normal = (c2 - c1) / (a - b * turn)
     return c1 + a * normal / abs(normal)
 
 
-def _neighbour_arcs(elements: Sequence[ElementSpec], k: int) -> list[tuple[float, complex]]:
+def _neighbour_arcs(elements: Sequence[ElementSpec], element_index: int) -> list[tuple[float, complex]]:
     """Radius and centre of the arcs before and after an element that has to touch both."""
     arcs = []
-    for other in (elements[k - 1], elements[(k + 1) % len(elements)]):
+    for other in (elements[element_index - 1], elements[(element_index + 1) % len(elements)]):
         if other.radius is None or other.centre is None:
-            raise ProfileFault(k + 1, "its neighbours, which it touches, must be arcs with centres (x, y)")
+            raise ProfileFault(
+                element_index + 1, "its neighbours, which it touches, must be arcs with centres (x, y)"
+            )
         arcs.append((other.radius, other.centre))
     return arcs
 
 
 def _joint_to_next_element(
-    elements: Sequence[ElementSpec], centres: Sequence[complex | None], k: int
+    elements: Sequence[ElementSpec], centres: Sequence[complex | None], element_index: int
 ) -> tuple[ProfileJoint, ProfileJoint]:
     """The end of an element and the start of the next; both are the same point up to rounding."""
-    after = (k + 1) % len(elements)
-    if elements[k].radius is None:
-        return _line_ends(elements, k)[1:] * 2
+    after = (element_index + 1) % len(elements)
+    if elements[element_index].radius is None:
+        return _line_ends(elements, element_index)[1:] * 2
     if elements[after].radius is None:
         return _line_ends(elements, after)[:1] * 2
-    (r1, c1), (r2, c2) = ((elements[j].radius, centres[j]) for j in (k, after))
+    (r1, c1), (r2, c2) = ((elements[j].radius, centres[j]) for j in (element_index, after))
     assert r1 is not None
     assert r2 is not None
     assert c1 is not None
@@ -194,12 +196,12 @@ def _joint_to_next_element(
     return ProfileJoint(c1 + r1 * normal, normal), ProfileJoint(c2 + r2 * normal, normal)
 
 
-def _line_ends(elements: Sequence[ElementSpec], k: int) -> tuple[ProfileJoint, ProfileJoint]:
+def _line_ends(elements: Sequence[ElementSpec], element_index: int) -> tuple[ProfileJoint, ProfileJoint]:
     """The ends of a line."""
-    (r1, c1), (r2, c2) = _neighbour_arcs(elements, k)
+    (r1, c1), (r2, c2) = _neighbour_arcs(elements, element_index)
     square = abs(c2 - c1) ** 2 - (r1 - r2) ** 2
     if not square > 0.0:
-        raise ProfileFault(k + 1, "no line touches both neighbours: one is inside the other")
+        raise ProfileFault(element_index + 1, "no line touches both neighbours: one is inside the other")
     normal = (c2 - c1) / complex(r1 - r2, sqrt(square))
     normal /= abs(normal)
     return ProfileJoint(c1 + r1 * normal, normal), ProfileJoint(c2 + r2 * normal, normal)

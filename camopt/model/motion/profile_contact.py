@@ -22,7 +22,7 @@ from typing import ClassVar, NamedTuple, Protocol
 
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_quotient, series_root, vector_angle
-from camopt.model.motion.profile import ProfileJoint, phase
+from camopt.model.motion.profile import ProfileJoint, complex_angle
 
 
 class JointPosition(NamedTuple):
@@ -61,8 +61,8 @@ class TranslatingPoint:
         height = float(difference_of_squares_root(abs(point), e))
         if not height > 0.0:
             return JointPosition(nan, nan, nan)
-        turned = phase(point / complex(height, e))
-        return JointPosition(turned, height, cos(phase(joint.normal) - turned))
+        turned = complex_angle(point / complex(height, e))
+        return JointPosition(turned, height, cos(complex_angle(joint.normal) - turned))
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         along, across = (each * distance for each in cosine_and_sine_series(angle))
@@ -90,9 +90,9 @@ class OscillatingPoint:
         if not 0.0 < psi < pi:
             return JointPosition(nan, nan, nan)
         arm = l * complex(cos(psi), self.sense * sin(psi))
-        turned = phase(point / (c - arm))
+        turned = complex_angle(point / (c - arm))
         upwards = -1j * self.sense * arm / l
-        return JointPosition(turned, psi, cos(phase(joint.normal) - turned - phase(upwards)))
+        return JointPosition(turned, psi, cos(complex_angle(joint.normal) - turned - complex_angle(upwards)))
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         (to_pivot, square), l = (  # noqa: E741
@@ -117,7 +117,7 @@ class TranslatingFace:
     is_flat: ClassVar[bool] = True
 
     def position_at_joint(self, joint: ProfileJoint) -> JointPosition:
-        return JointPosition(phase(joint.normal), (joint.point * joint.normal.conjugate()).real, 1.0)
+        return JointPosition(complex_angle(joint.normal), (joint.point * joint.normal.conjugate()).real, 1.0)
 
     def position_on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         return cosine_and_sine_series(angle).cosine * distance + radius
@@ -141,7 +141,7 @@ class OscillatingFace:
         if not abs(sine) < 1.0:
             return JointPosition(nan, nan, nan)
         psi = asin(sine)
-        turned = phase(joint.normal) + self.sense * (pi / 2 - psi)
+        turned = complex_angle(joint.normal) + self.sense * (pi / 2 - psi)
         face = complex(cos(psi), self.sense * sin(psi))
         from_pivot = self.centre_distance - joint.point * complex(cos(turned), -sin(turned))
         return JointPosition(turned, psi, (from_pivot * face.conjugate()).real)

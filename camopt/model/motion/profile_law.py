@@ -15,7 +15,13 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, Taylor
 from camopt.model.motion.law import LawBySeries
 from camopt.model.motion.load import ExternalLoad
-from camopt.model.motion.profile import ProfileFault, ProfileJoint, ProfilePiece, least_distance_from_axis, phase
+from camopt.model.motion.profile import (
+    ProfileFault,
+    ProfileJoint,
+    ProfilePiece,
+    complex_angle,
+    least_distance_from_axis,
+)
 from camopt.model.motion.profile_contact import JointPosition, ProfileContact
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, ExactNumbers, Stroke
@@ -117,32 +123,49 @@ TOO_STEEP = (
 )
 
 
-def _start_position_on_piece(part: ProfilePiece, contact: ProfileContact, number: int) -> JointPosition:
+def _start_position_on_piece(part: ProfilePiece, contact: ProfileContact, element_number: int) -> JointPosition:
     """The position of a follower at the start of an element; raises ``ProfileFault`` if it has none."""
     if part.radius is None or part.radius < 0.0:
         element = "a line" if part.radius is None else "a hollow flank"
         if contact.is_flat:
             raise ProfileFault(
-                number, f"a flat face jumps over {element}: only arcs with a radius above 0 move it smoothly"
+                element_number,
+                f"a flat face jumps over {element}: only arcs with a radius above 0 move it smoothly",
             )
         if part.radius is not None and part.radius + contact.radius >= 0.0:
             why = f"the follower bridges this hollow flank: its radius ({contact.radius:g}) is too large for it"
-            raise ProfileFault(number, why)
+            raise ProfileFault(element_number, why)
     position = contact.position_at_joint(part.start)
     if not position.lead > cos(radians(STEEPEST_JOINT)) * (not contact.is_flat):
-        raise ProfileFault(number, TOO_STEEP)
+        raise ProfileFault(element_number, TOO_STEEP)
     return position
 
 
 def _piece_stroke(
-    part: ProfilePiece, contact: ProfileContact, turned: float, turn: float, start: float, low: float, high: float
+    part: ProfilePiece,
+    contact: ProfileContact,
+    start_contact_angle: float,
+    angle_deg: float,
+    start_angle: float,
+    low: float,
+    high: float,
 ) -> Stroke:
     """The stroke of the follower on an element; a dwell on an arc about the axis."""
     if part.is_concentric:
-        return Stroke(DWELL, None, start, radians(turn), low, low, ExactNumbers(turn, 0.0, angular=False))
+        return Stroke(
+            DWELL, None, start_angle, radians(angle_deg), low, low, ExactNumbers(angle_deg, 0.0, angular=False)
+        )
     if part.radius is None:
         radius, distance, towards = None, part.line_distance_from_axis + contact.radius, part.start.normal
     else:
         radius, distance, towards = part.radius + contact.radius, abs(part.centre), part.centre
-    law = ProfileLaw(contact, radius, distance, turned - phase(towards), turn)
-    return Stroke(ALL_STROKES, law, start, radians(turn), low, high, ExactNumbers(turn, high - low, angular=False))
+    law = ProfileLaw(contact, radius, distance, start_contact_angle - complex_angle(towards), angle_deg)
+    return Stroke(
+        ALL_STROKES,
+        law,
+        start_angle,
+        radians(angle_deg),
+        low,
+        high,
+        ExactNumbers(angle_deg, high - low, angular=False),
+    )

@@ -15,8 +15,8 @@ from camopt.core.numerics.panels import TABLE_DEGREE
 from camopt.core.numerics.piecewise import (
     MotionTable,
     derivative_ranges_and_errors,
+    external_load_polynomials_by_panel,
     group_number_of_each_panel,
-    load_polynomials_by_panel,
     node_displacements_and_derivatives,
     places_of_sign_change,
     powers_to_bernstein_matrix,
@@ -124,22 +124,22 @@ class Programme:
     def reversed_programme(self) -> "Programme":
         """The turn with the displacement lift − y, without loads and train, as for the second disc of a pair."""
         strokes = tuple(stroke.reversed_stroke(self.lift) for stroke in self.strokes)
-        return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit, reverse_of=self)
+        return Programme(strokes, start=(self.lift - self.strokes[0].low) / self.unit_in_mm_or_rad, reverse_of=self)
 
     def on_base_circle(self) -> "Programme":
         """The same turn with displacements from its lowest position."""
         least, most = self.lowest_and_highest_displacement
         if abs(least) <= LEAST_JUMP * (most - least):
             return self
-        start = self.start - least / self.unit
-        up = start * self.unit - self.strokes[0].low
+        start = self.start - least / self.unit_in_mm_or_rad
+        up = start * self.unit_in_mm_or_rad - self.strokes[0].low
         strokes = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
         return replace(self, strokes=strokes, start=start)
 
     @property
-    def unit(self) -> float:
+    def unit_in_mm_or_rad(self) -> float:
         """The scene's unit of displacement, in mm or rad."""
-        return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)
+        return next((stroke.given.unit_in_mm_or_rad for stroke in self.strokes if stroke.given), 1.0)
 
     def law_names(self, kind: int) -> str:
         """The laws of the tool's strokes of a kind, in order; different ones are joined by "+"."""
@@ -151,7 +151,7 @@ class Programme:
         return any(isinstance(s.law, SplineLaw | InstalledLaw) and s.law.sampled for s in self.tool.strokes)
 
     @property
-    def monotone(self) -> bool:
+    def has_monotone_strokes(self) -> bool:
         """Whether the follower turns back only between strokes."""
         return not any(s.law and (s.is_move or turning_points(s.law, TURN_PANELS)) for s in self.strokes)
 
@@ -248,7 +248,9 @@ class Programme:
         """The state of the follower at cam angles, which curves take."""
         motion = self.motion_at(angles)
         load = (
-            None if self.load is None else self.load.state(angles, motion, motion_directions(self.kinds_at(angles)))
+            None
+            if self.load is None
+            else self.load.load_state(angles, motion, motion_directions(self.kinds_at(angles)))
         )
         y, y1, y2, y3 = motion
         return State(y, y1, y2, y3, load)
@@ -261,10 +263,10 @@ class Programme:
         """Mask of the table's panels in pieces of some kinds or directions."""
         return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
 
-    def panel_angles(self, count: int) -> FloatArray:
-        """Cam angles on every panel [rad], ``count`` each, and on both sides of each jump, in order."""
+    def panel_angles(self, angles_per_panel: int) -> FloatArray:
+        """Cam angles on every panel [rad], ``angles_per_panel`` each, and on both sides of each jump, in order."""
         half = self.table.half_width[:, None]
-        inner = np.clip(np.linspace(-1.0, 1.0, count) * half, JUMP_SIDE - half, half - JUMP_SIDE)
+        inner = np.clip(np.linspace(-1.0, 1.0, angles_per_panel) * half, JUMP_SIDE - half, half - JUMP_SIDE)
         return np.asarray((self.table.centre[:, None] + inner).ravel())
 
     def kinds_at(self, angles: FloatArray) -> IntArray:
@@ -421,7 +423,7 @@ def _derivative_polynomials_and_bounds(
     for order in range(orders):
         series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
     for place, force in enumerate(
-        (load_polynomials_by_panel(table), train_inertia_polynomials_by_panel(table)), start=orders
+        (external_load_polynomials_by_panel(table), train_inertia_polynomials_by_panel(table)), start=orders
     ):
         series[place, : len(force)] = force[:, panels]
     slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]

@@ -43,7 +43,7 @@ class AllowedMoveStates:
         """Whether any range is empty."""
         return bool(np.any(self.low > self.high))
 
-    def least_integral_states(self) -> FloatArray | None:
+    def smoothest_allowed_states(self) -> FloatArray | None:
         """The states of the least integral that meet all limits, or None."""
         if self.is_empty:
             return None
@@ -120,9 +120,9 @@ class AllowedMoveStates:
     def free_number_index(self) -> IntArray:
         return np.unique(self.number_index_by_joint_and_order.ravel()[~self.is_number_fixed])
 
-    def _free_number_limits(self, equal: bool) -> tuple[FloatArray, FloatArray]:
+    def _free_number_limits(self, only_equalities: bool) -> tuple[FloatArray, FloatArray]:
         """Linear limits on the free numbers, as rows and their least (or equal) values; ranges are among them."""
-        limits = [limit for limit in self.limits if limit.equal == equal]
+        limits = [limit for limit in self.limits if limit.equal == only_equalities]
         spread = np.eye(self.number_index_by_joint_and_order.size)[
             self.number_index_by_joint_and_order.ravel()
         ]  # from distinct numbers to all numbers of the states
@@ -133,7 +133,7 @@ class AllowedMoveStates:
         least = np.concatenate([np.empty(0), *(limit.least for limit in limits)]) - rows @ self.fixed_numbers
         rows = rows[:, self.free_number_index]
         low, high = (end[self.free_number_index] for end in self.scaled_number_ranges)
-        for side, end in () if equal else ((1.0, low), (-1.0, -high)):
+        for side, end in () if only_equalities else ((1.0, low), (-1.0, -high)):
             bounded = np.isfinite(end)
             rows = np.concatenate([rows, side * np.eye(self.free_number_index.size)[bounded]])
             least = np.concatenate([least, end[bounded]])
@@ -152,14 +152,14 @@ class AllowedMoveStates:
 
 
 @cache
-def _unit_integral_square_root_matrix(count: int) -> FloatArray:
+def _unit_integral_square_root_matrix(numbers_per_state: int) -> FloatArray:
     """Matrix from p, p', … at 0 and at 1 to a vector with the square ∫₀¹ (p⁽ᵏ⁾)² dx.
 
-    k is ``count``, and the polynomial p has the degree 2k − 1.
+    k is ``numbers_per_state``, and the polynomial p has the degree 2k − 1.
     """
-    orders, degrees = range(count), range(2 * count)
+    orders, degrees = range(numbers_per_state), range(2 * numbers_per_state)
     ends = [[perm(n, k) * x ** max(n - k, 0) for n in degrees] for x in (0, 1) for k in orders]
     powers = np.linalg.inv(np.array(ends, dtype=float))  # in a column one of these derivatives is 1, the others 0
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    values = polynomial.polyval((nodes + 1) / 2, polynomial.polyder(powers, count))
+    nodes, weights = np.polynomial.legendre.leggauss(numbers_per_state)
+    values = polynomial.polyval((nodes + 1) / 2, polynomial.polyder(powers, numbers_per_state))
     return np.asarray((values * np.sqrt(weights / 2)).T)

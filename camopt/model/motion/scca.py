@@ -79,7 +79,7 @@ class SCCALaw:
     SOURCE: str = "the scene"
 
     @cached_property
-    def _half_pieces(self) -> list[Quarter]:
+    def _first_half_pieces(self) -> list[Quarter]:
         """The pieces of the first half that are not empty, for a largest acceleration of 1."""
         pieces, start, s, v = [], 0.0, 0.0, 0.0
         for verbs, share in zip((RAMP, CONSTANT, FALL, ZERO), self.shares, strict=True):
@@ -93,40 +93,40 @@ class SCCALaw:
     @cached_property
     def _largest_acceleration(self) -> float:
         """Largest acceleration, so that s is ½ at mid-stroke."""
-        verbs, _, length, s, v = self._half_pieces[-1]
+        verbs, _, length, s, v = self._first_half_pieces[-1]
         return 0.5 / (s + v * length + float(verbs[0](np.array(length), length)))
 
     @cached_property
     def BREAKS(self) -> tuple[float, ...]:  # noqa: N802
-        verbs, _, length, _, _ = self._half_pieces[-1]
-        inner = [piece.start for piece in self._half_pieces[1:]]
+        verbs, _, length, _, _ = self._first_half_pieces[-1]
+        inner = [piece.start for piece in self._first_half_pieces[1:]]
         middle = [0.5] if verbs[2](np.array(length), length) != 0.0 else []
         return (0.0, *inner, *middle, *(1.0 - x for x in reversed(inner)), 1.0)
 
-    def _half_derivative(self, near: FloatArray, order: int) -> FloatArray:
+    def _first_half_derivative(self, folded_x: FloatArray, order: int) -> FloatArray:
         """A derivative in the first half of the stroke."""
-        values = np.zeros_like(near)
-        for verbs, start, length, s, v in self._half_pieces:
-            t = near - start
+        values = np.zeros_like(folded_x)
+        for verbs, start, length, s, v in self._first_half_pieces:
+            t = folded_x - start
             before = (s + v * t, v, 0.0, 0.0)[order]
-            values = np.where(near < start, values, before + verbs[order](t, length))
+            values = np.where(folded_x < start, values, before + verbs[order](t, length))
         return self._largest_acceleration * values
 
     def displacement(self, x: ArrayLike, /) -> FloatArray:
         near, mirrored = fold_to_half(x)
-        s = self._half_derivative(near, 0)
+        s = self._first_half_derivative(near, 0)
         return np.where(mirrored, 1.0 - s, s)
 
     def velocity(self, x: ArrayLike, /) -> FloatArray:
-        return self._half_derivative(fold_to_half(x)[0], 1)
+        return self._first_half_derivative(fold_to_half(x)[0], 1)
 
     def acceleration(self, x: ArrayLike, /) -> FloatArray:
         near, mirrored = fold_to_half(x)
-        a = self._half_derivative(near, 2)
+        a = self._first_half_derivative(near, 2)
         return np.where(mirrored, -a, a)
 
     def jerk(self, x: ArrayLike, /) -> FloatArray:
-        return self._half_derivative(fold_to_half(x)[0], 3)
+        return self._first_half_derivative(fold_to_half(x)[0], 3)
 
 
 _NORTON = "Norton, Cam Design and Manufacturing Handbook, ch. 3"

@@ -80,7 +80,7 @@ def start_position_and_strokes(
     """Position at the start of the turn, and its strokes; moves get their laws later (``move_joints``)."""
     start = start_position(segments)
     strokes: list[Stroke] = []
-    angle, y = 0.0, start * ExactNumbers(0.0, 0.0, angular).unit
+    angle, y = 0.0, start * ExactNumbers(0.0, 0.0, angular).unit_in_mm_or_rad
     for segment, change in zip(segments, segment_lifts(segments), strict=True):
         if segment.angle < NO_DWELL:
             continue
@@ -109,18 +109,34 @@ def _relative_passing_condition(through: PassingCondition, start: float) -> Pass
 
 
 def _segment_stroke(
-    segment: MotionSegment, given: ExactNumbers, start: float, low: float, laws: Mapping[str, Law]
+    segment: MotionSegment,
+    exact_numbers: ExactNumbers,
+    start_angle: float,
+    start_displacement: float,
+    laws: Mapping[str, Law],
 ) -> Stroke:
-    change = given.change * given.unit
-    high = 0.0 if abs(low + change) <= SAME_LIFT * abs(change) else low + change
+    change = exact_numbers.change * exact_numbers.unit_in_mm_or_rad
+    high = 0.0 if abs(start_displacement + change) <= SAME_LIFT * abs(change) else start_displacement + change
     wanted: tuple[RequiredValue, ...] | None = None
     law: Law | None = None
     if segment.segment == MOVE:
         wanted, law = segment.wanted, laws[segment.law] if segment.law else None
     elif segment.segment == CONSTANT_VELOCITY:
-        law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (given.change,))
+        law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (exact_numbers.change,))
     elif segment.law is not None:
         law = laws[segment.law]
-    kind, angle = SEGMENT_KINDS[segment.segment], radians(given.angle)
+    kind, angle = SEGMENT_KINDS[segment.segment], radians(exact_numbers.angle)
     named = wanted is not None and law is not None
-    return Stroke(kind, law, start, angle, low, high, given, wanted, segment.through, segment.key, named)
+    return Stroke(
+        kind,
+        law,
+        start_angle,
+        angle,
+        start_displacement,
+        high,
+        exact_numbers,
+        wanted,
+        segment.through,
+        segment.key,
+        named,
+    )

@@ -39,7 +39,7 @@ class SplineLaw(LawByOrder):
         return tuple(dict.fromkeys(self.knots))
 
     @cached_property
-    def _derivatives(self) -> list[tuple[FloatArray, FloatArray]]:
+    def _derivative_knots_and_coefficients(self) -> list[tuple[FloatArray, FloatArray]]:
         """Knots and coefficients of the spline and its first three derivatives.
 
         The differences are exact and rounded once. Differences of rounded coefficients would cancel: the jerk of a
@@ -57,7 +57,11 @@ class SplineLaw(LawByOrder):
 
     def _derivative(self, x: ArrayLike, order: int) -> FloatArray:
         """A derivative by de Boor's algorithm, as steps between coefficients, which keep the digits."""
-        (knots, values), degree, x = self._derivatives[order], self.degree - order, np.asarray(x, dtype=float)
+        (knots, values), degree, x = (
+            self._derivative_knots_and_coefficients[order],
+            self.degree - order,
+            np.asarray(x, dtype=float),
+        )
         k = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, values.size - 1)
         place = k - degree + np.arange(degree + 1).reshape(-1, *([1] * x.ndim))
         points: FloatArray = values[place]

@@ -62,7 +62,7 @@ class ExactNumbers(NamedTuple):
     angular: bool
 
     @property
-    def unit(self) -> float:
+    def unit_in_mm_or_rad(self) -> float:
         """The unit of the displacement, in mm (rad)."""
         return pi / 180 if self.angular else 1.0
 
@@ -139,7 +139,7 @@ class Stroke:
     def size(self) -> float:
         """The factor of its law [mm or rad]."""
         if self.is_move and self.given:
-            return self.way * self.given.unit
+            return self.way * self.given.unit_in_mm_or_rad
         return self.high - self.low
 
     def reversed_stroke(self, lift: float) -> "Stroke":

@@ -67,9 +67,9 @@ class DrivenLaw(LawBySeries):
 
 
 @turning_points.register
-def _tool_turning_points(law: DrivenLaw, panels: int) -> tuple[float, ...]:
+def _tool_turning_points(law: DrivenLaw, panel_count: int) -> tuple[float, ...]:
     """The turning points of the tool's law: between dead points, a train turns back where the tool does."""
-    return turning_points(law.law, panels)
+    return turning_points(law.law, panel_count)
 
 
 @lru_cache(maxsize=512)
@@ -148,12 +148,20 @@ def _lowest_tool_position(turn: Programme) -> float:
     return next(stroke.law.zero for stroke in turn.strokes if isinstance(stroke.law, DrivenLaw))
 
 
-def _follower_stroke(stroke: Stroke, train: Train, zero: float, levels: dict[float, float], base: float) -> Stroke:
+def _follower_stroke(
+    stroke: Stroke,
+    train: Train,
+    lowest_tool_position: float,
+    follower_position_by_tool: dict[float, float],
+    start_position: float,
+) -> Stroke:
     """A stroke of the follower; if a rise of the tool lowers the follower, it is a return."""
-    low, high = levels[stroke.low], levels[stroke.high]
+    low, high = follower_position_by_tool[stroke.low], follower_position_by_tool[stroke.high]
     size = 1.0 if stroke.is_move or high == low else high - low
-    law = stroke.law and DrivenLaw(stroke.law, zero, stroke.low, stroke.size, train, low, size)
+    law = stroke.law and DrivenLaw(stroke.law, lowest_tool_position, stroke.low, stroke.size, train, low, size)
     lowered = (high - low) * (stroke.high - stroke.low) < 0.0
     kind = reversed_kinds(stroke.kind) if lowered else stroke.kind
     given = stroke.given and ExactNumbers(stroke.given.angle, high - low, angular=False)
-    return Stroke(kind, law, stroke.start, stroke.angle, low - base, high - base, given, key=stroke.key)
+    return Stroke(
+        kind, law, stroke.start, stroke.angle, low - start_position, high - start_position, given, key=stroke.key
+    )

@@ -48,7 +48,7 @@ class FollowerLoad(NamedTuple):
 
 def sum_follower_load(
     joints: list[TrainJoint],
-    carried: tuple[CarriedLoad, ...],
+    carried_loads: tuple[CarriedLoad, ...],
     velocity_signs: Sequence[Any],
     loads: Mapping[int, Series],
 ) -> FollowerLoad:
@@ -59,7 +59,7 @@ def sum_follower_load(
     """
     static = joints[0].displacement * 0.0
     inertia = series_derivative(series_derivative(static))
-    for part in carried:
+    for part in carried_loads:
         displacement, ratio = joints[part.joint]
         force = displacement * part.stiffness + (velocity_signs[part.joint] * part.friction + part.force)
         static = static + force * ratio

@@ -152,10 +152,10 @@ class FourBar:
         )
 
 
-def _forms_triangle(one: float, other: float, far: float) -> bool:
+def _forms_triangle(first_side: float, second_side: float, third_side: float) -> bool:
     """Whether three sides form a triangle; flat ones count, also those that rounding has opened."""
-    tolerance = FLAT_TOLERANCE * (one + other + far)
-    return abs(one - other) - tolerance <= far <= one + other + tolerance
+    tolerance = FLAT_TOLERANCE * (first_side + second_side + third_side)
+    return abs(first_side - second_side) - tolerance <= third_side <= first_side + second_side + tolerance
 
 
 def _direction_and_squared_distance(angle: Series, radius: Any, offset: Any) -> tuple[Series, Series]:

@@ -55,9 +55,11 @@ class JointForce(NamedTuple):
         return tuple((first, *(each._replace(sign=s) for each in others)) for s in (1.0, -1.0)[: 1 + len(others)])
 
 
-def list_joint_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
+def list_joint_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> Iterator[JointForce]:
     """The forces of links and on the pivots between them, stage by stage; equal names of a stage get numbers."""
-    forces = sorted([*_link_forces(links, stages), *_pivot_forces(links, stages)], key=lambda force: force.stage)
+    forces = sorted(
+        [*_link_forces(links, stage_numbers), *_pivot_forces(links, stage_numbers)], key=lambda force: force.stage
+    )
     for _, group in groupby(forces, key=lambda force: force.stage):
         stage_forces = list(group)
         for number, force in enumerate(stage_forces):
@@ -65,16 +67,16 @@ def list_joint_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[
             yield force._replace(name=f"{force.name} {alike.index(number) + 1}") if len(alike) > 1 else force
 
 
-def _link_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
+def _link_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> Iterator[JointForce]:
     for number, link in enumerate(links):
         for k, force in enumerate(link.joint_forces):
-            yield JointForce(stages[number], force.name, force.kind, (WeightedForce(number, k),))
+            yield JointForce(stage_numbers[number], force.name, force.kind, (WeightedForce(number, k),))
 
 
-def _pivot_forces(links: Sequence[Link], stages: Sequence[int]) -> Iterator[JointForce]:
+def _pivot_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> Iterator[JointForce]:
     """The forces on pivots: each takes the forces of the links before and behind it, the last that before it."""
     for number, (one, other) in enumerate(pairwise([*links, None])):
         assert one is not None
         if one.driver_and_driven_angular[1] and all(each.joint_forces for each in (one, other) if each is not None):
             parts = [WeightedForce(number + k, 0) for k, each in enumerate((one, other)) if each is not None]
-            yield JointForce(stages[number], "pivot", "pivot", tuple(parts))
+            yield JointForce(stage_numbers[number], "pivot", "pivot", tuple(parts))

@@ -85,11 +85,13 @@ def bar_member(ends: tuple[Any, Any]) -> Member:
     return Member("bar", np.array([0.0, along[0]]), np.asarray(ends[0]), np.unwrap(np.angle(along / along[0])))
 
 
-def wheel_member(radius: float, centre: complex, turned: FloatArray) -> Member:
+def wheel_member(radius: float, centre: complex, turn_angles: FloatArray) -> Member:
     """A wheel on a fixed centre."""
-    return Member("wheel", np.array([radius]), np.full(turned.size, complex(centre)), turned - turned[0])
+    return Member(
+        "wheel", np.array([radius]), np.full(turn_angles.size, complex(centre)), turn_angles - turn_angles[0]
+    )
 
 
-def sliding_member(shape: MemberShape, points: Any, at: Any) -> Member:
+def sliding_member(shape: MemberShape, corners: Any, origin_path: Any) -> Member:
     """A member that does not turn, from its corners and the path of its origin."""
-    return Member(shape, np.asarray(points, dtype=complex), np.asarray(at), np.zeros(len(at)))
+    return Member(shape, np.asarray(corners, dtype=complex), np.asarray(origin_path), np.zeros(len(origin_path)))

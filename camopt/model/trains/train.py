@@ -188,7 +188,7 @@ def assemble_train(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Trai
     StageFault
         If a stage has a missing or unknown key, cannot be assembled, or starts at a dead point.
     """
-    train = assemble_trains(stages, angular=angular)
+    train = assemble_train_with_arrays(stages, angular=angular)
     for number, link in zip(train.stages, train.links, strict=True):
         for end in link.dead_points:
             if abs(end.at) <= NO_MOTION:
@@ -196,7 +196,7 @@ def assemble_train(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Trai
     return train
 
 
-def assemble_trains(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
+def assemble_train_with_arrays(stages: Sequence[tuple[str, Keys]], *, angular: bool) -> Train:
     """Trains from arrays or ranges of numbers; those that cannot be assembled are among them."""
     links, numbers = list[Link](), list[int]()
     for number, (name, keys) in enumerate(stages, start=1):

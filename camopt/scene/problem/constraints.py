@@ -97,12 +97,12 @@ def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
     )
 
 
-def contact_constraints(peak: Peak) -> tuple[Constraint, ...]:
+def contact_keeping_constraints_of_peak(peak: Peak) -> tuple[Constraint, ...]:
     """The constraints that keep the contact for a quantity whose curves do not show its loss."""
     return tuple(Constraint(make, kinds, LEAST, ConstantBound(LEAST_CONTACT_FORCE)) for make, kinds in peak.forces)
 
 
-def merge_stroke_kinds(constraints: Iterable[Constraint]) -> list[Constraint]:
+def merge_constraints_over_stroke_kinds(constraints: Iterable[Constraint]) -> list[Constraint]:
     """Merge constraints that differ only in their kinds of stroke."""
     merged: dict[Any, Constraint] = {}
     for constraint in constraints:
@@ -151,6 +151,6 @@ class TurnMeanConstraint(NamedTuple):
 AnyConstraint = Constraint | TurnMeanConstraint
 
 
-def constraint_on_mean(mean: Mean, bound: float, side: float) -> TurnMeanConstraint:
+def constraint_on_mean(mean: Mean, bound: float, bound_sign: float) -> TurnMeanConstraint:
     """The constraint on the mean behind a quantity, from a bound on the quantity."""
-    return TurnMeanConstraint(mean, bound, -side if mean.scale.is_decreasing else side)
+    return TurnMeanConstraint(mean, bound, -bound_sign if mean.scale.is_decreasing else bound_sign)

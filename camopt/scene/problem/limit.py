@@ -15,10 +15,10 @@ from camopt.model.effects import (
     EvaluationBlock,
     Setup,
     find_quantity,
-    quantities_with_those_they_read,
+    quantities_with_expression_inputs,
     require_effect,
 )
-from camopt.model.effects.contacts import all_follower_contacts, smaller_disc_size
+from camopt.model.effects.contacts import all_follower_contacts, smallest_disc_size
 from camopt.model.effects.effect import no_columns
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.motion_errors import EFFECT as MOTION_ERRORS
@@ -35,7 +35,7 @@ from camopt.scene.problem.constraints import (
     constraint_on_mean,
     constraints_on_peak,
     constraints_on_train_peak,
-    contact_constraints,
+    contact_keeping_constraints_of_peak,
 )
 from camopt.scene.problem.rows import QuantityColumns
 
@@ -89,7 +89,7 @@ class Limit(ABC):
         return np.full(len(designs), np.nan)
 
     @property
-    def pitch_curve_quantities(self) -> tuple[str, ...] | None:
+    def deciding_pitch_curve_quantities(self) -> tuple[str, ...] | None:
         """The quantities that decide the limit from pitch curves alone; None if pitch curves do not decide it."""
         return None
 
@@ -127,7 +127,7 @@ class Limit(ABC):
         """The constraints on curves that decide the limit, for searches, proofs and pictures; may be empty."""
         return ()
 
-    def constraints_at_contact(self, contact: int) -> tuple[Constraint, ...]:
+    def constraints_at_contact(self, contact_number: int) -> tuple[Constraint, ...]:
         """The constraints of one contact, by number, of a follower with several; empty if contacts act together."""
         return ()
 
@@ -137,7 +137,7 @@ class Limit(ABC):
         return None
 
     @property
-    def contact_constraints(self) -> tuple[Constraint, ...]:
+    def contact_keeping_constraints(self) -> tuple[Constraint, ...]:
         """Further constraints for proofs, which keep the contact."""
         return ()
 
@@ -201,7 +201,7 @@ class Limit(ABC):
         """Whether the limit is on motion errors by tolerances, which cover all cams within the tolerances."""
         return any(
             find_quantity(name, self.setup).effect == MOTION_ERRORS.name
-            for name in quantities_with_those_they_read(self.shown_quantities, self.setup)
+            for name in quantities_with_expression_inputs(self.shown_quantities, self.setup)
         )
 
     @property
@@ -288,14 +288,14 @@ class QuantityLimit(Limit):
         )
 
     @cached_property
-    def contact_constraints(self) -> tuple[Constraint, ...]:
+    def contact_keeping_constraints(self) -> tuple[Constraint, ...]:
         peaks = (self.peak_or_mean, *self.further_peaks) if isinstance(self.peak_or_mean, Peak) else ()
-        return tuple(constraint for peak in peaks for constraint in contact_constraints(peak))
+        return tuple(constraint for peak in peaks for constraint in contact_keeping_constraints_of_peak(peak))
 
-    def constraints_at_contact(self, contact: int) -> tuple[Constraint, ...]:
+    def constraints_at_contact(self, contact_number: int) -> tuple[Constraint, ...]:
         if not (self.further_peaks and isinstance(self.peak_or_mean, Peak)):
             return ()
-        return constraints_on_peak((self.peak_or_mean, *self.further_peaks)[contact], self.bound)
+        return constraints_on_peak((self.peak_or_mean, *self.further_peaks)[contact_number], self.bound)
 
     @cached_property
     def mean_constraint(self) -> TurnMeanConstraint | None:
@@ -330,12 +330,12 @@ class QuantityLimit(Limit):
             values = [columns[name] for name in self.quantities]
             value = values[0] if len(values) == 1 else reduce(np.maximum, map(np.abs, values))
             with np.errstate(over="ignore"):  # for a bound near 0
-                excess = self.bound_sign * (value - self.bound) / self._excess_unit(designs) + np.zeros(
-                    len(designs)
-                )
+                excess = self.bound_sign * (value - self.bound) / self._reference_value_of_excess(
+                    designs
+                ) + np.zeros(len(designs))
         return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._bound_itself_breaks_limit else excess
 
-    def _excess_unit(self, designs: Designs) -> Any:
+    def _reference_value_of_excess(self, designs: Designs) -> Any:
         """The value that a relative excess is relative to."""
         if self.bound or not isinstance(self.peak_or_mean, Peak) or self.peak_or_mean.unit is None:
             return abs(self.bound) or 1.0
@@ -351,9 +351,9 @@ class QuantityLimit(Limit):
         return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
 
     @cached_property
-    def pitch_curve_quantities(self) -> tuple[str, ...] | None:
+    def deciding_pitch_curve_quantities(self) -> tuple[str, ...] | None:
         if (
-            isinstance(self._extreme_weight, RadiusWeight)
+            isinstance(self._extreme_weight_by_design, RadiusWeight)
             or self._value_change_per_radius
             or self._feasible_radius_rule
         ):
@@ -364,7 +364,7 @@ class QuantityLimit(Limit):
         )
 
     @property
-    def _extreme_weight(self) -> Callable[[Designs], Any] | None:
+    def _extreme_weight_by_design(self) -> Callable[[Designs], Any] | None:
         """The weight of the extreme that is compared with the bound; None without an extreme."""
         peak = self.peak_or_mean
         return peak.scale.curve_weight_by_design(self.bound) if isinstance(peak, Peak) and peak.extremes else None
@@ -389,7 +389,7 @@ class QuantityLimit(Limit):
     def sure_and_possible_body_radii(
         self, block: EvaluationBlock, body_radii: RadiusRange
     ) -> FeasibleBodies | None:
-        peak, weight = self.peak_or_mean, self._extreme_weight
+        peak, weight = self.peak_or_mean, self._extreme_weight_by_design
         if isinstance(peak, Peak) and self._value_change_per_radius and not block.programme.radii:
             return self._feasible_radii_for_least_value(block, peak)
         if self._feasible_radius_rule and not block.programme.radii:
@@ -413,7 +413,7 @@ class QuantityLimit(Limit):
         """The radii that are large or small enough for a least value, from the value at radius 0."""
         extremes = peak_extremes(block, peak)
         finite = np.where(np.isfinite(extremes.value), extremes.value, 0.0)
-        room = CLEAR_SHARE * np.maximum(self._excess_unit(block.designs), np.abs(finite))
+        room = CLEAR_SHARE * np.maximum(self._reference_value_of_excess(block.designs), np.abs(finite))
         far, near = (self.bound - extremes.value + side * (extremes.width + room) for side in (1.0, -1.0))
         if peak.per_body < 0.0:
             return FeasibleBodies(RadiusRange(most=-far), RadiusRange(most=-near))
@@ -442,7 +442,7 @@ class QuantityLimit(Limit):
             return self._extreme_as_share_of_allowed(
                 self.peak_or_mean, columns, designs
             )  # weights are linear in the bound
-        return np.asarray(-self.bound_sign / self._excess_unit(designs) + np.zeros(len(designs)))
+        return np.asarray(-self.bound_sign / self._reference_value_of_excess(designs) + np.zeros(len(designs)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -462,7 +462,7 @@ class OwnQuantityLimit(Limit):
         """Whether the quantity reads a Python function, or a quantity without a bound such as a cam angle."""
         quantities = [
             find_quantity(name, self.setup)
-            for name in quantities_with_those_they_read(self.required_quantities, self.setup)
+            for name in quantities_with_expression_inputs(self.required_quantities, self.setup)
         ]
         functions = [isinstance(each, OwnQuantity) and each.function_call for each in quantities]
         return any(functions) or not all(each.relation_to_limit or each.effect == "sizes" for each in quantities)
@@ -500,7 +500,7 @@ class SelfCrossingLimit(Limit):
         return UNDERCUT
 
     @property
-    def pitch_curve_quantities(self) -> tuple[str, ...]:
+    def deciding_pitch_curve_quantities(self) -> tuple[str, ...]:
         return ("pressure_angle_max_deg",)
 
     def sure_and_possible_body_radii(
@@ -537,7 +537,7 @@ class BaseCircleLimit(Limit):
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         radius = self.bound / 2.0
-        result: FloatArray = (radius - smaller_disc_size(self.setup, designs)) / radius
+        result: FloatArray = (radius - smallest_disc_size(self.setup, designs)) / radius
         return result
 
     def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:

@@ -55,7 +55,7 @@ def limited_quantity_name(key: str, setup: Setup) -> str:
     For a tool that turns, short keys of the motion mean angular quantities.
     """
     short = LIMIT_KEYS.get(key)
-    return short.bounded_quantity_name(turns=setup.tool_turns) if short and short.quantity else key
+    return short.bounded_quantity_name(angular=setup.tool_turns) if short and short.quantity else key
 
 
 def peaks_of_quantity(quantity: str, setup: Setup) -> tuple[Peak, ...]:
@@ -164,8 +164,12 @@ def limits_of_scene(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     given, mechanism = scene.limits, setup.mechanism
     named = given.bounds_by_key
 
-    def limits_on_given_keys(quantities: Mapping[str, str]) -> list[Limit]:
-        return [quantity_limit(key, named[key], setup, name) for key, name in quantities.items() if key in named]
+    def limits_on_given_keys(quantity_name_by_key: Mapping[str, str]) -> list[Limit]:
+        return [
+            quantity_limit(key, named[key], setup, name)
+            for key, name in quantity_name_by_key.items()
+            if key in named
+        ]
 
     limits: list[Limit] = limits_on_given_keys(
         {each: motion_peak_name(each, "", angular=setup.tool_turns, timed=True) for each in DERIVATIVE_UNITS}
@@ -205,7 +209,7 @@ BUILD_LIMITS = {
 """Limits that a cam to be built should have, each with its quantity."""
 
 
-def unset_build_limits(limits: Iterable[Limit], setup: Setup) -> list[str]:
+def keys_of_unset_build_limits(limits: Iterable[Limit], setup: Setup) -> list[str]:
     """The ``BUILD_LIMITS`` that apply to a cam and are not among ``limits``."""
     flat = setup.mechanism.flat_faced and not setup.angular  # then the pressure angle is 0
     excluded = {limit.name for limit in limits} | ({"pressure_angle"} if flat else set())

@@ -19,25 +19,27 @@ def follower_pivot(problem: Problem) -> complex:
     return complex(design.sense * float(design.arm_length[0]) * np.cos(problem.programme.lift / 2))
 
 
-def outward_turn_sense(problem: Problem) -> float:
+def outward_turn_sense_of_follower(problem: Problem) -> float:
     """Sense in which an oscillating follower turns outward: 1 anticlockwise, −1 clockwise."""
     return -problem.design.sense if problem.setup.mechanism.body.developed else -1.0
 
 
 def linkage_sketch(
-    problem: Problem, angles: FloatArray, pivot_or_stem_end: complex, size: float
+    problem: Problem, angles: FloatArray, pivot_or_stem_end: complex, default_length: float
 ) -> LinkSketch | None:
     """Sketch of the links of a problem's train at cam angles [rad]; None without a train.
 
     ``pivot_or_stem_end`` is the pivot of an oscillating follower, or the end of the stem of a translating one at
-    the first angle. ``size`` [mm] replaces lengths that the scene does not have.
+    the first angle. ``default_length`` [mm] replaces lengths that the scene does not have.
     """
     train = problem.setup.train
     if train is None:
         return None
     positions = train.follower_displacement_at(tool_position(problem.programme, angles))
     if not problem.setup.angular:
-        return train.sketch(positions, Port(pivot_or_stem_end - 1j * float(positions[0]), 1j), size)
+        return train.sketch(positions, Port(pivot_or_stem_end - 1j * float(positions[0]), 1j), default_length)
     return train.sketch(
-        positions, Port(pivot_or_stem_end, -outward_turn_sense(problem), outward_turn_sense(problem)), size
+        positions,
+        Port(pivot_or_stem_end, -outward_turn_sense_of_follower(problem), outward_turn_sense_of_follower(problem)),
+        default_length,
     )

@@ -40,7 +40,7 @@ from camopt.scene.problem.tolerance_zones import (
     NumberErrors,
     collect_nominal_numbers,
     initial_robust_errors,
-    robust_zones,
+    tolerance_zones_of_robust_search,
     with_added_errors,
 )
 from camopt.scene.problem.train_motion import follower_motion_through_train, train_fault
@@ -101,12 +101,15 @@ class Problem:
     robust_errors: tuple[NumberErrors, ...] = ()
     """Errors at which a robust search checks the limits: corners of the zones, and worse points found later."""
 
-    def work(self, designs: int, boxes: int = 0) -> float:
+    def evaluation_work(self, design_count: int, box_count: int = 0) -> float:
         """Work of an evaluation of all limits for some designs or boxes (``core.numerics.budget``)."""
         return (1 + len(self.robust_errors)) * (
             len(self.limits)
-            * (CURVE_WORK + PIECE_WORK * self.programme.table.half_width.size * (designs + BOX_DESIGNS * boxes))
-            + designs
+            * (
+                CURVE_WORK
+                + PIECE_WORK * self.programme.table.half_width.size * (design_count + BOX_DESIGNS * box_count)
+            )
+            + design_count
             * sum(
                 setup_effects(self.setup)[name].work
                 for name in quantities_to_compute_by_effect(self.required_quantities, self.setup)
@@ -132,7 +135,7 @@ class Problem:
             shared, of_design = self.split_train_and_design_errors(errors)
             place = frozenset(shared.items())
             if place not in problems:
-                problems[place] = self.without_error_limits.with_number_errors(shared)
+                problems[place] = self.without_motion_error_limits.with_number_errors(shared)
             pairs.append((problems[place], of_design))
         return tuple(pairs)
 
@@ -156,7 +159,7 @@ class Problem:
         return replace(changed_problem, limits=limits)
 
     @cached_property
-    def without_error_limits(self) -> "Problem":
+    def without_motion_error_limits(self) -> "Problem":
         """The problem without limits on motion errors by tolerances."""
         return replace(self, limits=tuple(limit for limit in self.limits if not limit.is_on_motion_error))
 
@@ -185,10 +188,10 @@ class Problem:
         changed = replace(self, scene_values=values, setup=setup, limits=values.limits(setup))
         return changed.with_given_motion(self.given_motion) if changes_train else changed
 
-    def with_given_motion(self, given: Programme) -> "Problem":
+    def with_given_motion(self, given_motion: Programme) -> "Problem":
         """The problem of another given motion; if the train cannot move so far, no design can be assembled."""
         try:
-            return self.with_programme(self.follower_motion(given))
+            return self.with_programme(self.follower_motion(given_motion))
         except BadInput as error:
             return self.with_no_assembly(error.mistakes[0].allowed)
 
@@ -233,13 +236,13 @@ class Problem:
         changed = self.with_numbers({key: None})
         return replace(changed, limits=tuple(limit for limit in changed.limits if limit.name not in names))
 
-    def follower_motion_with_laws(self, rise: str | None, fall: str | None) -> Programme:
+    def follower_motion_with_laws(self, rise_law: str | None, return_law: str | None) -> Programme:
         """The motion of the follower with other laws on rises and returns, by name; None keeps the law."""
-        return self.follower_motion(self.given_motion_with_laws(rise, fall))
+        return self.follower_motion(self.given_motion_with_laws(rise_law, return_law))
 
-    def given_motion_with_laws(self, rise: str | None, fall: str | None) -> Programme:
+    def given_motion_with_laws(self, rise_law: str | None, return_law: str | None) -> Programme:
         """The given motion, of tool or follower, with other laws on rises and returns, by name."""
-        chosen = (None if name is None else self.laws[name] for name in (rise, fall))
+        chosen = (None if name is None else self.laws[name] for name in (rise_law, return_law))
         return self.given_motion.with_laws(*chosen)
 
     @property
@@ -252,7 +255,7 @@ class Problem:
         """Whether the given motion is an angle."""
         return self.setup.angular if self.programme.given_at_follower else self.setup.tool_turns
 
-    def follower_motion(self, given: Programme) -> Programme:
+    def follower_motion(self, given_motion: Programme) -> Programme:
         """The motion of the follower that gives the follower or the tool a motion, under the scene's load.
 
         Raises
@@ -260,7 +263,7 @@ class Problem:
         BadInput
             If the tool goes beyond a dead point of the train.
         """
-        return self.scene_values.follower_motion(given, self.setup, self.segments)
+        return self.scene_values.follower_motion(given_motion, self.setup, self.segments)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any]) -> Train:
         """Trains with other numbers, by key of the scene: arrays, or ranges with slopes."""
@@ -273,7 +276,7 @@ class Problem:
         return self.trains_with_numbers(numbers) if numbers else self.setup.train
 
     @property
-    def contact_problems(self) -> "tuple[Problem, ...]":
+    def problem_of_each_contact(self) -> "tuple[Problem, ...]":
         """The problem of each contact of the follower, as an ordinary cam with its own motion."""
         first = replace(
             self, setup=replace(self.setup, mechanism=self.setup.mechanism._replace(further_contacts=()))
@@ -383,11 +386,13 @@ class SceneValues:
         """Why the train cannot perform the given motion; empty if it can."""
         return train_fault(self._scene)
 
-    def follower_motion(self, given: Programme, setup: Setup, segments: Sequence[MotionSegment]) -> Programme:
+    def follower_motion(
+        self, given_motion: Programme, setup: Setup, segments: Sequence[MotionSegment]
+    ) -> Programme:
         """The motion of the follower that gives the follower or the tool a motion, under the scene's load."""
         _, load = split_constant_and_changing_load(*external_load_and_its_unit(self._scene))
         total_load = follower_load_with_train(self._scene.train, setup.train, load)
-        return follower_motion_through_train(given, segments, self._scene, setup.train, total_load)
+        return follower_motion_through_train(given_motion, segments, self._scene, setup.train, total_load)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
         """Trains with other numbers; ``angular`` says whether the follower turns."""
@@ -465,7 +470,9 @@ def _cached_problem(scene: Scene) -> Problem:
         accuracy=scene.accuracy.relative_error,
         scene_values=values,
         zones=(
-            zones := robust_zones(scene, variables, collect_nominal_numbers(variables, design, setup.given.values))
+            zones := tolerance_zones_of_robust_search(
+                scene, variables, collect_nominal_numbers(variables, design, setup.given.values)
+            )
         ),
         robust_errors=initial_robust_errors(zones),
     )
@@ -485,12 +492,12 @@ def resolve_design(scene: Scene) -> Problem:
     return problem
 
 
-def missing_variable_mistakes(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
-    """A mistake for each size or number that is missing in the scene and not among ``searched``, by key."""
+def missing_variable_mistakes(problem: Problem, searched_keys: Collection[str] = ()) -> list[Mistake]:
+    """A mistake for each size or number that is missing in the scene and not among ``searched_keys``, by key."""
     return [
         Mistake(problem.file, each.key, None, MISSING_SIZE if each.is_size else MISSING_NUMBER, bare=True)
         for each in problem.missing_variables
-        if each.key not in searched
+        if each.key not in searched_keys
     ]
 
 

@@ -58,10 +58,12 @@ class DesignRows:
         count, columns = int(np.count_nonzero(index)) if index.dtype == bool else index.size, self.columns
         return DesignRows({n: v[index] if is_per_row(v := columns.pop(n)) else v for n in [*columns]}, count)
 
-    def slice_rows(self, part: slice) -> "DesignRows":
+    def slice_rows(self, row_slice: slice) -> "DesignRows":
         """Consecutive rows, as views of these columns."""
-        columns = {name: values[part] if is_per_row(values) else values for name, values in self.columns.items()}
-        return DesignRows(columns, len(range(*part.indices(self.count))))
+        columns = {
+            name: values[row_slice] if is_per_row(values) else values for name, values in self.columns.items()
+        }
+        return DesignRows(columns, len(range(*row_slice.indices(self.count))))
 
     def replace_rows(self, index: IndexArray, new_rows: "DesignRows") -> "DesignRows":
         """The rows with those at an index replaced by other rows."""

@@ -18,8 +18,8 @@ from camopt.core.numerics import FloatArray, IntArray
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.settings import (
     problem_with_searched_numbers_per_design,
-    problems_by_motion,
-    setting_count_mistakes,
+    problems_by_motion_and_setting,
+    too_many_settings_mistakes,
 )
 from camopt.scene.problem.space import DesignRange, DesignSpace, grid_space, sweep_mistakes
 
@@ -75,10 +75,10 @@ def sweep_space(problem: Problem) -> DesignSpace:
     drawn = {each.field: each.values_at_shares(column) for each, column in zip(varied, points.T, strict=True)}
     shared = [each.key for each in varied if not each.varies_by_design]
     settings, which = _distinct_settings([drawn.pop(key) for key in shared], choices.samples)
-    if mistakes := setting_count_mistakes(problem, len(settings)):
+    if mistakes := too_many_settings_mistakes(problem, len(settings)):
         raise BadInput(mistakes)
     free = problem_with_searched_numbers_per_design(problem)
-    problems = problems_by_motion(free, [dict(zip(shared, each, strict=True)) for each in settings])
+    problems = problems_by_motion_and_setting(free, [dict(zip(shared, each, strict=True)) for each in settings])
     order = np.argsort(which, kind="stable")
     return DesignSample(free, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))
 
@@ -91,14 +91,14 @@ def _distinct_settings(columns: list[FloatArray], count: int) -> tuple[list[tupl
     return [*map(tuple, settings.tolist())], which.reshape(-1)
 
 
-def sobol_points(axes: int, count: int, seed: int) -> FloatArray:
+def sobol_points(dimension: int, count: int, seed: int) -> FloatArray:
     """Scrambled Sobol points of the unit cube, (count, axes)."""
-    points = scipy.stats.qmc.Sobol(axes, scramble=True, rng=seed).random_base2(int(np.ceil(np.log2(count))))
+    points = scipy.stats.qmc.Sobol(dimension, scramble=True, rng=seed).random_base2(int(np.ceil(np.log2(count))))
     return np.asarray(points[:count])
 
 
-def _latin_hypercube_points(axes: int, count: int, seed: int) -> FloatArray:
-    return np.asarray(scipy.stats.qmc.LatinHypercube(axes, rng=seed).random(count))
+def _latin_hypercube_points(dimension: int, count: int, seed: int) -> FloatArray:
+    return np.asarray(scipy.stats.qmc.LatinHypercube(dimension, rng=seed).random(count))
 
 
 SAMPLERS: dict[str, Callable[[int, int, int], Any]] = {

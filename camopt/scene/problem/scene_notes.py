@@ -55,7 +55,7 @@ def unused_value_notes(scene: Scene) -> list[str]:
     evaluated = frozenset(name for names in running.values() for name in names)
     idle = [
         key
-        for key in _keys_with_values(scene)
+        for key in _used_dynamics_and_material_keys(scene)
         if not any(does_effect_read_key(effect, key, evaluated) for effect in READING_EFFECTS[key])
     ]
     able = {
@@ -117,7 +117,7 @@ def constant_objective_notes(scene: Scene) -> list[str]:
     return [f"objectives: {', '.join(same)} {has} no effect: all designs have the same value"] if same else []
 
 
-def _keys_with_values(scene: Scene) -> list[str]:
+def _used_dynamics_and_material_keys(scene: Scene) -> list[str]:
     """The keys of ``[follower.dynamics]`` and ``[materials]`` with a value other than 0, or with a choice."""
     tables = (scene.follower.dynamics, scene.materials)
     given = [key for table in tables if table for key, value in table if value is not None and value != 0.0]
@@ -125,11 +125,11 @@ def _keys_with_values(scene: Scene) -> list[str]:
     return list(dict.fromkeys([*given, *(key for key in varied if key in READING_EFFECTS)]))
 
 
-def _missing_keys_text(keys: list[str], lacks: Mapping[str, tuple[str, ...]]) -> str:
+def _missing_keys_text(unused_keys: list[str], missing_keys_by_name: Mapping[str, tuple[str, ...]]) -> str:
     """The fewest missing keys of a quantity that reads some of the keys, as the end of a sentence."""
-    effects = {effect for key in keys for effect in READING_EFFECTS[key]}
-    known = {name: QUANTITIES[name].effect for name in lacks if name in QUANTITIES}
-    wanting = [tuple(lacks[name]) for name, effect in known.items() if effect in effects]
+    effects = {effect for key in unused_keys for effect in READING_EFFECTS[key]}
+    known = {name: QUANTITIES[name].effect for name in missing_keys_by_name if name in QUANTITIES}
+    wanting = [tuple(missing_keys_by_name[name]) for name, effect in known.items() if effect in effects]
     pressed = [needs for needs in wanting if any(n.endswith((".mass", ".inertia")) for n in needs)]
-    chosen = pressed if set(keys) <= {*PRESSING_NUMBERS} and pressed else wanting
+    chosen = pressed if set(unused_keys) <= {*PRESSING_NUMBERS} and pressed else wanting
     return f" without {', '.join(sorted(chosen, key=len)[0])}" if chosen else " with this follower"

@@ -29,7 +29,9 @@ def law_pair_by_programme(problem: Problem) -> Mapping[Programme, LawPair]:
     return {problem.follower_motion_with_laws(*pair): pair for pair in problem.search_space.laws}
 
 
-def problems_by_motion(problem: Problem, settings: Sequence[NumberSetting] = ({},)) -> tuple[Problem, ...]:
+def problems_by_motion_and_setting(
+    problem: Problem, settings: Sequence[NumberSetting] = ({},)
+) -> tuple[Problem, ...]:
     """The problem for every choice of laws in ``[search]`` and every setting; settings vary fastest.
 
     Raises
@@ -62,16 +64,16 @@ def problem_with_searched_numbers_per_design(
     return (
         _cached_problem_per_design(problem)
         if search_ends is None
-        else _with_numbers_per_design(problem, {**_search_ranges(problem), **search_ends})
+        else _with_numbers_per_design(problem, {**_range_ends_of_searched_numbers(problem), **search_ends})
     )
 
 
 @cached_by_identity(maxsize=4)  # designs of a scene are evaluated many times
 def _cached_problem_per_design(problem: Problem) -> Problem:
-    return _with_numbers_per_design(problem, _search_ranges(problem))
+    return _with_numbers_per_design(problem, _range_ends_of_searched_numbers(problem))
 
 
-def _search_ranges(problem: Problem) -> dict[str, tuple[float, float]]:
+def _range_ends_of_searched_numbers(problem: Problem) -> dict[str, tuple[float, float]]:
     return {each.key: each.range_ends for each in problem.search_space.numbers if each.varies_by_design}
 
 
@@ -83,11 +85,11 @@ def with_toleranced_numbers_per_design(problem: Problem) -> Problem:
     return _with_numbers_per_design(problem, {})
 
 
-def _with_numbers_per_design(problem: Problem, searched: Mapping[str, tuple[float, float]]) -> Problem:
+def _with_numbers_per_design(problem: Problem, range_ends_by_key: Mapping[str, tuple[float, float]]) -> Problem:
     carried = problem.zones.keys() - problem.design.sizes.keys() - entries_of_train_numbers(problem.zones).keys()
     zones = {key: each for key, each in problem.zones.items() if key in carried}
-    fixed = {key: problem.nominal_numbers[key] for key in zones if key not in searched}
-    ends = {**searched, **{key: (value, value) for key, value in fixed.items()}}
+    fixed = {key: problem.nominal_numbers[key] for key in zones if key not in range_ends_by_key}
+    ends = {**range_ends_by_key, **{key: (value, value) for key, value in fixed.items()}}
     if not ends:
         return problem
     for key, zone in zones.items():
@@ -98,7 +100,7 @@ def _with_numbers_per_design(problem: Problem, searched: Mapping[str, tuple[floa
 
 
 def problems_in_settings(problem: Problem, settings: Iterable[NumberSetting]) -> list[Problem]:
-    """The problem in each setting; raises as ``problems_by_motion``."""
+    """The problem in each setting; raises as ``problems_by_motion_and_setting``."""
     problems = [problem.with_numbers(setting) for setting in settings]
     if mistakes := list(_zero_number_mistakes(problem, problems)):
         raise BadInput(mistakes)
@@ -117,14 +119,14 @@ def _zero_number_mistakes(problem: Problem, problems: Iterable[Problem]) -> Iter
         yield Mistake(problem.file, f"search.{key}", 0.0, f"above 0: {needed}")
 
 
-def setting_count_mistakes(problem: Problem, count: int) -> list[Mistake]:
+def too_many_settings_mistakes(problem: Problem, count: int) -> list[Mistake]:
     """A mistake if there are too many settings."""
     allowed = f"ranges and lists with at most {MOST_SETTINGS:,} combinations of train numbers and shaft diameters"
     why = f"{allowed}; these have {count:,}"
     return [Mistake(problem.file, "search", None, why)] if count > MOST_SETTINGS else []
 
 
-def given_profile_mistakes(problem: Problem, what: str) -> list[Mistake]:
-    """A mistake if the cam is given by its profile, for commands that search its size or motion (``what``)."""
-    why = f"{what} cannot change, since the scene gives the profile of the cam"
+def given_profile_mistakes(problem: Problem, fixed_values_text: str) -> list[Mistake]:
+    """A mistake if the cam is given by its profile, for commands that change what ``fixed_values_text`` says."""
+    why = f"{fixed_values_text} cannot change, since the scene gives the profile of the cam"
     return [Mistake(problem.file, "profile", None, why, bare=True)] if problem.profile else []

@@ -67,7 +67,7 @@ def _error_bands_from_tolerances(scene: Scene) -> ToleranceBands | None:
         for key, each in (("phase", given.phase), ("tilt", given.face_tilt), ("disc_phase", given.disc_phase))
         if each
     }
-    second, links = dict(_second_contact_error_bands(scene)), dict(_train_number_bands_and_series(scene))
+    second, links = dict(_second_contact_error_bands(scene)), dict(_train_error_bands_and_series(scene))
     if not (zones or angles or given.profile or given.bore_eccentricity or second or links):
         return None
     return ToleranceBands(
@@ -93,7 +93,7 @@ def _second_contact_error_bands(scene: Scene) -> Iterator[tuple[str, ErrorBand]]
         yield key, ErrorBand(zone.lower, zone.upper)
 
 
-def _train_number_bands_and_series(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Train]]]:
+def _train_error_bands_and_series(scene: Scene) -> Iterator[tuple[str, tuple[ErrorBand, Train]]]:
     """The bands of numbers of the train that move the tool, by key, each with the train as a series in it."""
     angular = scene.mechanism.motion.angular
     for key, given in scene.tolerances.numbers.items():

@@ -21,8 +21,8 @@ from camopt.scene.problem.settings import (
     NumberSetting,
     law_pair_by_programme,
     problem_with_searched_numbers_per_design,
-    problems_by_motion,
-    setting_count_mistakes,
+    problems_by_motion_and_setting,
+    too_many_settings_mistakes,
 )
 from camopt.scene.problem.variables import Variable, variation_mistakes
 
@@ -144,7 +144,7 @@ def grid_space(problem: Problem) -> DesignSpace:
     mistakes += sweep_mistakes(problem)
     shared = [each for each in varied if not each.varies_by_design]
     settings = prod(each.grid_count for each in shared)
-    mistakes += setting_count_mistakes(problem, settings)
+    mistakes += too_many_settings_mistakes(problem, settings)
     if (count := len(law_pair_by_programme(problem)) * prod(each.grid_count for each in varied)) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
@@ -154,7 +154,9 @@ def grid_space(problem: Problem) -> DesignSpace:
     combined = [{v.key: x for v, x in zip(shared, each, strict=True)} for each in values]
     free = problem_with_searched_numbers_per_design(problem)
     return DesignSpace(
-        free, problems_by_motion(free, combined), {v.field: v.grid_values for v in varied if v.varies_by_design}
+        free,
+        problems_by_motion_and_setting(free, combined),
+        {v.field: v.grid_values for v in varied if v.varies_by_design},
     )
 
 

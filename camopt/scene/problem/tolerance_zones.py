@@ -24,38 +24,44 @@ EntryT = TypeVar("EntryT")
 
 
 def collect_nominal_numbers(
-    variables: Iterable[Variable], design: Designs, others: Mapping[str, float | None]
+    variables: Iterable[Variable], design: Designs, other_numbers: Mapping[str, float | None]
 ) -> Mapping[str, float]:
-    """The nominal numbers of a scene, by key: those of its design, and ``others``."""
+    """The nominal numbers of a scene, by key: those of its design, and ``other_numbers``."""
     own = {each.key: float(design.values[each.field][0]) for each in variables if each.field in design.values}
-    return {key: value for key, value in others.items() if value is not None} | own
+    return {key: value for key, value in other_numbers.items() if value is not None} | own
 
 
-def number_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
+def tolerance_zones_of_numbers(scene: Scene, nominal_by_key: Mapping[str, float]) -> dict[str, ToleranceZone]:
     """The zone of each number with a tolerance, by key and in the unit of the scene."""
     return {
-        key: tolerance_zone(tolerance, key.rpartition(".")[2], nominal[key])
+        key: tolerance_zone(tolerance, key.rpartition(".")[2], nominal_by_key[key])
         for key, tolerance in scene.tolerances.numbers.items()
     }
 
 
-def number_and_angle_zones(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
+def tolerance_zones_of_numbers_and_angles(
+    scene: Scene, nominal_by_key: Mapping[str, float]
+) -> dict[str, ToleranceZone]:
     """The zones of numbers, and of the angles of cam and face in rad, by key of ``[tolerances]``."""
     angles = {
         key: each for key, each in scene.tolerances.number_and_angle_tolerances.items() if key in ANGLE_TOLERANCES
     }
-    return number_zones(scene, nominal) | {
+    return tolerance_zones_of_numbers(scene, nominal_by_key) | {
         key: tolerance_zone(each, key, 0.0).scale_by(radians(1.0)) for key, each in angles.items()
     }
 
 
-def zones_that_move_tool(scene: Scene, nominal: Mapping[str, float]) -> dict[str, ToleranceZone]:
+def tolerance_zones_that_move_tool(scene: Scene, nominal_by_key: Mapping[str, float]) -> dict[str, ToleranceZone]:
     """The zones that move the tool: of sizes of the follower, links of the train, and angles."""
-    return {key: zone for key, zone in number_and_angle_zones(scene, nominal).items() if does_error_move_tool(key)}
+    return {
+        key: zone
+        for key, zone in tolerance_zones_of_numbers_and_angles(scene, nominal_by_key).items()
+        if does_error_move_tool(key)
+    }
 
 
-def robust_zones(
-    scene: Scene, variables: Iterable[Variable], nominal: Mapping[str, float]
+def tolerance_zones_of_robust_search(
+    scene: Scene, variables: Iterable[Variable], nominal_by_key: Mapping[str, float]
 ) -> dict[str, ToleranceZone]:
     """The zones within which cams must meet the limits, by field; empty unless ``search.robust``.
 
@@ -66,7 +72,7 @@ def robust_zones(
     """
     if not scene.search.robust:
         return {}
-    zones, fields = number_zones(scene, nominal), {each.key: each for each in variables}
+    zones, fields = tolerance_zones_of_numbers(scene, nominal_by_key), {each.key: each for each in variables}
     if not zones:
         why = "needs a tolerance of a size, such as tolerances.follower.offset = 0.02"
         raise BadInput([Mistake(scene.file, "search.robust", True, why, bare=True)])

@@ -14,7 +14,7 @@ from camopt.scene.scene import Scene
 
 
 def follower_motion_through_train(
-    given: Programme,
+    given_motion: Programme,
     segments: Sequence[MotionSegment],
     scene: Scene,
     train: Train | None,
@@ -30,11 +30,11 @@ def follower_motion_through_train(
         If the tool, or a follower with a given motion, goes beyond a dead point of the train.
     """
     if train is None:
-        return given
-    zero = (start_position(segments) - given.start) * given.unit
+        return given_motion
+    zero = (start_position(segments) - given_motion.start) * given_motion.unit_in_mm_or_rad
     drive = programme_with_tool if scene.given_at_follower else follower_programme
     try:
-        return drive(replace(given, load=None), train, zero, load)
+        return drive(replace(given_motion, load=None), train, zero, load)
     except StageFault as fault:
         raise BadInput([Mistake(scene.file, f"train.{fault.number}", None, str(fault), bare=True)], scene) from None
 

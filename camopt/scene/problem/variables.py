@@ -189,8 +189,8 @@ def angle_variables(search: Search, segments: Sequence[MotionSegment]) -> tuple[
     )
 
 
-def variation_mistakes(file: str, variables: Iterable[Variable], who: str) -> list[Mistake]:
-    """A mistake for each variable that ``[search]`` varies, for a command (``who``) that cannot vary it."""
+def variation_mistakes(file: str, variables: Iterable[Variable], command_phrase: str) -> list[Mistake]:
+    """A mistake for each variable of ``[search]`` that a command (``command_phrase``) cannot vary."""
     advice = {each.search_key: ROLE_ADVICE[each.role] for each in variables if each.is_searched}
-    why = {key: f"{who} {other}: leave it out of [search]" for key, other in advice.items()}
+    why = {key: f"{command_phrase} {other}: leave it out of [search]" for key, other in advice.items()}
     return [Mistake(file, key, None, what, bare=True) for key, what in why.items()]

@@ -243,7 +243,7 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
             raise BadInput([Mistake("camopt", "result", other.name, why)])
         pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
         for pair in pairs.values():
-            _check_types(*pair)
+            _check_equal_column_types(*pair)
         matchings = {name: match_designs(*pair) for name, pair in pairs.items()}
         fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
         tables = {name: _compare_tables(*pair, matchings[name], name in fronts) for name, pair in pairs.items()}
@@ -266,7 +266,7 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
         )
 
 
-def _check_types(a: DesignTable, b: DesignTable) -> None:
+def _check_equal_column_types(a: DesignTable, b: DesignTable) -> None:
     """Raise BadInput if a common column has different types; an empty column has any type."""
     for name in a.names:
         kinds = {side.layout.field(name).type for side in (a, b) if name in side.names} - {pa.null()}
@@ -307,7 +307,7 @@ def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, with_fronts
         quantities=quantities,
         columns_in_a=tuple(name for name in a.names if name not in b.names),
         columns_in_b=tuple(name for name in b.names if name not in a.names),
-        objectives=(_objective_words(a), _objective_words(b)),
+        objectives=(_aim_by_objective(a), _aim_by_objective(b)),
         units={name: a.units[name] for name in a.objectives},
         fronts=compare_fronts(a.front_costs(), b.front_costs()) if comparable else None,
         first={
@@ -317,7 +317,7 @@ def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, with_fronts
     )
 
 
-def _objective_words(table: DesignTable) -> dict[str, str]:
+def _aim_by_objective(table: DesignTable) -> dict[str, str]:
     return {name: "minimise" if sign > 0.0 else "maximise" for name, sign in table.objectives.items()}
 
 

@@ -72,7 +72,7 @@ class DesignTable:
         sizes = [name for name in self.names if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
         return [*(name for name in sizes if name not in DERIVED_SIZES), *({SCENE_COLUMN} & {*self.names})]
 
-    def fixed_value(self, name: str) -> float | None:
+    def scene_value(self, name: str) -> float | None:
         """Value that the scene gives for a number without a column; None if it gives none."""
         keys = [each.key for each in variables_of_scene(self.scene) if each.quantity == name]
         return next(iter(self.scene.numbers(keys).values()), None)

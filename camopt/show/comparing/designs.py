@@ -15,7 +15,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from camopt.core.numerics import BoolArray, FloatArray, IndexArray, IntArray
-from camopt.core.storage.files import check_writable, checked_suffix, expand_user_path, whole_file
+from camopt.core.storage.files import atomically_written_file, check_writable, checked_suffix, expand_user_path
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.scene.toml_text import parse_toml
@@ -58,10 +58,12 @@ def match_designs(a: DesignTable, b: DesignTable) -> Matching:
     """Pair the rows with the same design. Repeated designs are paired in the order of rows."""
     codes = np.zeros(a.count + b.count, dtype=np.int64)
     for name in dict.fromkeys((*a.key_columns, *b.key_columns)):
-        codes = _pair_codes(codes, _value_codes(*(_key_column_or_fixed_value(each, name) for each in (a, b))))
+        codes = _pair_codes(codes, _value_codes(*(_key_column_or_scene_value(each, name) for each in (a, b))))
     codes = _dense_codes(codes)
     if any(np.bincount(side).max(initial=0) > 1 for side in (codes[: a.count], codes[a.count :])):
-        again = np.concatenate([_occurrence_counts(codes[: a.count]), _occurrence_counts(codes[a.count :])])
+        again = np.concatenate(
+            [_earlier_occurrence_counts(codes[: a.count]), _earlier_occurrence_counts(codes[a.count :])]
+        )
         codes = _dense_codes(_pair_codes(codes, again))
     place = np.full(int(codes.max(initial=-1)) + 1, -1, dtype=np.intp)
     place[codes[a.count :]] = np.arange(b.count)
@@ -86,7 +88,7 @@ def _dense_codes(codes: IntArray) -> IntArray:
     return np.asarray(pa.array(codes).dictionary_encode().indices.to_numpy(), dtype=np.int64)
 
 
-def _occurrence_counts(codes: IntArray) -> IntArray:
+def _earlier_occurrence_counts(codes: IntArray) -> IntArray:
     """Count of earlier occurrences of each number."""
     order = np.argsort(codes, kind="stable")
     ordered = codes[order]
@@ -97,22 +99,22 @@ def _occurrence_counts(codes: IntArray) -> IntArray:
     return counts
 
 
-def _key_column_or_fixed_value(table: DesignTable, name: str) -> pa.Array:
+def _key_column_or_scene_value(table: DesignTable, name: str) -> pa.Array:
     """A key column, or the value of the scene in its place. A column of scenes becomes one of their motions."""
     if name not in table.names:
-        value = table.fixed_value(name)
+        value = table.scene_value(name)
         return pa.nulls(table.count) if value is None else pa.array(np.full(table.count, value))
     column = table.column(name)
     if name != SCENE_COLUMN:
         return column
     return pa.array(
-        [text and _motion_text(parse_toml(text, table.name)) for text in column.to_pylist()], pa.string()
+        [text and _motion_identity(parse_toml(text, table.name)) for text in column.to_pylist()], pa.string()
     )
 
 
-def _motion_text(tables: Mapping[str, Any]) -> str:
+def _motion_identity(scene_tables: Mapping[str, Any]) -> str:
     """The tables of a scene that define its motion, as text."""
-    return repr([tables.get(key) for key in ("motion", "profile", "laws")])
+    return repr([scene_tables.get(key) for key in ("motion", "profile", "laws")])
 
 
 def _value_codes(a: pa.Array, b: pa.Array) -> IntArray:
@@ -179,7 +181,7 @@ Differences = tuple[BoolArray, FloatArray, BoolArray]
 """Whether values differ, the share of the larger value, and whether beyond the accuracy."""
 
 
-def _compare_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -> Differences:
+def _compare_numbers(a: pa.Array, b: pa.Array, relative_error_a: float, relative_error_b: float) -> Differences:
     """Differences of numbers. A number that is missing on one side, or infinite, has an infinite difference."""
     x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
     differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
@@ -189,7 +191,7 @@ def _compare_numbers(a: pa.Array, b: pa.Array, error_a: float, error_b: float) -
         apart, largest = np.abs(x - y), np.maximum(np.abs(x), np.abs(y))
         finite = np.isfinite(apart)
         share[differs] = np.where(finite, apart / np.where(finite, largest, 1.0), np.inf)
-        beyond[differs] = ~finite | (apart > error_a * np.abs(x) + error_b * np.abs(y))
+        beyond[differs] = ~finite | (apart > relative_error_a * np.abs(x) + relative_error_b * np.abs(y))
     return differs, share, beyond
 
 
@@ -224,7 +226,7 @@ def write_differences(tables: Mapping[str, ChangedTables], path: Path) -> None:
         return
     columns = {name: table[name].combine_chunks() for name in table.column_names}
     texts = {name: as_text(column) if pa.types.is_list(column.type) else column for name, column in columns.items()}
-    with whole_file(path) as partial:
+    with atomically_written_file(path) as partial:
         csv.write_csv(pa.table(texts), partial)
 
 

@@ -39,7 +39,7 @@ class FrontSide:
     """
 
     @property
-    def uncovered_points(self) -> int:
+    def uncovered_point_count(self) -> int:
         """Number of points that the other front does not cover."""
         return self.points - self.dominated - self.shared
 
@@ -68,12 +68,12 @@ class Fronts:
             )
         if self.has_same_points:
             return "The fronts are the same."
-        if a.uncovered_points and b.uncovered_points:
+        if a.uncovered_point_count and b.uncovered_point_count:
             ahead = {"A": b.behind_most, "B": a.behind_most}
             shares = [f"{name}'s by at most {lead:.3g}" for name, lead in ahead.items() if lead is not None]
             size = f": {', '.join(shares)} of the range of an objective" if shares else ""
             return f"Each front is better in places{size}."
-        better, side = ("A", b) if a.uncovered_points else ("B", a)
+        better, side = ("A", b) if a.uncovered_point_count else ("B", a)
         where = "everywhere" if side.dominated == side.points else "in places, and equal elsewhere"
         return f"{better}'s front is better {where}."
 
@@ -133,6 +133,6 @@ def _compare_front_with_other(
     )
 
 
-def _finite_clipped_points(normalised: FloatArray) -> FloatArray:
+def _finite_clipped_points(normalised_costs: FloatArray) -> FloatArray:
     """Points without an infinite cost, which have a distance; an infinite gain becomes the ideal."""
-    return np.maximum(normalised[np.all(normalised < np.inf, axis=1)], 0.0)
+    return np.maximum(normalised_costs[np.all(normalised_costs < np.inf, axis=1)], 0.0)

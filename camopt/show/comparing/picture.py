@@ -9,7 +9,7 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.show.comparing.compare import Comparison, TableComparison
-from camopt.show.drawing.style import MUTED, PAGE_TITLE, SERIES, Figure, Target, add_grid, canvas
+from camopt.show.drawing.style import MUTED, PAGE_TITLE, SERIES, Figure, Target, add_grid, new_figure
 from camopt.solve.tables.cells import axis_label
 
 MOST_OBJECTIVE_PAIRS = 3  # side by side: all pairs of three objectives
@@ -27,7 +27,7 @@ def draw(comparison: Comparison, path: Target = None) -> "Figure":
         why = "results with Pareto fronts of the same objectives, at least two of which vary"
         raise BadInput([Mistake("camopt", "what", repr(comparison), why)])
     many = max(len(_varying_objective_pairs(table)) for table in rows.values())
-    with canvas(path, (max(many, 2) * PANEL_WIDTH, len(rows) * PANEL_HEIGHT), layout="constrained") as figure:
+    with new_figure(path, (max(many, 2) * PANEL_WIDTH, len(rows) * PANEL_HEIGHT), layout="constrained") as figure:
         title = f"Pareto fronts: {comparison.a} (A) and {comparison.b} (B)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for panels, (name, table) in zip(
@@ -45,7 +45,7 @@ def draw(comparison: Comparison, path: Target = None) -> "Figure":
     return figure
 
 
-def _shown_front_objectives(table: TableComparison) -> tuple[FloatArray, FloatArray]:
+def _front_objectives_in_shown_units(table: TableComparison) -> tuple[FloatArray, FloatArray]:
     """Objectives of the points of both fronts, in shown units."""
     assert table.fronts is not None
     signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
@@ -56,14 +56,14 @@ def _shown_front_objectives(table: TableComparison) -> tuple[FloatArray, FloatAr
 
 def _varying_objective_pairs(table: TableComparison) -> list[tuple[int, int]]:
     """Pairs of objectives that differ between points."""
-    every = np.concatenate(_shown_front_objectives(table))
+    every = np.concatenate(_front_objectives_in_shown_units(table))
     varied = [k for k, column in enumerate(every.T) if np.unique(column[np.isfinite(column)]).size > 1]
     return list(combinations(varied, 2))[:MOST_OBJECTIVE_PAIRS]
 
 
 def _draw_fronts(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
     """Draw both fronts in two objectives: common points, points only of A and only of B."""
-    a, b = _shown_front_objectives(table)
+    a, b = _front_objectives_in_shown_units(table)
     in_both = _are_among_points(a, b)
     for points, label, look in (
         (a[in_both], "on both fronts", {"color": MUTED, "marker": ".", "s": 16}),

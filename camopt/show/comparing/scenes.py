@@ -26,7 +26,7 @@ def scene_differences(a: Scene, b: Scene) -> dict[str, Difference]:
     return {key: (mine, others) for key, (mine, others) in pairs.items() if mine != others}
 
 
-def shown_settings(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
+def differing_settings_in_shown_units(a: Scene, b: Scene) -> dict[str, tuple[Any, Any, str]]:
     """Keys in which two scenes differ, with the values in A and B in shown units, and these units."""
     models, tables = SCENE_TABLES, [scene.model_dump(mode="json") for scene in (a, b)]
     one, other = (dict(leaf_values_by_key(tables_in_shown_units(each, models))) for each in tables)
@@ -75,5 +75,7 @@ def _numeric_difference(a: Any, b: Any) -> float | None:
     return b - a if _are_numbers(a, b) else None
 
 
-def _values_differ(a: Any, b: Any, error_a: float, error_b: float) -> bool:
-    return bool(abs(b - a) > error_a * abs(a) + error_b * abs(b)) if _are_numbers(a, b) else a != b
+def _values_differ(a: Any, b: Any, relative_error_a: float, relative_error_b: float) -> bool:
+    return (
+        bool(abs(b - a) > relative_error_a * abs(a) + relative_error_b * abs(b)) if _are_numbers(a, b) else a != b
+    )

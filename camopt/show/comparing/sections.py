@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from camopt.core.quantities.unit_systems import to_shown_unit
-from camopt.show.comparing.scenes import shown_settings
+from camopt.show.comparing.scenes import differing_settings_in_shown_units
 from camopt.solve.tables.cells import number_text, shown_column_name, unit_of_column
 from camopt.solve.tables.designs import LAW_COLUMNS, shown_law_columns, with_rise_law_as_law_column
 from camopt.solve.tables.result import Table, table_of
@@ -34,7 +34,7 @@ def comparison_sections(result: "Comparison") -> Iterator[Table | str]:
         if only:
             yield f"Only in {name}: {', '.join(only)}"
     for names, pair in result.scenes.items():
-        settings = shown_settings(*pair).items()
+        settings = differing_settings_in_shown_units(*pair).items()
         rows = [
             {"key": key, "A": _short_value_text(a), "B": _short_value_text(b), "unit": unit}
             for key, (a, b, unit) in settings
@@ -63,10 +63,10 @@ def _value_in_shown_unit(name: str, value: Any) -> Any:
     return to_shown_unit(value, unit_of_column(name)) if isinstance(value, float) else value
 
 
-def _quantity_sections(names: str, cam: "Mapping[str, ValuePair]") -> Iterator[Table | str]:
+def _quantity_sections(scene_names: str, value_pairs: "Mapping[str, ValuePair]") -> Iterator[Table | str]:
     """Quantities of two cams that differ, side by side."""
-    if not cam:
-        yield f"The quantities of both cams are the same ({names})."
+    if not value_pairs:
+        yield f"The quantities of both cams are the same ({scene_names})."
         return
     rows = [
         {
@@ -76,9 +76,9 @@ def _quantity_sections(names: str, cam: "Mapping[str, ValuePair]") -> Iterator[T
             "B − A": "" if each.difference is None else f"{_value_in_shown_unit(name, each.difference):+.6g}",
             "relative": f"{each.difference / abs(each.a):+.1%}" if each.difference and each.a else "",
         }
-        for name, each in cam.items()
+        for name, each in value_pairs.items()
     ]
-    yield table_of(f"Quantities that differ ({names})", rows, [*rows[0]])
+    yield table_of(f"Quantities that differ ({scene_names})", rows, [*rows[0]])
 
 
 def _design_sections(name: str, table: "TableComparison") -> Iterator[Table | str]:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
+from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense_of_follower
 from camopt.show.drawing import diagrams
 from camopt.show.drawing.cam import (
     CROSS_POINTS,
-    draw_body,
-    draw_centre,
+    draw_cam_body,
+    draw_shaft_and_centre_mark,
     draw_stroke_starts,
     frame_with_scale_bar,
     largest_body_radius,
@@ -29,7 +29,7 @@ from camopt.show.drawing.moving_bodies import (
     AnimatedFigure,
     MovingBody,
     Reading,
-    draw_beyond_axes,
+    disable_axes_clipping,
     reading_texts,
 )
 from camopt.show.drawing.panels import Panel, motion_panels
@@ -75,16 +75,16 @@ def draw_mechanism_bodies(
     bodies = (_draw_groove_bodies if developed else _draw_disc_bodies)(figure, picture, area, angles)
     for body in bodies:
         body.axes.set_axis_off()
-    return draw_beyond_axes(bodies)
+    return disable_axes_clipping(bodies)
 
 
 def _draw_disc_bodies(figure: Any, picture: Picture, area: Area, angles: FloatArray) -> list[MovingBody]:
     problem, size = picture.problem, picture.largest_pitch_radius
     ground, cam, follower, contact = (figure.add_axes(area) for _ in range(4))
-    draw_body(cam, picture)
+    draw_cam_body(cam, picture)
     draw_second_disc_outline(cam, picture)
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
-    draw_centre(cam, picture, size)
+    draw_shaft_and_centre_mark(cam, picture, size)
     draw_stroke_starts(cam, picture)  # without its labels, which would turn upside down
     spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
     spans += draw_second_contact(follower, picture)
@@ -141,15 +141,15 @@ def _draw_groove_bodies(figure: Any, picture: Picture, area: Area, angles: Float
 
 
 def _draw_train_bodies(
-    ground: Any, picture: Picture, spans: list[ComplexArray], size: float, angles: FloatArray
+    ground_axes: Any, picture: Picture, drawn_extent: list[ComplexArray], size: float, angles: FloatArray
 ) -> tuple[list[MovingBody], list[ComplexArray]]:
     """The members of the train, each on its own axes above the fixed parts, and their extent."""
     links = list[MovingBody]()
-    if (train := train_sketch(picture, spans, size, angles)) is None:
+    if (train := train_sketch(picture, drawn_extent, size, angles)) is None:
         return links, []
-    draw_fixed_parts(ground, train, size)
+    draw_fixed_parts(ground_axes, train, size)
     for member in train.members:
-        links.append(MovingBody(ground.figure.add_axes(ground.get_position()), member.at, member.turned))
+        links.append(MovingBody(ground_axes.figure.add_axes(ground_axes.get_position()), member.at, member.turned))
         draw_member(links[-1].axes, member, size)
     return links, [sketch_extent_over_turn(train)]
 
@@ -164,7 +164,7 @@ def _follower_body(axes: Any, picture: Picture, angles: FloatArray) -> MovingBod
     rise = problem.programme.motion_at(angles % (2 * np.pi))[0] - picture.start_displacement
     if not problem.setup.angular:
         return MovingBody(axes, 1j * rise, 0.0 * angles)
-    return MovingBody(axes, 0.0 * angles + follower_pivot(problem), outward_turn_sense(problem) * rise)
+    return MovingBody(axes, 0.0 * angles + follower_pivot(problem), outward_turn_sense_of_follower(problem) * rise)
 
 
 def _draw_diagram_cursors(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:

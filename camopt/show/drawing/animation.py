@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.storage.files import checked_suffix, whole_file
+from camopt.core.storage.files import atomically_written_file, checked_suffix
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.machine import Machine, find_machine, is_machine
 from camopt.scene.problem.problem import resolve_design
@@ -26,7 +26,7 @@ from camopt.show.drawing.animated_figure import DISC_SIZE, GROOVE_SIZE, draw_ani
 from camopt.show.drawing.frames import find_ffmpeg, write_gif, write_mp4
 from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, Reading
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.style import Target, canvas
+from camopt.show.drawing.style import Target, new_figure
 
 ANIMATION_KINDS = (".svg", ".gif", ".mp4")
 
@@ -93,16 +93,16 @@ def animate(scene: SceneSource | Machine, path: Target = None) -> Animation:
     if isinstance(scene, (str, os.PathLike)):
         scene = find_machine(scene) if is_machine(os.fsdecode(scene)) else scene_from(scene)
     if isinstance(scene, Machine):
-        animated = import_module("camopt.show.machines.animated_machine").animated_machine(scene)
+        animated = import_module("camopt.show.machines.animated_machine").animated_machine_figure(scene)
     else:
-        animated = animated_scene(scene_from(scene))
+        animated = animated_scene_figure(scene_from(scene))
     suffix = None if path is None else checked_suffix(path, "path", ANIMATION_KINDS)
     if suffix == ".mp4":
         find_ffmpeg()  # raises BadInput before the work if there is none
     with animated as stage:
         animation = Animation(scene.name, animated_svg(stage))
         if path is not None and suffix is not None:
-            with whole_file(path) as partial:
+            with atomically_written_file(path) as partial:
                 if suffix == ".svg":
                     partial.write_text(animation.svg, encoding="utf-8", newline="\n")
                 else:
@@ -111,10 +111,10 @@ def animate(scene: SceneSource | Machine, path: Target = None) -> Animation:
 
 
 @contextmanager
-def animated_scene(scene: Scene) -> Iterator[AnimatedFigure]:
+def animated_scene_figure(scene: Scene) -> Iterator[AnimatedFigure]:
     """The figure of a cam under its follower, drawn at cam angle 0, with its moving parts."""
     picture = Picture(scene, resolve_design(scene))
-    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
+    with new_figure(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
         yield draw_animated_figure(figure, picture)
 
 
@@ -127,25 +127,27 @@ READING_STEP = 24.0  # points from one text of a column to the next
 Element = ElementTree.Element
 
 
-def animated_svg(stage: AnimatedFigure) -> str:
+def animated_svg(animated_figure: AnimatedFigure) -> str:
     """The text of the SVG file."""
-    for place, body in enumerate(stage.bodies):
+    for place, body in enumerate(animated_figure.bodies):
         body.axes.set_gid(f"body-{place}")
-    for place, reading in enumerate(stage.readings):
+    for place, reading in enumerate(animated_figure.readings):
         reading.text.set_gid(f"reading-{place}")
-    root = _svg_with_wide_margins(stage.figure)
+    root = _svg_with_wide_margins(animated_figure.figure)
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
-    for place, body in enumerate(stage.bodies):
+    for place, body in enumerate(animated_figure.bodies):
         group = groups[f"body-{place}"]
-        for kind, values in body.svg_transforms(_function_to_points_in_file(body.axes, stage.figure)).items():
+        for kind, values in body.svg_transforms(
+            _function_to_points_in_file(body.axes, animated_figure.figure)
+        ).items():
             if len(set(values)) > 1:
                 inner = _wrap_content_in_group(group)
                 if body.drawn_at is not None:
                     inner.set("transform", f"{kind}({values[0]})")  # for programs without SMIL
                 _animate_transform(inner, kind, values, "linear")
         if body.windowed:
-            _clip_group(group, _axes_box_in_file(body.axes, stage.figure))
-    for place, reading in enumerate(stage.readings):
+            _clip_group(group, _axes_box_in_file(body.axes, animated_figure.figure))
+    for place, reading in enumerate(animated_figure.readings):
         _animate_reading(groups[f"reading-{place}"], reading)
     return ElementTree.tostring(root, encoding="unicode")
 

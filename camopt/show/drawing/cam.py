@@ -20,10 +20,10 @@ from camopt.show.drawing.picture import (
     draw_line,
     fill_area,
     fit_axes,
-    length_in_digits,
-    round_length,
+    four_digit_length_text,
+    round_down_to_1_2_5,
 )
-from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc_outline, second_outline
+from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc_outline, second_disc_outline
 from camopt.show.drawing.style import (
     COLOURS,
     FAINT,
@@ -50,18 +50,18 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     whole, picture = picture, picture.contacts[0]
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
-    draw_body(axes, whole)
+    draw_cam_body(axes, whole)
     draw_second_disc_outline(axes, whole)
-    labels = [*draw_stroke_starts(axes, picture), draw_rotation(axes, picture)]
+    labels = [*draw_stroke_starts(axes, picture), draw_rotation_arrow(axes, picture)]
     spans = draw_follower(FollowerAxes(axes, axes, axes), picture, size)
-    second = [*draw_second_contact(axes, whole), second_outline(whole)]
+    second = [*draw_second_contact(axes, whole), second_disc_outline(whole)]
     body = largest_body_radius(picture) * CROSS_POINTS
-    parts = [pitch, body, *_draw_circles(axes, whole, pitch, size), *spans, *second]
+    parts = [pitch, body, *_draw_reference_circles(axes, whole, pitch, size), *spans, *second]
     frame_with_scale_bar(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
     return labels
 
 
-def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
+def roller_arc_at_corner(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
     """The arc of the roller at a corner of the pitch curve, where the normal jumps."""
     turn = np.angle(after.normal[0] / before.normal[-1])
     steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
@@ -69,7 +69,7 @@ def corner_arc(before: CamCurves, after: CamCurves, radius: float) -> ComplexArr
     return arc
 
 
-def draw_body(axes: Any, picture: Picture) -> None:
+def draw_cam_body(axes: Any, picture: Picture) -> None:
     """Draw the body with its profile, groove or rib, coloured by stroke, without parts cut away by undercutting."""
     mechanism = picture.problem.setup.mechanism
     fill = (
@@ -87,17 +87,17 @@ def draw_body(axes: Any, picture: Picture) -> None:
             labelled.add(label)
 
 
-def _draw_flanks(axes: Any, picture: Picture, labelled: set[Any]) -> None:
-    """Draw the flanks at one contact by stroke; strokes in ``labelled`` get no further label."""
+def _draw_flanks(axes: Any, picture: Picture, labelled_strokes: set[Any]) -> None:
+    """Draw the flanks at one contact by stroke; strokes in ``labelled_strokes`` get no further label."""
     radius = float(picture.problem.design.roller_radius[0])
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
     for place, (kind, curves) in enumerate(zip(picture.stroke_kind_of_each_piece, picture.curves, strict=True)):
         for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
-            label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
+            label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled_strokes else None
             draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
-            corner = corner_arc(picture.curves[place - 1], curves, -flank.side * radius)
+            corner = roller_arc_at_corner(picture.curves[place - 1], curves, -flank.side * radius)
             draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
-            labelled.add(kind)
+            labelled_strokes.add(kind)
 
 
 def _fill_profile(axes: Any, picture: Picture) -> None:
@@ -163,7 +163,7 @@ def outline_left_by_undercutting(picture: Picture) -> ComplexArray:
     return np.asarray(x + 1j * y)
 
 
-def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
+def _draw_reference_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
     """Draw base, prime, pitch, offset and shaft circles, the centre and the follower's axis; return their extent.
 
     The pitch circle is that of the contact with the largest pressure angle.
@@ -174,24 +174,24 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     spans, lowest = [], float(pitch.imag.min()) if mechanism.body.bounded else -largest_body_radius(picture)
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
-    draw_circle(axes, base, color=MUTED, label=f"base circle, R {length_in_digits(base)}", **thin)
+    draw_circle(axes, base, color=MUTED, label=f"base circle, R {four_digit_length_text(base)}", **thin)
     if radius > 0.0:
-        label = f"prime circle, R {length_in_digits(base + radius)}"
+        label = f"prime circle, R {four_digit_length_text(base + radius)}"
         draw_circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if not mechanism.flat_faced:
         through = steepest.quantity_values["pitch_circle_radius_mm"]
-        label = f"pitch circle, R {length_in_digits(through)}"
+        label = f"pitch circle, R {four_digit_length_text(through)}"
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * CROSS_POINTS)
         lowest = min(lowest, -through)
         _draw_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.touches_rib)
-    draw_centre(axes, picture, size)
+    draw_shaft_and_centre_mark(axes, picture, size)
     if not problem.setup.angular:
         spans.append(_draw_offset_circle_and_dimension(axes, float(problem.design.offset[0]), lowest, size))
     return spans
 
 
-def draw_centre(axes: Any, picture: Picture, size: float) -> None:
+def draw_shaft_and_centre_mark(axes: Any, picture: Picture, size: float) -> None:
     """Draw the shaft, and a mark at its centre."""
     shaft, mark = picture.problem.setup.shaft_radius, 0.06 * size
     if shaft is not None:
@@ -210,11 +210,11 @@ def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
     draw_line(axes, point.conj() if mirrored else point, label="pitch point", **style)
 
 
-def _draw_offset_circle_and_dimension(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
+def _draw_offset_circle_and_dimension(axes: Any, offset: float, lowest_level: float, size: float) -> ComplexArray:
     """Draw the offset circle, the follower's axis, and the offset as a dimension below the cam."""
     dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
     offset = offset if abs(offset) > INVISIBLE_OFFSET * size else 0.0
-    level = lowest - (0.1 * size if offset else 0.02 * size)
+    level = lowest_level - (0.1 * size if offset else 0.02 * size)
     ends = 1j * np.array([level - 0.03 * size, 0.4 * size])
     draw_line(axes, ends, **dashes)
     if offset == 0.0:
@@ -225,14 +225,14 @@ def _draw_offset_circle_and_dimension(axes: Any, offset: float, lowest: float, s
         color=REFERENCE_COLOUR,
         lw=0.8,
         zorder=2.5,
-        label=f"offset circle, R {length_in_digits(abs(offset))}",
+        label=f"offset circle, R {four_digit_length_text(abs(offset))}",
     )
     draw_line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
     place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT_SIZE, "color": INK}
-    axes.text(offset + side * 0.03 * size, level, f"offset {length_in_digits(offset)}", **place)
+    axes.text(offset + side * 0.03 * size, level, f"offset {four_digit_length_text(offset)}", **place)
     return ends
 
 
@@ -255,7 +255,7 @@ def draw_stroke_starts(axes: Any, picture: Picture) -> list[Label]:
     return labels
 
 
-def draw_rotation(axes: Any, picture: Picture) -> Label:
+def draw_rotation_arrow(axes: Any, picture: Picture) -> Label:
     """Draw an arrow for the sense of rotation, where the cam has most room inside; return its label."""
     design = picture.problem.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]
@@ -283,7 +283,7 @@ def frame_with_scale_bar(axes: Any, points: ComplexArray) -> tuple[complex, floa
     """Set equal scales around points, hide the axes, draw a scale bar; return corner and scale of ``fit_axes``."""
     corner, unit = fit_axes(axes, points, 0.03)
     axes.set_axis_off()
-    length = round_length(
+    length = round_down_to_1_2_5(
         to_shown_unit(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6, "mm")
     )
     text, length = f"{length:g} {unit_in_shown_system('mm')}", from_shown_unit(length, "mm")

@@ -9,7 +9,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.show.drawing.labels import Label, label_place_candidates
 from camopt.show.drawing.panels import NEGLIGIBLE, MarkedPeak, MoveMark, Panel, PieceValues
-from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits
+from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digit_text
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
@@ -34,7 +34,7 @@ TITLE_GAP = 8.0  # points between the title of a diagram and its note
 def draw_diagrams(
     axes: Sequence[Any],
     picture: Picture,
-    shown: Sequence[Panel],
+    panels: Sequence[Panel],
     stroke_name_indices: Iterable[int],
     angle_label_indices: Iterable[int],
 ) -> list[Label]:
@@ -44,7 +44,7 @@ def draw_diagrams(
     angles below.
     """
     labels = []
-    for place, (each, panel) in enumerate(zip(axes, shown, strict=True)):
+    for place, (each, panel) in enumerate(zip(axes, panels, strict=True)):
         labels += _draw_panel(each, picture, panel)
         if place in stroke_name_indices:
             _name_strokes(each, picture)
@@ -59,7 +59,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     factor, unit = short_number_factor_and_unit(panel.values, panel.unit)
     if factor != 1.0:
         for peak in panel.peaks:
-            peak.text = four_digits(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
+            peak.text = four_digit_text(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
     angles = [np.degrees(piece) for piece in picture.angles_of_pieces]
     for kind, start, end in picture.stroke_kind_spans:
         axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
@@ -82,12 +82,12 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     _draw_limits(axes, picture, panel, factor)
     _draw_impulses(axes, panel)
     _draw_undercut(axes, angles, panel)
-    _draw_titles(axes, f"{panel.title}, {unit}" if unit else panel.title, panel.note)
+    _draw_title_and_note(axes, f"{panel.title}, {unit}" if unit else panel.title, panel.note)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
     return [_draw_peak(axes, peak, factor) for peak in panel.peaks]
 
 
-def _draw_titles(axes: Any, title: str, note: str) -> None:
+def _draw_title_and_note(axes: Any, title: str, note: str) -> None:
     """Write the title of a diagram and the note beside it, which shrinks until both fit on one line."""
     renderer = axes.figure.canvas.get_renderer()
     left = axes.set_title(title, loc="left", pad=2.5)
@@ -128,11 +128,11 @@ def _set_value_limits(axes: Any, panel: Panel, factor: float) -> float:
     return float(high - low)
 
 
-def _draw_jumps(axes: Any, angles: PieceValues, values: PieceValues, span: float) -> None:
+def _draw_jumps(axes: Any, angles: PieceValues, values: PieceValues, value_range: float) -> None:
     """Draw a dotted line at each jump, also from the end of the turn to its start."""
     for k, value in enumerate(values):
         before, after = values[k - 1][-1], value[0]
-        if abs(after - before) > NEGLIGIBLE * span:
+        if abs(after - before) > NEGLIGIBLE * value_range:
             for at in {round(float(angles[k][0]), 6), round(float(angles[k - 1][-1]), 6)}:
                 axes.plot([at, at], [before, after], color=MUTED, lw=0.9, ls=(0, (1, 1.6)), zorder=2.5)
 

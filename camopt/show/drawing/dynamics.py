@@ -20,17 +20,17 @@ from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.effects.peak import Variant
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES, DWELL
-from camopt.show.drawing.limit_lines import limit_lines
+from camopt.show.drawing.limit_lines import stroke_kinds_and_limit_levels
 from camopt.show.drawing.loads import largest_variant_values
 from camopt.show.drawing.panels import (
     MarkedPeak,
     Panel,
     extreme_peaks,
     extreme_quantity_peaks,
-    has_quantities,
+    has_finite_quantities,
     load_panel,
     magnitude_peak,
-    merge_contacts,
+    merge_contact_panels,
 )
 from camopt.show.drawing.picture import Picture, value_with_unit
 
@@ -49,11 +49,11 @@ def _force_panels(picture: Picture) -> list[Panel]:
     problem, ends = picture.problem, ("contact_force_max_N", "contact_force_min_N")
     if problem.setup.mechanism.further_contacts:
         return _pair_force_panels(picture)
-    if not has_quantities(picture, *ends):
+    if not has_finite_quantities(picture, *ends):
         return []
     values = picture.curve_values(contact_force_curve(problem.setup, problem.design, problem.programme))
     peaks = [*extreme_quantity_peaks(picture, values, *ends), *_flank_crossing_peaks(picture)]
-    limits, note = limit_lines(picture, ends[1]), _negative_force_note(picture)
+    limits, note = stroke_kinds_and_limit_levels(picture, ends[1]), _negative_force_note(picture)
     return [Panel(FORCE_TITLE, "N", values, peaks, limits, note=note, quantity=ends[0])]
 
 
@@ -62,9 +62,9 @@ FORCE_TITLE = "Force along the motion"
 
 def _pair_force_panels(picture: Picture) -> list[Panel]:
     """The force at each of two contacts. No quantity is the extreme of such a force."""
-    if not has_quantities(picture, preload.preload_quantity_names(picture.problem.setup)[1]):
+    if not has_finite_quantities(picture, preload.preload_quantity_names(picture.problem.setup)[1]):
         return []
-    (panel,) = merge_contacts(picture, _one_contact_force_panels)
+    (panel,) = merge_contact_panels(picture, _one_contact_force_panels)
     panel.peaks += _flank_crossing_peaks(picture)
     return [panel]
 
@@ -87,7 +87,7 @@ def _one_contact_force_panels(picture: Picture) -> list[Panel]:
 
 def _flank_crossing_peaks(picture: Picture) -> list[MarkedPeak]:
     """Peaks at the cam angles where the follower crosses to the other flank, with its landing speed."""
-    if not has_quantities(picture, clearance.CROSSING_SPEED):
+    if not has_finite_quantities(picture, clearance.CROSSING_SPEED):
         return []
     problem = picture.problem
     case = EvaluationBlock(problem.setup, problem.programme, problem.design)
@@ -106,7 +106,7 @@ def _negative_force_note(picture: Picture) -> str:
 def _torque_panels(picture: Picture) -> list[Panel]:
     """The torque with its mean. A limit on power is drawn as a limit on torque at the cam's speed."""
     ends = ("torque_max_N_m", "torque_min_N_m")
-    if not has_quantities(picture, *ends):
+    if not has_finite_quantities(picture, *ends):
         return []
     setup = picture.problem.setup
     assert setup.omega is not None
@@ -115,7 +115,7 @@ def _torque_panels(picture: Picture) -> list[Panel]:
         for way, kinds in friction_signs_by_stroke_kind(setup)
     ]
     values = [1e-3 * v for v in largest_variant_values(picture, variants)]
-    peaks, limits = extreme_quantity_peaks(picture, values, *ends), limit_lines(picture, ends[0])
+    peaks, limits = extreme_quantity_peaks(picture, values, *ends), stroke_kinds_and_limit_levels(picture, ends[0])
     mean = picture.quantity_values["torque_mean_N_m"]
     level, note = [np.full_like(value, mean) for value in values], f"dash-dot: mean {value_with_unit(mean, 'N·m')}"
     return [
@@ -125,7 +125,7 @@ def _torque_panels(picture: Picture) -> list[Panel]:
 
 def _joint_panels(picture: Picture) -> list[Panel]:
     """The force in the joint with the largest force; a note has the largest forces in the other joints."""
-    if not has_quantities(picture, joints.LARGEST_BY_KIND["joint"]):
+    if not has_finite_quantities(picture, joints.LARGEST_BY_KIND["joint"]):
         return []
     problem, speed = picture.problem, picture.problem.setup.omega or 0.0
     forces = [force for force in joints.setup_joint_forces(problem.setup) if force.kind == "joint"]
@@ -140,7 +140,9 @@ def _joint_panels(picture: Picture) -> list[Panel]:
     ]
     note = f"largest in other joints: {', '.join(others)}" if others else ""
     title = f"Force in a joint of the train: {highest.name} of stage {highest.stage}"
-    return [load_panel(picture, title, joints.LARGEST_BY_KIND["joint"], values, kinds=ALL_STROKES, note=note)]
+    return [
+        load_panel(picture, title, joints.LARGEST_BY_KIND["joint"], values, stroke_kinds=ALL_STROKES, note=note)
+    ]
 
 
 def _elastic_train_panels(picture: Picture) -> list[Panel]:
@@ -149,7 +151,7 @@ def _elastic_train_panels(picture: Picture) -> list[Panel]:
     dynamics = setup.dynamics
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     overshoot, acceleration = f"overshoot_max_{length}", f"acceleration_elastic_max_{second}"
-    if not has_quantities(picture, overshoot, acceleration):
+    if not has_finite_quantities(picture, overshoot, acceleration):
         return []
     assert setup.omega is not None
     assert dynamics.natural_frequency is not None
@@ -168,17 +170,17 @@ def _elastic_train_panels(picture: Picture) -> list[Panel]:
     )
     deviation = _sample_wave(picture, programme, wave, unit)
     peaks, name = [magnitude_peak(picture, deviation, overshoot)], f"residual_vibration_max_{length}"
-    limits = limit_lines(picture, name, DWELL)
+    limits = stroke_kinds_and_limit_levels(picture, name, DWELL)
     travel = Panel("Deviation of the mass from the motion", length, deviation, peaks, limits, quantity=overshoot)
     panels = [mass, travel]
     least = "contact_force_elastic_min_N"
-    if has_quantities(picture, least):
+    if has_finite_quantities(picture, least):
         lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
         factors = force_weights_and_constant(dynamics, setup.omega)
         pressed = vibration.elastic_contact_force_wave(programme, factors, ratio, dynamics.damping_ratio)
         values = _sample_wave(picture, programme, pressed, 1.0 / lever)
         peaks, note = extreme_quantity_peaks(picture, values, "", least), _negative_force_note(picture)
-        title, limits = "Force with the elastic train", limit_lines(picture, least)
+        title, limits = "Force with the elastic train", stroke_kinds_and_limit_levels(picture, least)
         panels.append(Panel(title, "N", values, peaks, limits, note=note, quantity=least))
     return panels
 

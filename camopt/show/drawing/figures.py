@@ -16,7 +16,7 @@ from camopt.show.drawing.groove import draw_groove
 from camopt.show.drawing.labels import Label, place_labels
 from camopt.show.drawing.loads import load_panels
 from camopt.show.drawing.panels import Panel, motion_panels
-from camopt.show.drawing.picture import Picture, four_digits, value_with_unit
+from camopt.show.drawing.picture import Picture, four_digit_text, value_with_unit
 from camopt.show.drawing.style import (
     ALARM,
     HEADING_SIZE,
@@ -26,7 +26,7 @@ from camopt.show.drawing.style import (
     TITLE_SIZE,
     Figure,
     Target,
-    canvas,
+    new_figure,
 )
 from camopt.solve.tables.designs import Design
 from camopt.solve.verdicts.evaluation import Evaluation
@@ -40,11 +40,11 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     developed = picture.problem.setup.mechanism.body.developed
     shown = all_panels_in_shown_units(picture)
     page = _groove_layout(len(shown)) if developed else _disc_layout(len(shown))
-    with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
-        axes = [figure.add_axes(page.figure_shares(box)) for box in page.panels]
+    with new_figure(path, (FIGURE_WIDTH, page.height)) as figure:
+        axes = [figure.add_axes(page.box_in_figure_shares(box)) for box in page.panels]
         _draw_header(figure, picture)
         labels = diagrams.draw_diagrams(axes, picture, shown, page.heads, page.feet)
-        place_labels(figure, [*labels, *_draw_cam(figure, picture, page)])
+        place_labels(figure, [*labels, *_draw_cam_with_legend(figure, picture, page)])
     return figure
 
 
@@ -54,13 +54,13 @@ def all_panels_in_shown_units(picture: Picture) -> list[Panel]:
     return [panel.in_shown_units() for panel in panels]
 
 
-def draw_in(axes: Any, what: Scene | Evaluation | Design) -> None:
+def draw_main_diagram(axes: Any, what: Scene | Evaluation | Design) -> None:
     """Draw the cam to scale at cam angle 0."""
     scene = what if isinstance(what, Scene) else what.scene
-    place_labels(axes.figure, _draw_to_scale(axes, Picture(scene, resolve_design(scene))))
+    place_labels(axes.figure, _draw_cam_to_scale(axes, Picture(scene, resolve_design(scene))))
 
 
-def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
+def _draw_cam_to_scale(axes: Any, picture: Picture) -> list[Label]:
     """Draw the cam to scale; return the labels to place."""
     if not picture.can_assemble:
         axes.set_axis_off()
@@ -71,15 +71,15 @@ def _draw_to_scale(axes: Any, picture: Picture) -> list[Label]:
     return labels
 
 
-def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
+def _draw_cam_with_legend(figure: Any, picture: Picture, layout: Any) -> list[Label]:
     """Draw the cam to scale with a legend; return the labels to place."""
     developed = picture.problem.setup.mechanism.body.developed
-    cam = figure.add_axes(page.figure_shares(page.cam))
-    labels = _draw_to_scale(cam, picture)
+    cam = figure.add_axes(layout.box_in_figure_shares(layout.cam))
+    labels = _draw_cam_to_scale(cam, picture)
     if not picture.can_assemble:
         return []
     handles, names = cam.get_legend_handles_labels()
-    place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
+    place: dict[str, Any] = {"bbox_to_anchor": (layout.legend[0], layout.legend[1] / layout.height)}
     columns = len(names) if developed else min(len(names), 4)
     place |= {"ncols": columns, "columnspacing": 1.8}
     figure.legend(handles, names, loc="lower center", **place)
@@ -106,7 +106,7 @@ class FigureLayout(NamedTuple):
     feet: tuple[int, ...]
     """Diagrams with the cam angle below them."""
 
-    def figure_shares(self, box: Corners) -> Corners:
+    def box_in_figure_shares(self, box: Corners) -> Corners:
         """A box in shares of the figure."""
         left, bottom, width, height = box
         return left, bottom / self.height, width, height / self.height
@@ -196,7 +196,7 @@ def geometry_results_line(picture: Picture) -> str:
     values = picture.quantity_values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
     body = "" if picture.problem.setup.train is None else " of the follower"
-    angles = [f"{word}{body} {four_digits(values[key])}°" for key, word in names.items()]
+    angles = [f"{word}{body} {four_digit_text(values[key])}°" for key, word in names.items()]
     square = values["pressure_angle_max_deg"] == 0.0
     words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]
@@ -206,7 +206,9 @@ def geometry_results_line(picture: Picture) -> str:
         words.append(f"rib thickness {value_with_unit(values[RIB_THICKNESS])}")
     if "face_reach_min_mm" in values:
         low, high = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
-        words.append(f"contact on the face from {four_digits(to_shown_unit(low, 'mm'))} to {value_with_unit(high)}")
+        words.append(
+            f"contact on the face from {four_digit_text(to_shown_unit(low, 'mm'))} to {value_with_unit(high)}"
+        )
     if "shaft_clearance_mm" in values:
         words.append(f"shaft clearance {value_with_unit(values['shaft_clearance_mm'])}")
     return TEXT_SEPARATOR.join(words)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, body_artists
 
 FRAME_DPI = 100
@@ -22,38 +22,41 @@ PALETTE = 128  # colours of a GIF, chosen by area, so that the white page stays 
 Image = NDArray[np.uint8]
 
 
-def frames(stage: AnimatedFigure) -> Iterator[Image]:
+def render_frames(animated_figure: AnimatedFigure) -> Iterator[Image]:
     """Frames of one turn, each as rows of RGB pixels."""
     from matplotlib.transforms import Affine2D
 
-    figure, transforms = stage.figure, [(body, Affine2D()) for body in stage.bodies]
+    figure, transforms = animated_figure.figure, [(body, Affine2D()) for body in animated_figure.bodies]
     figure.set_dpi(FRAME_DPI)
     for body, affine in transforms:
         body.axes.set_visible(False)
         for artist in body_artists(body):
             artist.set_clip_on(body.windowed)
             artist.set_transform(affine + body.axes.transData)
-    for reading in stage.readings:
+    for reading in animated_figure.readings:
         reading.text.set_visible(False)
     canvas = figure.canvas
     canvas.draw()
     behind = canvas.copy_from_bbox(figure.bbox)
-    for moving in (*(body.axes for body in stage.bodies), *(reading.text for reading in stage.readings)):
+    for moving in (
+        *(body.axes for body in animated_figure.bodies),
+        *(reading.text for reading in animated_figure.readings),
+    ):
         moving.set_visible(True)
     for frame in range(FRAMES):
         canvas.restore_region(behind)
         for body, affine in transforms:
             body.set_transform_at_frame(affine, frame)
             body.axes.draw(canvas.get_renderer())
-        for text, values in stage.readings:
+        for text, values in animated_figure.readings:
             text.set_text(values[frame])
             text.draw(canvas.get_renderer())
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
-def write_gif(stage: AnimatedFigure, file: Path) -> None:
+def write_gif(animated_figure: AnimatedFigure, file: Path) -> None:
     """Write an animated GIF that repeats for ever, with the palette of the first frame."""
-    _save_gif(frames(stage), round(1000 * TURN_TIME / FRAMES), file)
+    _save_gif(render_frames(animated_figure), round(1000 * TURN_TIME / FRAMES), file)
 
 
 def write_still_gif(figures: Sequence[Any], path: Any) -> None:
@@ -63,11 +66,11 @@ def write_still_gif(figures: Sequence[Any], path: Any) -> None:
         figure.set_dpi(FRAME_DPI)
         figure.canvas.draw()
         images.append(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy())
-    with whole_file(path) as partial:
+    with atomically_written_file(path) as partial:
         _save_gif(images, STILL_TIME, partial)
 
 
-def _save_gif(images: Iterable[Image], duration: int, file: Path) -> None:
+def _save_gif(images: Iterable[Image], duration_ms: int, file: Path) -> None:
     """Save images as frames of a duration [ms], with the palette of the first."""
     quantized: list[Any] = []
     for pixels in images:
@@ -75,10 +78,10 @@ def _save_gif(images: Iterable[Image], duration: int, file: Path) -> None:
         palette = quantized[0] if quantized else image.quantize(PALETTE, Pillow.Quantize.MAXCOVERAGE)
         quantized.append(image.quantize(palette=palette, dither=Pillow.Dither.NONE))
     first, *others = quantized
-    first.save(file, format="GIF", save_all=True, append_images=others, duration=duration, loop=0)
+    first.save(file, format="GIF", save_all=True, append_images=others, duration=duration_ms, loop=0)
 
 
-def write_mp4(stage: AnimatedFigure, file: Path) -> None:
+def write_mp4(animated_figure: AnimatedFigure, file: Path) -> None:
     """Write a video of one turn with ffmpeg.
 
     Raises
@@ -88,7 +91,7 @@ def write_mp4(stage: AnimatedFigure, file: Path) -> None:
     OSError
         If ffmpeg fails.
     """
-    width, height = (round(inches * FRAME_DPI) for inches in stage.figure.get_size_inches())
+    width, height = (round(inches * FRAME_DPI) for inches in animated_figure.figure.get_size_inches())
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / TURN_TIME:g}"]
     encoding = ["-pix_fmt", "yuv420p", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     command = [
@@ -108,7 +111,7 @@ def write_mp4(stage: AnimatedFigure, file: Path) -> None:
     with subprocess.Popen([*command, str(file)], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
         with suppress(BrokenPipeError):  # ffmpeg has ended; its error message is read below
-            for frame in frames(stage):
+            for frame in render_frames(animated_figure):
                 encoder.stdin.write(frame.tobytes())
         _, errors = encoder.communicate()
     if encoder.returncode:

@@ -18,9 +18,9 @@ from camopt.show.drawing.picture import (
     draw_line,
     fill_area,
     fit_axes,
-    four_digits,
-    length_in_digits,
-    round_length,
+    four_digit_length_text,
+    four_digit_text,
+    round_down_to_1_2_5,
 )
 from camopt.show.drawing.style import (
     BODY,
@@ -57,20 +57,20 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     width = min(box.width, float(needed))  # the points at equal scales need no more
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
     fit_axes(axes, points, 0.02)
-    radius, unit = length_in_digits(float(design.size[0])), unit_in_shown_system("mm")
+    radius, unit = four_digit_length_text(float(design.size[0])), unit_in_shown_system("mm")
     axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along the axis, {unit}")
     axes.spines[:].set_visible(False)
-    axes.set_xticks(np.arange(0.0, around, _round_length_in_shown_unit(around / 4)))
-    step = _round_length_in_shown_unit((high - low) / 4)
+    axes.set_xticks(np.arange(0.0, around, _round_down_in_shown_unit(around / 4)))
+    step = _round_down_in_shown_unit((high - low) / 4)
     axes.set_yticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(lambda length, _: four_digits(to_shown_unit(length, "mm")))
+        axis.set_major_formatter(lambda length, _: four_digit_text(to_shown_unit(length, "mm")))
     return labels
 
 
-def _round_length_in_shown_unit(length: float) -> float:
+def _round_down_in_shown_unit(length: float) -> float:
     """A length [mm] that is round in the shown unit, and at most ``length``."""
-    return float(from_shown_unit(round_length(to_shown_unit(length, "mm")), "mm"))
+    return float(from_shown_unit(round_down_to_1_2_5(to_shown_unit(length, "mm")), "mm"))
 
 
 def surface_colour(picture: Picture) -> str:
@@ -155,23 +155,23 @@ def _draw_groove_stem(axes: Any, picture: Picture, start: complex) -> ComplexArr
     return stem
 
 
-def draw_groove_follower(parts: FollowerAxes, picture: Picture) -> list[ComplexArray]:
+def draw_groove_follower(follower_axes: FollowerAxes, picture: Picture) -> list[ComplexArray]:
     """Draw the rollers at the start of the turn, and the arm of an oscillating follower; return their extent."""
-    axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
+    axes, design, angular = follower_axes.follower, picture.problem.design, picture.problem.setup.angular
     starts = [complex(each.curves[0].pitch[0]) for each in picture.contacts]
     start, radius, spans = starts[0], float(design.roller_radius[0]), [np.array(starts)]
     size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:
         pivot = follower_pivot(picture.problem)
         for each in starts:
-            draw_arm(parts, pivot, each, 1.5 * size)
+            draw_arm(follower_axes, pivot, each, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:
         reach = start - (radius + 0.25 * size) - 1j * picture.start_displacement
         ends = reach + 1j * picture.problem.programme.lift * np.array([0.0, 1.0])
-        draw_line(parts.ground, ends, color=MUTED, lw=1.0, marker="_", ms=8)
+        draw_line(follower_axes.ground, ends, color=MUTED, lw=1.0, marker="_", ms=8)
         style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL_SIZE, "color": MUTED}
-        parts.ground.annotate(
+        follower_axes.ground.annotate(
             "travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style
         )
         spans.append(np.array([reach - 0.3 * size]))

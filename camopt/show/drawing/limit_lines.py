@@ -14,17 +14,18 @@ from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.show.drawing.picture import Picture
 
 
-def limit_lines(picture: Picture, name: str, kinds: int = 0) -> list[tuple[int, float]]:
-    """The lines of all limits on the curve whose extreme is the quantity ``name``, in its unit.
+def stroke_kinds_and_limit_levels(
+    picture: Picture, quantity_name: str, stroke_kinds: int = 0
+) -> list[tuple[int, float]]:
+    """The lines of all limits on the curve whose extreme is the quantity ``quantity_name``, in its unit.
 
     They are pairs of kinds of stroke and level. Kinds 0 are one line over the turn; else ± the level is drawn over
-    these strokes. If the quantity is not an extreme of a curve, its limit is a line at its bound, over ``kinds`` of
-    stroke.
+    these strokes. If the quantity is not an extreme of a curve, its limit is one line at its bound.
     """
     limits = [limit for limit in picture.problem.limits if limit.set_by_scene]
-    peak = peak_at_first_contact(name, picture.problem.setup)
+    peak = peak_at_first_contact(quantity_name, picture.problem.setup)
     if peak is None:
-        return [(kinds, limit.bound) for limit in limits if name in limit.shown_quantities]
+        return [(stroke_kinds, limit.bound) for limit in limits if quantity_name in limit.shown_quantities]
     shown = {_curve_identity(make) for make, _ in peak.curves}
     constraints = [
         constraint

@@ -23,7 +23,7 @@ from camopt.show.drawing.picture import (
     draw_line,
     fill_area,
     fit_axes,
-    four_digits,
+    four_digit_text,
     value_with_unit,
 )
 from camopt.show.drawing.style import (
@@ -41,7 +41,7 @@ from camopt.show.drawing.style import (
     WHITE_BACKGROUND,
     Figure,
     Target,
-    canvas,
+    new_figure,
 )
 
 MEMBER_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
@@ -52,24 +52,23 @@ GUIDE_GAP, GUIDE_WIDTH, BAR_HALF = 0.037, 0.025, 0.022
 
 
 def train_sketch(
-    picture: Picture, spans: list[ComplexArray], size: float, angles: FloatArray = FRAME_ANGLES
+    picture: Picture, drawn_extent: list[ComplexArray], size: float, angles: FloatArray = FRAME_ANGLES
 ) -> LinkSketch | None:
     """The train at cam angles, on the pivot of the follower or the end of its stem; None without a train.
 
-    The first angle is 0. The end of the stem is the highest point of ``spans``, the extent of the drawing without
-    the train.
+    The first angle is 0. The stem ends at the top of ``drawn_extent``, that of the drawing without the train.
     """
     problem = picture.problem
     if problem.setup.angular:
         at = follower_pivot(problem)
     else:
-        at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in spans))
+        at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in drawn_extent))
     return linkage_sketch(problem, angles % (2 * np.pi), at, size)
 
 
-def draw_linkage(axes: Any, picture: Picture, spans: list[ComplexArray], size: float) -> list[ComplexArray]:
+def draw_linkage(axes: Any, picture: Picture, drawn_extent: list[ComplexArray], size: float) -> list[ComplexArray]:
     """Draw the train at cam angle 0; return its extent over the turn."""
-    if (train := train_sketch(picture, spans, size)) is None:
+    if (train := train_sketch(picture, drawn_extent, size)) is None:
         return []
     draw_fixed_parts(axes, train, size)
     for member in train.members:
@@ -114,13 +113,13 @@ def _member_corners(member: Member) -> ComplexArray:
     return member.points
 
 
-def _draw_bar(axes: Any, start: complex, end: complex, half: float) -> None:
+def _draw_bar(axes: Any, start: complex, end: complex, half_width: float) -> None:
     """Draw a bar with round ends, and a pin at each end."""
     way = (end - start) / (abs(end - start) or 1.0)
-    round_end = half * way * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
+    round_end = half_width * way * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
     fill_area(axes, np.concatenate([end + round_end, start - round_end]), zorder=5.4, **MEMBER_STYLE)
     for pin in (start, end):
-        draw_circle(axes, 0.4 * half, pin, color=INK, lw=0.9, zorder=5.6)
+        draw_circle(axes, 0.4 * half_width, pin, color=INK, lw=0.9, zorder=5.6)
 
 
 def _draw_pivot(axes: Any, pivot: Support, size: float) -> None:
@@ -147,7 +146,7 @@ SIGNS = (
 """Positive senses: name, start and end of its arrow in shares of the figure, bend of the arrow, meaning."""
 
 
-def draw_open_linkage(refused: BadInput, path: Target = None) -> "Figure | None":
+def draw_stage_of_refused_scene(refused: BadInput, path: Target = None) -> "Figure | None":
     """Draw the stage of a train for which a scene was refused, in the start position, as far as it goes.
 
     Nothing is drawn without a stage that has a crank, and with a path that does not end in .png, .svg or .pdf.
@@ -162,7 +161,7 @@ def draw_open_linkage(refused: BadInput, path: Target = None) -> "Figure | None"
     signs = SIGNS[: 1 if row.ground else 2]
     stage = f"Train, stage {number} of {len(refused.scene.train)}: {TRAIN_STAGES[row.stage].words}"
     small: dict[str, Any] = {"fontsize": HEADING_SIZE, "color": MUTED}
-    with canvas(path, (10.0, 8.0)) as figure:
+    with new_figure(path, (10.0, 8.0)) as figure:
         lines: list[tuple[float, str, dict[str, Any]]] = [
             (0.95, refused.scene.name, {"fontsize": PAGE_TITLE, "fontweight": "bold"}),
             (0.92, stage, small),
@@ -177,16 +176,16 @@ def draw_open_linkage(refused: BadInput, path: Target = None) -> "Figure | None"
             arrow = {"arrowstyle": "-|>", "color": INK, "connectionstyle": f"arc3,rad={bend}"}
             axes.annotate("", end, start, "figure fraction", arrowprops=arrow)
             figure.text(end[0], start[1] - 0.025, name, **small)
-        _draw_stage(axes, refused.scene, number)
+        _draw_train_stage(axes, refused.scene, number)
         figure.legend(loc="lower right", bbox_to_anchor=(0.97, 0.05))
     return figure
 
 
-def _draw_stage(axes: Any, scene: Any, number: int) -> None:
+def _draw_train_stage(axes: Any, scene: Any, stage_number: int) -> None:
     """Draw a stage: with its dead points if it can be assembled, else its crank and the gap to the other links."""
-    row = scene.train[number - 1]
+    row = scene.train[stage_number - 1]
     size, up = 2.0 * max(row.crank, row.coupler), 1j * (row.offset or 0.0)
-    sketch = _sketch_with_dead_points(axes, scene, number, size) or _sketch_with_gap(axes, row, size)
+    sketch = _sketch_with_dead_points(axes, scene, stage_number, size) or _sketch_with_gap(axes, row, size)
     draw_fixed_parts(axes, sketch, size)
     for member in sketch.members:
         draw_member(axes, member, size)
@@ -194,22 +193,22 @@ def _draw_stage(axes: Any, scene: Any, number: int) -> None:
     draw_line(axes, np.append([0.6 * size, 0.0, np.nan], arc), color=INK, lw=1.0)
     style = {"arrowstyle": "-|>", "color": INK, "shrinkA": 0, "shrinkB": 0}
     offset = (0j, up, 0.6 * up, f" offset {value_with_unit(row.offset or 0.0)} ", np.cos(np.radians(row.angle)))
-    turned = (arc[-2], arc[-1], 1.15 * arc[90], f"angle {four_digits(row.angle)}°", -1.0)
+    turned = (arc[-2], arc[-1], 1.15 * arc[90], f"angle {four_digit_text(row.angle)}°", -1.0)
     for start, end, place, text, beside in (turned, offset) if up else (turned,):
         axes.annotate("", (end.real, end.imag), (start.real, start.imag), arrowprops=style, zorder=6)
-        _name_place(axes, place, text, INK, beside)
+        _write_text_beside(axes, place, text, INK, beside)
     grounds = [each.at + 0.1 * size * np.array([-1j, 1j]) for each in sketch.supports]
     lines = [line.get_xdata() + 1j * line.get_ydata() for line in axes.lines]
     fit_axes(axes, np.concatenate([sketch_extent_over_turn(sketch), *grounds, *lines]), 0.02)
 
 
-def _sketch_with_dead_points(axes: Any, scene: Any, number: int, size: float) -> LinkSketch | None:
+def _sketch_with_dead_points(axes: Any, scene: Any, stage_number: int, size: float) -> LinkSketch | None:
     """The stage if it can be assembled, after drawing its bars at both dead points; else None."""
     try:
         train: Any = train_without_loads(scene)
     except AssemblyFault:
         return None
-    link: Any = [link for stage, link in zip(train.stages, train.links, strict=True) if stage == number][-1]
+    link: Any = [link for stage, link in zip(train.stages, train.links, strict=True) if stage == stage_number][-1]
     driver = np.array([0.0, *(end.at for end in link.dead_points)])
     driven = np.array([formula_value_at_end(link.driven_displacement, each) for each in driver])
     sketch: LinkSketch = link.sketch(driver, driven, size)
@@ -241,13 +240,13 @@ def _sketch_with_gap(axes: Any, row: Any, size: float) -> LinkSketch:
         gap = f"gap {value_with_unit(abs(ends[1] - ends[0]))}"
         draw_line(axes, [pin, ends[0], np.nan, far, ends[1]], color=MUTED, lw=1.2)
         draw_line(axes, ends, color=ALARM, lw=3.0, marker="o", ms=4, label=gap, zorder=6)
-        _name_place(axes, ends.mean(), f" {gap} ", ALARM, -1.0 if row.ground else -pin.real)
+        _write_text_beside(axes, ends.mean(), f" {gap} ", ALARM, -1.0 if row.ground else -pin.real)
     support = Support("pivot", far) if row.ground else Support("guide", far, complex(0.15 * size))
     bar = bar_member((np.zeros(1, complex), np.array([pin])))
     return LinkSketch([bar], [Support("pivot", 0.0), support], Port(0.0), Port(0.0))
 
 
-def _name_place(axes: Any, place: complex, text: str, colour: str, beside: float) -> None:
-    """Write a text to the right of a place if ``beside`` is negative, else to its left."""
-    style = {"ha": "left" if beside < 0.0 else "right", "color": colour, "fontsize": TITLE_SIZE}
-    axes.text(place.real, place.imag, text, **style, **WHITE_BACKGROUND)
+def _write_text_beside(axes: Any, point: complex, text: str, colour: str, left_if_positive: float) -> None:
+    """Write a text to the right of a place if ``left_if_positive`` is negative, else to its left."""
+    style = {"ha": "left" if left_if_positive < 0.0 else "right", "color": colour, "fontsize": TITLE_SIZE}
+    axes.text(point.real, point.imag, text, **style, **WHITE_BACKGROUND)

@@ -9,8 +9,8 @@ import numpy as np
 from camopt.model.effects import hertz, surface, thrust
 from camopt.model.effects.loads import friction_signs_by_stroke_kind, normal_force_curve
 from camopt.model.effects.peak import Variant
-from camopt.show.drawing.limit_lines import limit_lines
-from camopt.show.drawing.panels import Panel, PieceValues, has_quantities, load_panel, merge_contacts
+from camopt.show.drawing.limit_lines import stroke_kinds_and_limit_levels
+from camopt.show.drawing.panels import Panel, PieceValues, has_finite_quantities, load_panel, merge_contact_panels
 from camopt.show.drawing.picture import Picture
 
 
@@ -29,7 +29,7 @@ def load_panels(picture: Picture, *, with_unusual_forces: bool = False) -> list[
             *_film_panels(contact),
         ]
 
-    return merge_contacts(picture, panels_of_contact)
+    return merge_contact_panels(picture, panels_of_contact)
 
 
 def _thrust_panels(picture: Picture, with_unusual_forces: bool) -> list[Panel]:
@@ -43,8 +43,8 @@ def _thrust_panels(picture: Picture, with_unusual_forces: bool) -> list[Panel]:
         ("Reaction at the near end of the guide", "guide_reaction_max_N"),
         ("Bending stress of the stem", "stem_bending_stress_max_MPa"),
     ):
-        if not has_quantities(picture, name) or not (
-            with_unusual_forces or name == main or limit_lines(picture, name)
+        if not has_finite_quantities(picture, name) or not (
+            with_unusual_forces or name == main or stroke_kinds_and_limit_levels(picture, name)
         ):
             continue
         normal = name == "normal_force_max_N"
@@ -66,11 +66,11 @@ def _thrust_panels(picture: Picture, with_unusual_forces: bool) -> list[Panel]:
 
 
 def _stress_panels(picture: Picture) -> list[Panel]:
-    if not has_quantities(picture, hertz.STRESS):
+    if not has_finite_quantities(picture, hertz.STRESS):
         return []
     setup = picture.problem.setup
     loads = largest_variant_values(
-        picture, [variant for *_, variant in hertz.loads_by_flank_and_friction(setup)], clip_negative=True
+        picture, [variant for *_, variant in hertz.load_curves_by_flank_and_friction(setup)], clip_negative=True
     )
     values = [hertz.contact_stress(setup, load, picture.problem.design) for load in loads]
     return [load_panel(picture, "Contact stress", hertz.STRESS, values)]
@@ -80,9 +80,9 @@ def _sliding_panels(picture: Picture) -> list[Panel]:
     """Sliding speed of the follower on the cam, or speed of its roller."""
     problem = picture.problem
     setup, design = problem.setup, problem.design
-    rolls = has_quantities(picture, surface.ROLLER_SPEED)
+    rolls = has_finite_quantities(picture, surface.ROLLER_SPEED)
     name = surface.ROLLER_SPEED if rolls else surface.SLIDING_SPEED
-    if not has_quantities(picture, name):
+    if not has_finite_quantities(picture, name):
         return []
     assert setup.omega is not None
     factor = 30.0 / pi * setup.omega / float(design.roller_radius[0]) if rolls else setup.omega / 1e3
@@ -99,7 +99,7 @@ def _sliding_panels(picture: Picture) -> list[Panel]:
 
 
 def _wear_panels(picture: Picture) -> list[Panel]:
-    if not has_quantities(picture, surface.WEAR_DEPTH):
+    if not has_finite_quantities(picture, surface.WEAR_DEPTH):
         return []
     setup = picture.problem.setup
     loads = largest_variant_values(picture, surface.wear_or_film_curve_variants(surface.WEAR_DEPTH, setup))
@@ -109,8 +109,8 @@ def _wear_panels(picture: Picture) -> list[Panel]:
 
 def _film_panels(picture: Picture) -> list[Panel]:
     """Film thickness over roughness, or in µm without a roughness; 0 where nothing is entrained."""
-    name = surface.FILM_RATIO if has_quantities(picture, surface.FILM_RATIO) else surface.FILM_THICKNESS
-    if not has_quantities(picture, name):
+    name = surface.FILM_RATIO if has_finite_quantities(picture, surface.FILM_RATIO) else surface.FILM_THICKNESS
+    if not has_finite_quantities(picture, name):
         return []
     setup = picture.problem.setup
     thinness = largest_variant_values(picture, surface.wear_or_film_curve_variants(surface.FILM_RATIO, setup))

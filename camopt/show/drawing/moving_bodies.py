@@ -45,14 +45,14 @@ class MovingBody(NamedTuple):
         centre, shift = self.origin, self.path[frame] - self.origin
         affine.clear().rotate_around(centre.real, centre.imag, self.angles[frame]).translate(shift.real, shift.imag)
 
-    def svg_transforms(self, units: Any) -> dict[str, list[str]]:
-        """SVG transforms of all frames, in their order; ``units`` maps points of the axes to SVG.
+    def svg_transforms(self, to_svg_points: Any) -> dict[str, list[str]]:
+        """SVG transforms of all frames, in their order; ``to_svg_points`` maps points of the axes to SVG.
 
         Numbers have six digits: a thousandth of a point or of a degree.
         """
-        x, y = units(np.array([self.origin]))[0]
+        x, y = to_svg_points(np.array([self.origin]))[0]
         turns = [f"{-angle:.6g} {x:.6g} {y:.6g}" for angle in np.degrees(self.angles)]
-        (origin,), places = units(np.zeros(1, dtype=complex)), units(self.path - self.origin)
+        (origin,), places = to_svg_points(np.zeros(1, dtype=complex)), to_svg_points(self.path - self.origin)
         return {"rotate": turns, "translate": [f"{x:.6g} {y:.6g}" for x, y in places - origin]}
 
 
@@ -61,7 +61,7 @@ def body_artists(body: MovingBody) -> list[Any]:
     return [*body.axes.lines, *body.axes.patches, *body.axes.collections]
 
 
-def draw_beyond_axes(bodies: list[MovingBody]) -> list[MovingBody]:
+def disable_axes_clipping(bodies: list[MovingBody]) -> list[MovingBody]:
     """The bodies, whose lines are then drawn outside of their axes too."""
     from matplotlib.transforms import Affine2D
 

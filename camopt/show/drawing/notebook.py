@@ -16,7 +16,7 @@ from camopt.core.quantities.display import HasHtml
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture, value_with_unit
-from camopt.show.drawing.second_contact import second_outline
+from camopt.show.drawing.second_contact import second_disc_outline
 from camopt.show.drawing.style import COLOURS, FILL, INK, MUTED, SECOND_COLOUR
 from camopt.solve.tables.html import html_section, html_table
 from camopt.solve.tables.result import Result, Table
@@ -63,7 +63,7 @@ def cam_profile_svg(scene: Scene) -> str:
     sides = [np.concatenate(rows) for rows in zip(first, *others, strict=True)]
     size = float(picture.problem.design.size[0])
     circle = np.zeros(0, dtype=complex) if body.developed else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
-    second = second_outline(picture)
+    second = second_disc_outline(picture)
     every = np.concatenate([circle, second, *(side for piece in sides for side in piece)])
     if not np.isfinite(every).all():
         return ""
@@ -89,7 +89,7 @@ def cam_profile_svg(scene: Scene) -> str:
         if body.developed
         else [svg_path_in_picture(cross, stroke=INK), svg_path_in_picture(1j * cross, stroke=INK)]
     )
-    return _svg_page(drawn, scale * extent, f"{body.size_name} {value_with_unit(size)}", scene.name)
+    return _svg_picture_with_caption(drawn, scale * extent, f"{body.size_name} {value_with_unit(size)}", scene.name)
 
 
 def _svg_path(points: ComplexArray, **style: object) -> str:
@@ -103,12 +103,12 @@ def _svg_path(points: ComplexArray, **style: object) -> str:
     return f'<path d="M{places}" {pens}/>'
 
 
-def _svg_page(elements: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
+def _svg_picture_with_caption(elements: Iterable[str], extent: Iterable[float], caption: str, title: str) -> str:
     """An SVG picture of elements, with a line of text below."""
     width, height = (side + 2.0 * MARGIN_PIXELS for side in extent)
     box = f"{-MARGIN_PIXELS} {-MARGIN_PIXELS} {width:.1f} {height + TEXT_PIXELS:.1f}"
     foot = height + 0.7 * TEXT_PIXELS - MARGIN_PIXELS
-    text = f'<text y="{foot:.1f}" font-size="11" fill="{INK}">{escape(words)}</text>'
+    text = f'<text y="{foot:.1f}" font-size="11" fill="{INK}">{escape(caption)}</text>'
     size = f'width="{max(width, CAM_PIXELS):.0f}" height="{height + TEXT_PIXELS:.0f}" font-family="sans-serif"'
     opening = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" {size}><title>{escape(title)}</title>'
     return opening + "".join(elements) + text + "</svg>"

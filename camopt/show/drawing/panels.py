@@ -13,8 +13,8 @@ from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_peak_nam
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
-from camopt.show.drawing.limit_lines import limit_lines
-from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits, value_with_unit
+from camopt.show.drawing.limit_lines import stroke_kinds_and_limit_levels
+from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digit_text, value_with_unit
 from camopt.show.drawing.style import INK, REFERENCE_COLOUR
 
 NEGLIGIBLE = 1e-6  # share of the range: smaller jumps are not drawn, samples this near a peak belong to it
@@ -50,7 +50,7 @@ class MarkedPeak:
     def with_factor(self, factor: float) -> "MarkedPeak":
         """The peak in another unit; a text that ends in a digit is replaced by the new value."""
         value = factor * self.value
-        return replace(self, value=value, text=four_digits(value) if self.text[-1:].isdigit() else self.text)
+        return replace(self, value=value, text=four_digit_text(value) if self.text[-1:].isdigit() else self.text)
 
 
 @dataclass
@@ -101,10 +101,10 @@ def motion_panels(picture: Picture) -> list[Panel]:
         motion = [_derivative_panel(contact, name, order) for order, name in enumerate(DERIVATIVE_UNITS, start=1)]
         return [_displacement_panel(contact), *motion, _pressure_panel(contact), _curvature_panel(contact)]
 
-    return merge_contacts(picture, panels_of_contact)
+    return merge_contact_panels(picture, panels_of_contact)
 
 
-def merge_contacts(picture: Picture, panels_of: Callable[[Picture], list[Panel]]) -> list[Panel]:
+def merge_contact_panels(picture: Picture, panels_of: Callable[[Picture], list[Panel]]) -> list[Panel]:
     """The diagrams of the first contact of a follower, with those of a second contact as thin lines."""
     first, *further = (panels_of(contact) for contact in picture.contacts)
     for others in further:
@@ -188,7 +188,7 @@ def _scaled_follower_displacement(picture: Picture, tool_lift: float) -> tuple[P
     same_unit = setup.angular == setup.tool_turns
     scale = factor if same_unit else tool_lift / lift
     scaled = "" if same_unit else f" {unit_in_shown_system(unit)}, scaled to the same height"
-    note = f"dash-dot: follower, up to {four_digits(to_shown_unit(lift * factor, unit))}{scaled}"
+    note = f"dash-dot: follower, up to {four_digit_text(to_shown_unit(lift * factor, unit))}{scaled}"
     return [rows[0] * scale for rows in picture.motion], note
 
 
@@ -223,7 +223,9 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
         panel.note = f"arrows: impulses, where the {list(DERIVATIVE_UNITS)[order - 2]} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
-    panel.limits = limit_lines(picture, motion_peak_name(name, "", angular=setup.tool_turns, timed=timed))
+    panel.limits = stroke_kinds_and_limit_levels(
+        picture, motion_peak_name(name, "", angular=setup.tool_turns, timed=timed)
+    )
     return panel
 
 
@@ -235,7 +237,7 @@ def _pressure_panel(picture: Picture) -> Panel:
         reach = partial(picture.curve_values_at, mechanism.reach(design, programme))
         values = [reach(angles) for angles in picture.angles_of_pieces]
         peaks = extreme_quantity_peaks(picture, values, "face_reach_max_mm", "face_reach_min_mm")
-        limits, note = limit_lines(picture, "face_reach_max_mm"), "pressure angle 0 throughout"
+        limits, note = stroke_kinds_and_limit_levels(picture, "face_reach_max_mm"), "pressure angle 0 throughout"
         return Panel("Contact on the face", "mm", values, peaks, limits, note=note, value_at=reach)
     tangent = partial(picture.curve_values_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.angles_of_pieces]
@@ -248,7 +250,7 @@ def _pressure_panel(picture: Picture) -> Panel:
     )
     panel.value_at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
-    panel.limits = limit_lines(picture, "pressure_angle_max_deg")
+    panel.limits = stroke_kinds_and_limit_levels(picture, "pressure_angle_max_deg")
     return panel
 
 
@@ -263,7 +265,9 @@ def _mark_pitch_point(panel: Panel, exact_values: dict[str, Any]) -> None:
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
     panel.peaks.append(
-        MarkedPeak(at, value, f"{PITCH_POINT_TEXT}{four_digits(np.copysign(largest, value))}°", REFERENCE_COLOUR)
+        MarkedPeak(
+            at, value, f"{PITCH_POINT_TEXT}{four_digit_text(np.copysign(largest, value))}°", REFERENCE_COLOUR
+        )
     )
 
 
@@ -274,7 +278,7 @@ def _curvature_panel(picture: Picture) -> Panel:
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
         peaks = extreme_peaks(picture, values, (np.nan, least)) if isfinite(least) else []
-        limits, alarm = limit_lines(picture, "profile_radius_min_mm"), [v <= 0.0 for v in values]
+        limits, alarm = stroke_kinds_and_limit_levels(picture, "profile_radius_min_mm"), [v <= 0.0 for v in values]
         panel = Panel("Radius of curvature of the profile", "mm", values, peaks, limits, alarm=alarm)
     else:
         assert mechanism.curvature is not None
@@ -308,7 +312,9 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
         panel.peaks = [
             MarkedPeak(p.angle, p.value, f"ρ {value_with_unit(least)}") for p in peaks if abs(p.value) <= cap
         ]
-    panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]
+    panel.limits = [
+        (kinds, 1.0 / bound) for kinds, bound in stroke_kinds_and_limit_levels(picture, "profile_radius_min_mm")
+    ]
     return panel
 
 
@@ -320,7 +326,7 @@ def _profile_curvature_from_pitch(pitch: FloatArray, radius: float, cap: float) 
     return np.where((share > 0.0) & (np.abs(curvature) <= cap), curvature, np.nan)
 
 
-def has_quantities(picture: Picture, *names: str) -> bool:
+def has_finite_quantities(picture: Picture, *names: str) -> bool:
     """Whether quantities were computed and are finite."""
     return all(isfinite(picture.quantity_values.get(name, np.inf)) for name in names)
 
@@ -331,20 +337,26 @@ def _motion_title(title: str, picture: Picture) -> str:
 
 
 def _stroke_peaks(
-    picture: Picture, kinds_of: Sequence[int], values: PieceValues, exact: dict[int, float], sign: str = ""
+    picture: Picture,
+    kind_of_each_piece: Sequence[int],
+    values: PieceValues,
+    exact_peaks_by_kinds: dict[int, float],
+    unit_sign: str = "",
 ) -> list[MarkedPeak]:
-    """Peaks of the magnitude over strokes of each key of ``exact``: its angle from samples, its value exact."""
+    """Peaks of the magnitude, one for each key of ``exact_peaks_by_kinds``: angles from samples, values exact."""
     peaks = []
-    for kinds, largest in exact.items():
-        chosen = [k for k, kind in enumerate(kinds_of) if kind & kinds]
+    for kinds, largest in exact_peaks_by_kinds.items():
+        chosen = [k for k, kind in enumerate(kind_of_each_piece) if kind & kinds]
         if chosen and isfinite(largest) and largest > 0.0:
             every = np.concatenate([values[k] for k in chosen])
             at = float(np.nanargmax(np.abs(every)))
             direction = np.sign(every[int(at)])
-            angle = _middle_of_peak(
+            angle = _peak_middle_angle_deg(
                 np.concatenate([picture.angles_of_pieces[k] for k in chosen]), every * direction
             )
-            peaks.append(MarkedPeak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
+            peaks.append(
+                MarkedPeak(angle, direction * largest, f"{four_digit_text(direction * largest)}{unit_sign}")
+            )
     return peaks
 
 
@@ -366,38 +378,46 @@ def extreme_peaks(picture: Picture, values: PieceValues, exact_extremes: tuple[f
         return []
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact_extremes, strict=True) if isfinite(value)]
     return [
-        MarkedPeak(_middle_of_peak(angles, every * sign), value, four_digits(value), least=sign < 0.0)
+        MarkedPeak(_peak_middle_angle_deg(angles, every * sign), value, four_digit_text(value), least=sign < 0.0)
         for sign, value in sides
     ]
 
 
-def magnitude_peak(picture: Picture, values: PieceValues, name: str, *, least: bool = False) -> MarkedPeak:
+def magnitude_peak(picture: Picture, values: PieceValues, quantity_name: str, *, least: bool = False) -> MarkedPeak:
     """The peak of the largest magnitude, or the smallest, by the name of its quantity."""
     angles, every = np.concatenate(picture.angles_of_pieces), np.concatenate(values)
     at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
     sign = float(np.copysign(1.0, every[at]))
-    exact = sign * picture.quantity_values[name]
+    exact = sign * picture.quantity_values[quantity_name]
     return MarkedPeak(
-        _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, four_digits(exact), least=least
+        _peak_middle_angle_deg(angles, -np.abs(every) if least else sign * every),
+        exact,
+        four_digit_text(exact),
+        least=least,
     )
 
 
 def load_panel(
     picture: Picture,
     title: str,
-    name: str,
+    quantity_name: str,
     values: PieceValues,
     *,
     least: bool = False,
-    kinds: int = 0,
-    **more: Any,
+    stroke_kinds: int = 0,
+    **panel_fields: Any,
 ) -> Panel:
     """The diagram of a load whose largest (or smallest) magnitude is a quantity, with the limits on it."""
-    peaks, limits = [magnitude_peak(picture, values, name, least=least)], limit_lines(picture, name, kinds)
-    return Panel(title, QUANTITIES[name].unit, values, peaks, limits, quantity=name, **more)
+    peaks, limits = (
+        [magnitude_peak(picture, values, quantity_name, least=least)],
+        stroke_kinds_and_limit_levels(picture, quantity_name, stroke_kinds),
+    )
+    return Panel(
+        title, QUANTITIES[quantity_name].unit, values, peaks, limits, quantity=quantity_name, **panel_fields
+    )
 
 
-def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:
+def _peak_middle_angle_deg(angles: FloatArray, values: FloatArray) -> float:
     """Cam angle of the largest value [deg]; on a plateau its middle."""
     top = float(np.nanmax(values))
     near = np.flatnonzero(values >= top - NEGLIGIBLE * abs(top))

@@ -14,7 +14,7 @@ from camopt.model.effects import (
     EvaluationBlock,
     available_quantities,
     find_quantity,
-    quantities_with_those_they_read,
+    quantities_with_expression_inputs,
 )
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
@@ -90,14 +90,14 @@ class Picture:
         return float(self.problem.programme.motion_at(np.zeros(1))[0, 0])
 
     @property
-    def wanted_quantities(self) -> frozenset[str]:
+    def quantities_to_evaluate(self) -> frozenset[str]:
         """Names of all quantities of geometry and of the effects that the scene needs."""
         setup = self.problem.setup
         effects = {
             *GEOMETRY,
             *(
                 find_quantity(name, setup).effect
-                for name in quantities_with_those_they_read(self.problem.evaluated_quantities, setup)
+                for name in quantities_with_expression_inputs(self.problem.evaluated_quantities, setup)
             ),
         }
         return frozenset(
@@ -109,7 +109,7 @@ class Picture:
         """The wanted quantities, exact."""
         case = EvaluationBlock(self.problem.setup, self.problem.programme, self.problem.design)
         with np.errstate(all="ignore"):
-            rows = run_effects(case, self.wanted_quantities)
+            rows = run_effects(case, self.quantities_to_evaluate)
         return rows.records()[0]
 
     @cached_property
@@ -146,7 +146,7 @@ class Picture:
     @property
     def steepest_contact(self) -> "Picture":
         """The contact with the largest pressure angle; with one disc always the first contact."""
-        contacts = self.contacts if self.problem.setup.mechanism.two_profiles else self.contacts[:1]
+        contacts = self.contacts if self.problem.setup.mechanism.has_two_profiles else self.contacts[:1]
         return max(contacts, key=lambda contact: float(contact.quantity_values["pressure_angle_max_deg"]))
 
     @property
@@ -190,20 +190,20 @@ def draw_circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -
     draw_line(axes, centre + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 361)), **style)
 
 
-def four_digits(value: float) -> str:
+def four_digit_text(value: float) -> str:
     """A number with four digits, or all digits before the point, and a real minus sign."""
     text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value + 0.0:.4g}"  # + 0.0: no −0
     return text.replace("-", "−")
 
 
-def length_in_digits(length: float) -> str:
+def four_digit_length_text(length: float) -> str:
     """A length given in mm, as text with four digits in the shown unit."""
-    return four_digits(to_shown_unit(length, "mm"))
+    return four_digit_text(to_shown_unit(length, "mm"))
 
 
 def value_with_unit(value: float, unit: str = "mm") -> str:
     """A number with four digits and its unit, converted to the shown unit."""
-    return f"{four_digits(to_shown_unit(value, unit))} {unit_in_shown_system(unit)}".rstrip()
+    return f"{four_digit_text(to_shown_unit(value, unit))} {unit_in_shown_system(unit)}".rstrip()
 
 
 def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:
@@ -221,7 +221,7 @@ def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, f
     return corner, unit
 
 
-def round_length(length: float) -> float:
-    """The largest of …, 1, 2, 5, 10, … that is not above ``length``."""
-    power = 10.0 ** np.floor(np.log10(length))
-    return float(max(step * power for step in (1, 2, 5) if step * power <= length))
+def round_down_to_1_2_5(value: float) -> float:
+    """The largest of …, 1, 2, 5, 10, … that is not above ``value``."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= value))

@@ -95,13 +95,13 @@ def plot(
     if ax is None:
         figure: Figure = pictures.draw(what, path, **options)
         return figure
-    if path is not None or options or not hasattr(pictures, "draw_in"):
+    if path is not None or options or not hasattr(pictures, "draw_main_diagram"):
         why = "a scene, a design, or a result of sweep, frontier, tolerance or harmonics; and without a path"
         raise BadInput([Mistake("camopt", "ax", type(what).__name__, why)])
     if not hasattr(ax, "figure"):
         raise BadInput([Mistake("camopt", "ax", ax, "axes of matplotlib")])
     with picture_style():
-        pictures.draw_in(ax, what)
+        pictures.draw_main_diagram(ax, what)
     return cast("Figure", ax.figure)
 
 

@@ -29,7 +29,7 @@ def second_contact_shapes(picture: Picture, displacement: float) -> SecondContac
         return None
     problem, (first, second) = picture.problem, (each.problem.design for each in picture.contacts)
     mechanism, size = problem.setup.mechanism, picture.largest_pitch_radius
-    outline = second_outline(picture)
+    outline = second_disc_outline(picture)
     if mechanism.start is None:
         high, low = first.size[0] + displacement, -(second.size[0] + problem.programme.lift - displacement)
         half, thick = size, 0.045 * size
@@ -59,7 +59,7 @@ def second_contact_shapes(picture: Picture, displacement: float) -> SecondContac
     )
 
 
-def second_outline(picture: Picture) -> ComplexArray:
+def second_disc_outline(picture: Picture) -> ComplexArray:
     """Profile of the second disc in the frame of the cam; empty without one."""
     problem = picture.problem
     if not problem.setup.mechanism.second_contact_size_keys:
@@ -71,7 +71,7 @@ def second_outline(picture: Picture) -> ComplexArray:
 
 def draw_second_disc_outline(axes: Any, picture: Picture) -> None:
     """Draw the outline of a second disc, which turns with the first."""
-    outline = second_outline(picture)
+    outline = second_disc_outline(picture)
     if outline.size:
         style = {"color": SECOND_COLOUR, "lw": 1.6, "zorder": 4.2}
         draw_line(axes, np.append(outline, outline[0]), label="profile of the second disc", **style)

@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camopt.core.storage.files import checked_suffix, whole_file
+from camopt.core.storage.files import atomically_written_file, checked_suffix
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ Targets = Target | Sequence[str | os.PathLike[str]]
 
 
 @contextmanager
-def canvas(path: Targets, size: tuple[float, float], **options: Any) -> "Iterator[Figure]":
+def new_figure(path: Targets, size: tuple[float, float], **options: Any) -> "Iterator[Figure]":
     """An empty figure of a size in inches. With a path or several, it is saved when the block ends without error.
 
     The suffix of a path gives the format; the errors are those of ``plot``. The same drawing gives the same
@@ -129,7 +129,7 @@ def figure_pages(
                 stack.enter_context(fixed_layout(figure))
             for each in paths:
                 data = _figure_bytes(figures, Path(each).suffix.lower())
-                with whole_file(each) as partial:
+                with atomically_written_file(each) as partial:
                     partial.write_bytes(data)
         if not paths:
             for figure in figures:

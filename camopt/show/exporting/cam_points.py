@@ -11,7 +11,7 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, displacement_unit, motion_peak_name
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.core.storage.files import checked_suffix, whole_file
+from camopt.core.storage.files import atomically_written_file, checked_suffix
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.model.effects import EvaluationBlock
@@ -24,7 +24,7 @@ from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.loads import load_column_name, load_quantity, loads_at
-from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord, check_angles
+from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord, checked_cam_angles
 from camopt.solve.contour.curve import CamCurve, cam_discs, disc_curves
 from camopt.solve.tables.cells import name_in_shown_unit
 from camopt.solve.tables.result import Columns
@@ -206,7 +206,7 @@ def _point_angles(
         why = f"give one of {', '.join(names)}, not several"
         raise BadInput([Mistake("camopt", names[-1], given[names[-1]], why, bare=True)])
     if chord is None:
-        return angles_in_steps(1.0 if step is None else step) if angles is None else check_angles(angles)
+        return angles_in_steps(1.0 if step is None else step) if angles is None else checked_cam_angles(angles)
     starts = np.degrees([stroke.start for stroke in problem.programme.strokes])
 
     def points_at(degrees: FloatArray) -> list[ComplexArray]:
@@ -252,7 +252,7 @@ def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.Path
     found, _ = _shown_columns(columns)
     layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
     table = to_arrow_table(DesignRows(found, columns["cam_angle_deg"].size), layout)
-    with whole_file(path) as partial, partial.open("wb") as file:
+    with atomically_written_file(path) as partial, partial.open("wb") as file:
         csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
 
 

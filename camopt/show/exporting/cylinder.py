@@ -146,7 +146,11 @@ def _floor_helix_poles_and_knots(
 
 
 def _sector_edges(
-    groove: Groove, skins: list[WallSurface], start_joint: _SectorJoint, end_joint: _SectorJoint, height: float
+    groove: Groove,
+    wall_surfaces: list[WallSurface],
+    start_joint: _SectorJoint,
+    end_joint: _SectorJoint,
+    height: float,
 ) -> _SectorEdges:
     walls = [
         {
@@ -155,13 +159,13 @@ def _sector_edges(
             )
             for at in (INNER_EDGE, OUTER_EDGE)
         }
-        for side, wall in enumerate(skins)
+        for side, wall in enumerate(wall_surfaces)
     ]
     rims = [
         shapes.arc_edge(shapes.gp_point(0.0, 0.0, z), _surface_edge_and_radius(groove)[1], -groove.sense, *ends)
         for z, ends in zip((0.0, height), zip(start_joint.rims, end_joint.rims, strict=True), strict=True)
     ]
-    return _SectorEdges(skins, walls, rims, start_joint, end_joint)
+    return _SectorEdges(wall_surfaces, walls, rims, start_joint, end_joint)
 
 
 def _body_faces(groove: Groove, walls: list[list[WallSurface]], height: float) -> Iterator[CadShape]:
@@ -188,4 +192,4 @@ def _sector_faces(groove: Groove, sector: _SectorEdges) -> Iterator[CadShape]:
         (outside, [rims[LOWER], there.lines[LOWER], low[beside], here.lines[LOWER]]),
         (outside, [high[beside], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
     ):
-        yield shapes.surface_face(shapes.cylinder_surface(radius, seam), loop, backwards=groove.sense > 0.0)
+        yield shapes.surface_face(shapes.cylinder_surface(radius, seam), loop, is_clockwise=groove.sense > 0.0)

@@ -11,7 +11,7 @@ from ezdxf.filemanagement import new
 from ezdxf.layouts.layout import Modelspace
 
 from camopt.core.quantities.unit_systems import MM, shown_system, to_shown_unit
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of, train_layers
 from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
@@ -53,7 +53,7 @@ def write(
         ):  # sorted: ezdxf would add them in the order of a set
             document.classes.add_class(kind)
         with (
-            whole_file(path) as partial,
+            atomically_written_file(path) as partial,
             partial.open("w", encoding=document.output_encoding, newline="\n") as file,
         ):
             document.write(file)
@@ -85,15 +85,15 @@ def _add_layer(space: Modelspace, layer: Layer) -> None:
         space.add_line((start.real, start.imag), (end.real, end.imag), dxfattribs=about)
 
 
-def _add_polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> None:
+def _add_polyline(space: Modelspace, path: ArcPath, attributes: dict[str, str]) -> None:
     bulges = path.bulges if path.is_closed else np.append(path.bulges, 0.0)
     corners = zip(path.vertices.real.tolist(), path.vertices.imag.tolist(), bulges.tolist(), strict=False)
-    space.add_lwpolyline(list(corners), format="xyb", close=path.is_closed, dxfattribs=about)
+    space.add_lwpolyline(list(corners), format="xyb", close=path.is_closed, dxfattribs=attributes)
 
 
-def _add_spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:
+def _add_spline(space: Modelspace, path: CubicPath, attributes: dict[str, str]) -> None:
     """Add a cubic B-spline over the cam angle [deg]."""
     controls, knots = path.bspline_controls_and_knots_deg
     points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])
-    spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=about)
+    spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=attributes)
     spline.dxf.flags = 8  # planar

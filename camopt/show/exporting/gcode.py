@@ -111,7 +111,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     program = Program(CONTROL_DIALECTS[settings.control], settings.decimals)
     how = f"cutter radius {length_with_unit(settings.cutter_radius, 'g')}, {settings.direction} milling"
     _write_head(program, work, cuts, how)
-    program.start(settings.tool, settings.spindle, settings.coolant)
+    program.start_cutter(settings.tool, settings.spindle, settings.coolant)
     clear = CLEARANCE + work.hub_height_above_plate
     if settings.depth is not None and not program.at_change_height:
         program.raise_cutter(clear)
@@ -127,7 +127,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
         for level in settings.cut_depths[-1:] if within in deep else settings.cut_depths:
             way.cut(program, level, clear)
         deep.add(within)
-    program.stop(settings.spindle, settings.coolant)
+    program.stop_cutter_and_end(settings.spindle, settings.coolant)
     write_text(path, program.text())
     flat = (
         ("the program has no Z, because neither depth nor the thickness of the part is set",)
@@ -230,25 +230,27 @@ def _rib_cuts(work: Workpiece, cutter_radius: float, roughing: float) -> dict[st
 
 
 def _fit_and_round_path(
-    curve: CamCurve, chord: float, digit: float, largest: float, from_behind: bool
+    curve: CamCurve, chord: float, digit_mm: float, largest_radius: float, from_behind: bool
 ) -> FittedPath:
     """The path rounded to the digits of the program, and its deviation, with rounding of the centres included."""
-    fitted = fit_path(curve, "arcs", chord - DIGIT_SHARE * digit).path
+    fitted = fit_path(curve, "arcs", chord - DIGIT_SHARE * digit_mm).path
     assert isinstance(fitted, ArcPath)
-    path = _straighten_wide_arcs(curve, _start_in_dwell(fitted, curve), digit, largest)
-    vertices = np.round(path.vertices.real / digit) * digit + 1j * np.round(path.vertices.imag / digit) * digit
-    flat = np.abs(path.bulges * path.chords) / 2 < digit / 2
+    path = _straighten_wide_arcs(curve, _start_in_dwell(fitted, curve), digit_mm, largest_radius)
+    vertices = (
+        np.round(path.vertices.real / digit_mm) * digit_mm + 1j * np.round(path.vertices.imag / digit_mm) * digit_mm
+    )
+    flat = np.abs(path.bulges * path.chords) / 2 < digit_mm / 2
     path = replace(path, vertices=vertices, bulges=np.where(flat, 0.0, path.bulges))
     seen = path.mirrored_path if from_behind else path
-    return FittedPath(seen, deviation_upper_bound(curve, path, chord - digit) + digit)
+    return FittedPath(seen, deviation_upper_bound(curve, path, chord - digit_mm) + digit_mm)
 
 
-def _straighten_wide_arcs(curve: CamCurve, path: ArcPath, digit: float, largest: float) -> ArcPath:
+def _straighten_wide_arcs(curve: CamCurve, path: ArcPath, digit_mm: float, largest_radius: float) -> ArcPath:
     """The path with arcs above the largest radius as lines between points of the curve, within one digit."""
     with np.errstate(divide="ignore"):
         radii = 1.0 / np.abs(path.curvatures)
-    wide = radii > largest
-    counts = np.where(wide, np.ceil(np.sqrt(np.abs(path.chords * path.bulges) / (2.0 * digit))), 1.0)
+    wide = radii > largest_radius
+    counts = np.where(wide, np.ceil(np.sqrt(np.abs(path.chords * path.bulges) / (2.0 * digit_mm))), 1.0)
     counts = np.maximum(counts, 1.0).astype(int)
     fine, straight = path.divide_arcs(counts), np.repeat(wide, counts)
     inside = straight & (fine.angles[:, 0] != np.repeat(path.angles[:, 0], counts))
@@ -279,31 +281,35 @@ def _axis_distance_outside_blank(
     return max(*reaches, (blank_diameter or 0.0) / 2 + cutter_radius) + BLANK_CLEARANCE
 
 
-def _dense_path_points(followed: FittedPath) -> ComplexArray:
+def _dense_path_points(fitted_path: FittedPath) -> ComplexArray:
     """Dense points of a path."""
-    path = followed.path
+    path = fitted_path.path
     assert isinstance(path, ArcPath)
     return path.divide_arcs(np.full(len(path), OUTLINE_POINTS)).vertices
 
 
-def _check_straight_approach(way: "_CutterWay", followed: FittedPath) -> None:
+def _check_straight_approach(cutter_way: "_CutterWay", fitted_path: FittedPath) -> None:
     """Raise BadInput if the cutter meets the part on its straight way from or to outside of the blank."""
-    part = Polygon(np.column_stack([(points := _dense_path_points(followed)).real, points.imag]))
-    for inner in way.approach_and_retreat_ends[:2]:
-        outer = way.point_outside_blank(inner)
+    part = Polygon(np.column_stack([(points := _dense_path_points(fitted_path)).real, points.imag]))
+    for inner in cutter_way.approach_and_retreat_ends[:2]:
+        outer = cutter_way.point_outside_blank(inner)
         if part.intersects(LineString([(inner.real, inner.imag), (outer.real, outer.imag)])):
             why = "smaller: on its straight way from outside of the blank, this cutter would meet the part"
-            raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
+            raise BadInput([Mistake("camopt", "cutter_radius", cutter_way.lead, why)])
 
 
-def _check_circular_approach(way: "_CutterWay", followed: FittedPath) -> None:
+def _check_circular_approach(cutter_way: "_CutterWay", fitted_path: FittedPath) -> None:
     """Raise BadInput if the quarter circles of approach and retreat meet the part."""
-    points = _dense_path_points(followed)
-    room, reach = Polygon(np.column_stack([points.real, points.imag])), way.lead * (1.0 - FREE_SHARE)
-    middle = (way.approach_and_retreat_ends[0] + way.approach_and_retreat_ends[1]) / 2
-    if way.side < 0.0 and way.outside is None and not room.contains(Point(middle.real, middle.imag).buffer(reach)):
+    points = _dense_path_points(fitted_path)
+    room, reach = Polygon(np.column_stack([points.real, points.imag])), cutter_way.lead * (1.0 - FREE_SHARE)
+    middle = (cutter_way.approach_and_retreat_ends[0] + cutter_way.approach_and_retreat_ends[1]) / 2
+    if (
+        cutter_way.side < 0.0
+        and cutter_way.outside is None
+        and not room.contains(Point(middle.real, middle.imag).buffer(reach))
+    ):
         why = "smaller: on its quarter circle of approach, this cutter would meet the part"
-        raise BadInput([Mistake("camopt", "cutter_radius", way.lead, why)])
+        raise BadInput([Mistake("camopt", "cutter_radius", cutter_way.lead, why)])
 
 
 class _CutterWay(NamedTuple):
@@ -350,11 +356,11 @@ class _CutterWay(NamedTuple):
             program.raise_cutter(clear_height)
 
 
-def _write_head(program: Program, work: Workpiece, cuts: Mapping[str, FittedPath], how: str) -> None:
+def _write_head(program: Program, work: Workpiece, cuts: Mapping[str, FittedPath], cut_description: str) -> None:
     """Write the head of the program: part, deviations, zero point, timing mark and keyway."""
     program.add_lines(*program.words.start)
     program.comment(work.title)
-    program.comment(f"camopt {VERSION}; {how}")
+    program.comment(f"camopt {VERSION}; {cut_description}")
     for name, each in cuts.items():
         program.comment(
             f"{name}: {len(each.path)} {each.path.element_kind}, within {length_with_unit(each.deviation, '.6f')}"

@@ -80,30 +80,32 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     return Export(path, about={"lines": angles.size, "lift_max_mm": lift_max})
 
 
-def _direction_less_cam_angle(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
+def _direction_minus_cam_angle(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
     """Direction of the curve's points minus the cam angle [rad], within π of 0 (of π if mirrored)."""
     points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.frame_rotation_sense * angles)
     return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.frame_rotation_sense * np.angle(points))
 
 
-def _radii_in_directions(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
+def _radii_in_directions(work: Workpiece, curve: CamCurve, directions_deg: FloatArray) -> FloatArray:
     """Distance of the curve from the axis in directions [deg]; cam angles by bisection."""
 
-    def offset_at(angles: FloatArray) -> FloatArray:
-        return np.asarray(curve.evaluate_by_span(angles, lambda span, a: _direction_less_cam_angle(curve, span, a)))
+    def direction_minus_angle_at(angles: FloatArray) -> FloatArray:
+        return np.asarray(
+            curve.evaluate_by_span(angles, lambda span, a: _direction_minus_cam_angle(curve, span, a))
+        )
 
     samples = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
-    directions = samples + offset_at(samples)
+    directions = samples + direction_minus_angle_at(samples)
     if np.any(np.diff(directions) <= 0.0):
         why = "cannot be ground with this wheel: the direction of its centre runs back; choose a smaller wheel"
         raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
-    targets = np.radians(degrees)
+    targets = np.radians(directions_deg)
     targets = directions[0] + (targets - directions[0]) % (2.0 * np.pi)
     place = np.clip(np.searchsorted(directions, targets, side="right") - 1, 0, CHECKED_ANGLES - 2)
     low, high = samples[place], samples[place + 1]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        past = middle + offset_at(middle) > targets
+        past = middle + direction_minus_angle_at(middle) > targets
         low, high = np.where(past, low, middle), np.where(past, middle, high)
     return np.asarray(np.abs(curve.evaluate_by_span(low, curve.points)))
 
@@ -143,9 +145,9 @@ def _write_rib_table(work: Workpiece, path: Path, cutter_radius: float, step: fl
     )
 
 
-def _wheel_positions(work: Workpiece, degrees: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+def _wheel_positions(work: Workpiece, cam_angles_deg: FloatArray) -> Iterator[tuple[str, FloatArray]]:
     """Positions along the axis of the cam, and beside it for rollers on arms, by name of the column."""
-    problem, angles = work.problem, np.radians(degrees)
+    problem, angles = work.problem, np.radians(cam_angles_deg)
     pitch = {
         name: curve.evaluate_by_span(angles, curve.points)
         for name, curve in work.curves().items()

@@ -219,9 +219,9 @@ def _interpolate_wall(groove: Groove, sector: Sector, side: float, count: int) -
     return found._replace(deviation=float(gap.max()), section_deviation=float(gap[::PARTS_BETWEEN].max()))
 
 
-def interpolating_spline(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poles and knots of the spline through points (n, 3) at parameters ``shares``."""
-    spline = make_interp_spline(shares, points, k=SPLINE_DEGREE)
+def interpolating_spline(parameters: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poles and knots of the spline through points (n, 3) at parameters ``parameters``."""
+    spline = make_interp_spline(parameters, points, k=SPLINE_DEGREE)
     return spline.c, spline.t
 
 

@@ -83,23 +83,23 @@ class CutterPositions:
 
 
 class _RotaryProgram(Program):
-    """A program with a turning cam; feeds are over the surface at the radius ``outer`` [mm]."""
+    """A program with a turning cam; feeds are over the surface at the radius ``outer_radius`` [mm]."""
 
     def __init__(
-        self, words: ControlDialect, decimals: int, axes: MachineAxes, outer: float, *, on_arm: bool
+        self, words: ControlDialect, decimals: int, axes: MachineAxes, outer_radius: float, *, on_arm: bool
     ) -> None:
         super().__init__(words, decimals)
-        self._axes, self._outer, self._on_arm = axes, outer, on_arm
+        self._axes, self._outer, self._on_arm = axes, outer_radius, on_arm
 
     def move_above(self, places: CutterPositions) -> None:
         """Go above the first position in rapid motion."""
         self.add_lines(self.words.rapid.replace("X{x} Y{y}", self._position_words(places, 0)))
 
-    def move_radially(self, radius: float, feed: float | None = None, distance: float = 0.0) -> None:
+    def move_radially(self, radius: float, feed: float | None = None, move_length: float = 0.0) -> None:
         """Move the cutter to a distance from the axis, in rapid motion or at a feed."""
         words = self.words.up if feed is None else self.words.down
-        move = words.replace("Z{z}", f"{self._axes.radial}{self.number(radius)}")
-        self.add_lines(move + ("" if feed is None else self._rate_word(feed, distance)))
+        move = words.replace("Z{z}", f"{self._axes.radial}{self.coordinate_text(radius)}")
+        self.add_lines(move + ("" if feed is None else self._feed_word_for_length(feed, move_length)))
 
     def cut_along_positions(self, places: CutterPositions, feed: float) -> None:
         """Move from the first position, the current one, to the last."""
@@ -108,15 +108,17 @@ class _RotaryProgram(Program):
         before = self._position_words(places, 0)
         for k, length in enumerate(lengths.tolist(), start=1):
             if (place := self._position_words(places, k)) != before:
-                self.add_lines(self.words.line.replace("X{x} Y{y}", place) + self._rate_word(feed, length))
+                self.add_lines(
+                    self.words.line.replace("X{x} Y{y}", place) + self._feed_word_for_length(feed, length)
+                )
             before = place
 
-    def _position_words(self, places: CutterPositions, k: int) -> str:
-        beside = f" Y{self.number(places.lateral[k])}" if self._on_arm else ""
-        turned = f"{np.round(places.rotation_deg[k], self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
-        return f"{self._axes.along}{self.number(places.along[k])}{beside} {self._axes.rotary}{turned}"
+    def _position_words(self, places: CutterPositions, index: int) -> str:
+        beside = f" Y{self.coordinate_text(places.lateral[index])}" if self._on_arm else ""
+        turned = f"{np.round(places.rotation_deg[index], self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
+        return f"{self._axes.along}{self.coordinate_text(places.along[index])}{beside} {self._axes.rotary}{turned}"
 
-    def _rate_word(self, feed: float, length: float) -> str:
+    def _feed_word_for_length(self, feed: float, length: float) -> str:
         if not self.words.by_time:
             return self._feed_word(feed)
         rate = np.format_float_positional(feed / length, 5, unique=False, fractional=False, trim="-")
@@ -146,12 +148,12 @@ def write_groove(work: Workpiece, path: Path, settings: Milling) -> Export:
     on_arm = any(np.any(places.lateral != 0.0) for places in positions.values())
     program = _RotaryProgram(CONTROL_DIALECTS[settings.control], settings.decimals, axes, outer, on_arm=on_arm)
     _write_groove_head(program, work, settings, positions, axes)
-    program.start(settings.tool, settings.spindle, settings.coolant, axes.radial)
+    program.start_cutter(settings.tool, settings.spindle, settings.coolant, axes.radial)
     program.move_radially(outer + CLEARANCE)
     for places in positions.values():
         _cut_in_steps(program, places, settings, outer)
     program.add_lines(*program.words.straight)
-    program.stop(settings.spindle, settings.coolant)
+    program.stop_cutter_and_end(settings.spindle, settings.coolant)
     write_text(path, program.text())
     curves = {name: CurveInFile(len(each) - 1, "lines", each.deviation) for name, each in positions.items()}
     return Export(
@@ -167,17 +169,17 @@ def _flank_height(work: Workpiece) -> float | None:
     return height
 
 
-def _cut_in_steps(program: _RotaryProgram, places: CutterPositions, settings: Milling, outer: float) -> None:
+def _cut_in_steps(program: _RotaryProgram, places: CutterPositions, settings: Milling, outer_radius: float) -> None:
     """Cut along positions in steps of the depth, from above the cam and back."""
     assert settings.feed is not None
     program.move_above(places)
     above = -CLEARANCE
     for level in settings.cut_depths:
         assert level is not None
-        program.move_radially(outer - level, settings.feed, level - above)
+        program.move_radially(outer_radius - level, settings.feed, level - above)
         program.cut_along_positions(places, settings.feed)
         places, above = places.reverse_order, level
-    program.move_radially(outer + CLEARANCE)
+    program.move_radially(outer_radius + CLEARANCE)
 
 
 PLANE_SETTINGS = {
@@ -209,11 +211,11 @@ def _check_groove_milling(work: Workpiece, settings: Milling) -> None:
 
 
 def _cutter_positions(
-    work: Workpiece, curve: CamCurve, axes: MachineAxes, settings: Milling, outer: float
+    work: Workpiece, curve: CamCurve, axes: MachineAxes, settings: Milling, outer_radius: float
 ) -> CutterPositions:
     """Positions over one turn of the cam, close enough for the chord."""
     digit = settings.last_decimal_in_mm
-    digits = np.hypot(digit, digit) / 2 + outer * np.radians(10.0**-settings.decimals) / 2
+    digits = np.hypot(digit, digit) / 2 + outer_radius * np.radians(10.0**-settings.decimals) / 2
     if settings.chord <= digits:
         why = f"above {digits:.2g} mm, the rounding error of the program"
         raise BadInput([Mistake("camopt", "chord", settings.chord, why)])
@@ -238,7 +240,7 @@ def _angles_within_chord_and_deviation(curve: CamCurve, chord: float) -> tuple[F
         raise BadInput(
             [Mistake("camopt", "chord", chord, f"larger: a program has at most {MOST_POSITIONS:,} lines")]
         )
-    start = _dwell_middle(curve)
+    start = _longest_dwell_middle_angle(curve)
     before, after = angles[1:][angles[1:] <= start], angles[:-1][angles[:-1] > start]
     whole = np.concatenate([[start], after, before + 2 * np.pi, [start + 2 * np.pi]])
     return whole - (2 * np.pi if start > np.pi else 0.0), largest
@@ -267,7 +269,7 @@ def _line_deviation_bound(curve: CamCurve, span: SmoothSpan, lows: FloatArray, h
     return np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)
 
 
-def _dwell_middle(curve: CamCurve) -> float:
+def _longest_dwell_middle_angle(curve: CamCurve) -> float:
     """Cam angle in the middle of the longest dwell [rad]; 0 without a dwell."""
     dwells = [span for span in curve.spans if span.is_dwell]
     if not dwells:

@@ -85,8 +85,8 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     return Plan(tuple(layers), followed, (low, high))
 
 
-def _line_kind(curve: str) -> str:
-    name = curve.removeprefix("second_")
+def _line_kind(curve_name: str) -> str:
+    name = curve_name.removeprefix("second_")
     return VISIBLE if name.startswith("profile") else CHAIN_LINE if name == "pitch" else DASHED
 
 
@@ -198,14 +198,14 @@ def train_layers(problem: Problem) -> Iterator[Layer]:
 
 
 def _member_circles_and_lines(
-    member: Member, position: int, pin: float
+    member: Member, position_index: int, pin_radius: float
 ) -> tuple[list[Circle], list[tuple[complex, complex]]]:
     """A rigid part in one position: a wheel as circle, a bar as line between pins, others as outlines."""
-    at = complex(member.at[position])
-    points = [at + complex(each) for each in member.points * np.exp(1j * member.turned[position])]
+    at = complex(member.at[position_index])
+    points = [at + complex(each) for each in member.points * np.exp(1j * member.turned[position_index])]
     if member.shape in ("wheel", "roller"):
         return [Circle(float(abs(member.points[0])), at)], []
     if member.shape in ("bar", "belt"):
-        pins = [Circle(pin, each) for each in points if member.shape == "bar"]
+        pins = [Circle(pin_radius, each) for each in points if member.shape == "bar"]
         return pins, [(points[0], points[-1])]
     return [], list(zip(points, [*points[1:], points[0]], strict=True))

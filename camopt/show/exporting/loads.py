@@ -96,11 +96,17 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     return columns
 
 
-def _values_at_angles(sampled: _PictureAtAngles, pieces: list[FloatArray], rank_function: np.ufunc) -> FloatArray:
+def _values_at_angles(
+    sampled: _PictureAtAngles, values_by_piece: list[FloatArray], rank_function: np.ufunc
+) -> FloatArray:
     """Values of pieces in the order of the given cam angles; the highest rank if an angle has several values."""
     numbers = np.concatenate([numbers for numbers, _ in sampled.sample_numbers_and_angles_by_piece])
     loads = np.concatenate(
-        [v for v, (kept, _) in zip(pieces, sampled.sample_numbers_and_angles_by_piece, strict=True) if kept.size]
+        [
+            v
+            for v, (kept, _) in zip(values_by_piece, sampled.sample_numbers_and_angles_by_piece, strict=True)
+            if kept.size
+        ]
     )
     ranks = (
         rank_function(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * sampled.is_beside_piece_boundary

@@ -131,6 +131,6 @@ def least_chord(decimals: int) -> float:
     return LEAST_CHORD * last_decimal_in_mm(decimals) if decimals in ALLOWED_DECIMALS else DEFAULT_CHORD
 
 
-def length_with_unit(length: float, form: str = ".6g") -> str:
+def length_with_unit(length: float, format_spec: str = ".6g") -> str:
     """A length given in mm, as text in the shown unit."""
-    return f"{to_shown_unit(length, 'mm'):{form}} {unit_in_shown_system('mm')}"
+    return f"{to_shown_unit(length, 'mm'):{format_spec}} {unit_in_shown_system('mm')}"

@@ -23,13 +23,13 @@ def write(work: Workpiece, path: Path, step: float | None = None) -> Export:
     return Export(path, curves, texts, tuple(_clearance_notes(work, groove_clearance(sheets[0].cam))))
 
 
-def _clearance_notes(work: Workpiece, room: Clearance) -> Iterator[str]:
+def _clearance_notes(work: Workpiece, roller_clearance: Clearance) -> Iterator[str]:
     """A note on a clearance that differs from the fit of the groove, or that the tolerance may take away."""
-    if room.given is None or room.ends is None:
+    if roller_clearance.given is None or roller_clearance.ends is None:
         return
-    smallest, largest = room.ends
-    if 0.0 <= smallest <= room.given <= largest:
+    smallest, largest = roller_clearance.ends
+    if 0.0 <= smallest <= roller_clearance.given <= largest:
         return
-    low, high = (with_unit(end, "mm") for end in room.ends)
-    clearance, fit = with_unit(room.given, "mm"), work.part.groove_fit or "the tolerance of both walls"
+    low, high = (with_unit(end, "mm") for end in roller_clearance.ends)
+    clearance, fit = with_unit(roller_clearance.given, "mm"), work.part.groove_fit or "the tolerance of both walls"
     yield f"drive.clearance is {clearance}, but {fit} gives the roller a clearance from {low} to {high}"

@@ -118,7 +118,7 @@ class Program:
         for template in templates:
             self.lines += template.format(units=self.words.units[shown_system()], **values).split("\n")
 
-    def start(self, tool: int | None, spindle: float | None, coolant: bool, axis: str = "Z") -> None:
+    def start_cutter(self, tool: int | None, spindle: float | None, coolant: bool, axis: str = "Z") -> None:
         """Call the cutter, which lies along an axis, and switch on spindle and coolant."""
         if tool is not None:
             self.add_lines(*self.words.tool, tool=tool, speed=f"{spindle or 0:g}", axis=axis)
@@ -128,7 +128,7 @@ class Program:
         if coolant:
             self.add_lines(self.words.coolant)
 
-    def stop(self, spindle: float | None, coolant: bool) -> None:
+    def stop_cutter_and_end(self, spindle: float | None, coolant: bool) -> None:
         """Switch off coolant and spindle, and end the program."""
         if coolant:
             self.add_lines(self.words.dry)
@@ -147,10 +147,10 @@ class Program:
         self.add_lines(self.words.rapid, x=x, y=y)
 
     def raise_cutter(self, height: float) -> None:
-        self.add_lines(self.words.up, z=self.number(height))
+        self.add_lines(self.words.up, z=self.coordinate_text(height))
 
     def lower_cutter(self, height: float, feed: float) -> None:
-        self.add_lines(self.words.down + self._feed_word(feed), z=self.number(height))
+        self.add_lines(self.words.down + self._feed_word(feed), z=self.coordinate_text(height))
 
     def line(self, point: complex, feed: float) -> None:
         """Go straight to a point; no line if the machine is there already, within its digits."""
@@ -167,7 +167,7 @@ class Program:
         way = (end - start) * (0.5 + 0.25j * (1.0 / bulge - bulge))
         numbers = {"x": end.real, "y": end.imag, "i": way.real, "j": way.imag}
         numbers |= {"cx": (start + way).real, "cy": (start + way).imag}
-        texts = {name: self.number(value) for name, value in numbers.items()}
+        texts = {name: self.coordinate_text(value) for name, value in numbers.items()}
         self.add_lines(self.words.arc + self._feed_word(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
 
     def follow_path(self, path: ArcPath, feed: float) -> None:
@@ -176,9 +176,9 @@ class Program:
             self.arc(one, other, bulge, feed)
 
     def _coordinates(self, point: complex) -> tuple[str, str]:
-        return self.number(point.real), self.number(point.imag)
+        return self.coordinate_text(point.real), self.coordinate_text(point.imag)
 
-    def number(self, value: float) -> str:
+    def coordinate_text(self, value: float) -> str:
         """A coordinate as text, without −0."""
         return f"{np.round(to_shown_unit(value, 'mm'), self.decimals) + 0.0:{self.words.sign}.{self.decimals}f}"
 

@@ -117,23 +117,23 @@ def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[CadShape]) 
     return BRepBuilderAPI_MakeEdge(curve, *ends, float(knots[0]), float(knots[-1])).Edge()
 
 
-def spline_surface(poles: FloatArray, first: FloatArray, second: FloatArray) -> CadShape:
+def spline_surface(poles: FloatArray, first_knots: FloatArray, second_knots: FloatArray) -> CadShape:
     """A B-spline surface with poles (n, m, 3 or more); knots are repeated by their multiplicity."""
     count, across = poles.shape[:2]
     places = Array2_gp_Pnt(1, count, 1, across)
     for k, m in np.ndindex(count, across):
         places.SetValue(k + 1, m + 1, gp_point(*poles[k, m, :3]))
-    knots, times = zip(*(np.unique(each, return_counts=True) for each in (first, second)), strict=True)
-    degrees = len(first) - count - 1, len(second) - across - 1
+    knots, times = zip(*(np.unique(each, return_counts=True) for each in (first_knots, second_knots)), strict=True)
+    degrees = len(first_knots) - count - 1, len(second_knots) - across - 1
     reals, integers = (
         [_cad_array(kind, each) for each in both] for kind, both in ((Array1_double, knots), (Array1_int, times))
     )
     return Geom_BSplineSurface(places, *reals, *integers, *degrees)
 
 
-def cylinder_surface(radius: float, seam: float) -> CadShape:
+def cylinder_surface(radius: float, seam_angle: float) -> CadShape:
     """A cylinder about the z axis, with its seam at an angle from the x axis [rad]."""
-    start = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
+    start = gp_Dir(float(np.cos(seam_angle)), float(np.sin(seam_angle)), 0.0)
     return Geom_CylindricalSurface(gp_Ax3(gp.Origin_s(), gp.DZ_s(), start), radius)
 
 
@@ -151,21 +151,21 @@ def arc_edge(centre: CadShape, radius: float, sense: float, first: CadShape, las
     return BRepBuilderAPI_MakeEdge(gp_Circ(axes, float(radius)), first, last).Edge()
 
 
-def surface_face(surface: CadShape, edges: Iterable[CadShape], backwards: bool = False) -> CadShape:
-    """The face on a surface bounded by a closed chain of edges; ``backwards`` if the chain is clockwise."""
+def surface_face(surface: CadShape, edges: Iterable[CadShape], is_clockwise: bool = False) -> CadShape:
+    """The face on a surface bounded by a closed chain of edges; ``is_clockwise`` if the chain is clockwise."""
     made = TopoDS_Face()
     builder = BRep_Builder()
     builder.MakeFace(made, surface, TOUCHING_MM)
     loop = make_wire(edges)
-    builder.Add(made, loop.Reversed() if backwards else loop)
+    builder.Add(made, loop.Reversed() if is_clockwise else loop)
     fixed = ShapeFix_Face(made)
     fixed.Perform()
     return fixed.Face()
 
 
-def plane_face(outer: CadShape) -> CadShape:
+def plane_face(wire: CadShape) -> CadShape:
     """The plane face within a wire."""
-    return BRepBuilderAPI_MakeFace(outer, True).Face()
+    return BRepBuilderAPI_MakeFace(wire, True).Face()
 
 
 def sew_faces(faces: Iterable[CadShape]) -> CadShape:
@@ -188,11 +188,11 @@ def _cad_array(array_type: Any, values: np.ndarray) -> CadShape:
     return array
 
 
-def extrude_wire(outer: CadShape, low: float, high: float) -> CadShape:
+def extrude_wire(wire: CadShape, low: float, high: float) -> CadShape:
     """The prism between two heights with a wire in the plane z = 0 as outline."""
     along = gp_Trsf()
     along.SetTranslation(gp_Vec(0.0, 0.0, low))
-    body = BRepPrimAPI_MakePrism(plane_face(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
+    body = BRepPrimAPI_MakePrism(plane_face(wire), gp_Vec(0.0, 0.0, high - low)).Shape()
     return body.Moved(TopLoc_Location(along))
 
 
@@ -229,8 +229,8 @@ def shape_volume(shape: CadShape) -> float:
     return float(properties.Mass())
 
 
-def is_closed(shape: CadShape, count: int = 1) -> bool:
-    """Whether a shape has ``count`` closed, valid solids whose faces look outwards."""
+def has_valid_solids(shape: CadShape, solid_count: int = 1) -> bool:
+    """Whether a shape has ``solid_count`` closed, valid solids whose faces look outwards."""
     solids = subshapes(shape, SOLID)
-    valid = len(solids) == count and bool(BRepCheck_Analyzer(shape).IsValid())
+    valid = len(solids) == solid_count and bool(BRepCheck_Analyzer(shape).IsValid())
     return valid and all(shape_volume(each) > 0.0 for each in solids)

@@ -61,7 +61,7 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
     except CAD_ERRORS:
         found = None
     joined = work.part.hub_diameter or work.problem.setup.mechanism.has_rib  # flanks of a rib are on one body
-    if found is None or not shapes.is_closed(found.shape, 1 if joined else len(work.discs)):
+    if found is None or not shapes.has_valid_solids(found.shape, 1 if joined else len(work.discs)):
         faults = f"faces cross each other, or are smaller than {shapes.TOUCHING_MM} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])

@@ -19,7 +19,7 @@ CurvePoints = Callable[[FloatArray], list[ComplexArray]]
 """A function from cam angles [deg] to points of curves [mm]."""
 
 
-def check_angles(angles: ArrayLike) -> FloatArray:
+def checked_cam_angles(angles: ArrayLike) -> FloatArray:
     """Cam angles as an array. Raises BadInput for an empty one, or for angles outside 0 to 360 deg."""
     try:
         degrees = np.array(angles, dtype=float).reshape(-1)
@@ -41,17 +41,17 @@ def angles_in_steps(step: float) -> FloatArray:
     return np.append(step * np.arange(count), [step * count, 360.0] if 360.0 - step * count > 1e-9 else [360.0])
 
 
-def angles_within_chord(chord: float, starts: FloatArray, curves: CurvePoints) -> FloatArray:
+def angles_within_chord(chord: float, stroke_starts_deg: FloatArray, curves: CurvePoints) -> FloatArray:
     """Cam angles from 0 to 360 [deg], so close that chords deviate from the curves by at most ``chord`` [mm].
 
-    Arcs are halved until the curve is close enough at seven places between the ends. The angles include ``starts``,
-    at which the motion changes.
+    Arcs are halved until the curve is close enough at seven places between the ends. The angles include
+    ``stroke_starts_deg``, at which the motion changes.
     """
     if not (isinstance(chord, Real) and isfinite(chord) and chord > 0.0):
         raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
     even = np.linspace(0.0, 360.0, round(360.0 / WIDEST_STEP) + 1)
-    even = even[np.abs(even[:, None] - starts).min(axis=1, initial=np.inf) > NARROWEST_STEP]
-    angles = np.unique(np.concatenate([even, starts]))
+    even = even[np.abs(even[:, None] - stroke_starts_deg).min(axis=1, initial=np.inf) > NARROWEST_STEP]
+    angles = np.unique(np.concatenate([even, stroke_starts_deg]))
     pending = np.ones(angles.size - 1, dtype=bool)
     while pending.any():
         ends = np.array([angles[:-1][pending], angles[1:][pending]])

@@ -15,7 +15,7 @@ from OCP.StepBasic import StepBasic_Product
 from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 from OCP.TCollection import TCollection_HAsciiString
 
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.solid import solid_of
 from camopt.show.exporting.workpiece import Export, Workpiece
@@ -28,7 +28,7 @@ EPOCH = "1970-01-01T00:00:00"
 def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD, curves: str = "arcs") -> Export:
     """Write the solid of a cam with a thickness. Walls of a groove are B-splines for all ``curves``."""
     solid, part = solid_of(work, chord, curves), work.part
-    with whole_file(path) as partial, silence_output():
+    with atomically_written_file(path) as partial, silence_output():
         writer = STEPControl_Writer()
         Interface_Static.SetIVal_s(SURFACE_CURVE_MODE, 0)
         writer.Transfer(solid.shape, STEPControl_AsIs)
@@ -43,22 +43,22 @@ def _name_product(writer: STEPControl_Writer, name: str, number: str, author: st
     """Name the product, and describe it in the header."""
     model = writer.Model()
     header = APIHeaderSection_MakeHeader(model)
-    header.SetName(step_text(name))
-    header.SetTimeStamp(step_text(EPOCH))
-    header.SetAuthorValue(1, step_text(author))
-    header.SetOrganizationValue(1, step_text(""))
-    header.SetOriginatingSystem(step_text(f"camopt {VERSION}"))
-    header.SetAuthorisation(step_text(""))
+    header.SetName(iso_10303_text(name))
+    header.SetTimeStamp(iso_10303_text(EPOCH))
+    header.SetAuthorValue(1, iso_10303_text(author))
+    header.SetOrganizationValue(1, iso_10303_text(""))
+    header.SetOriginatingSystem(iso_10303_text(f"camopt {VERSION}"))
+    header.SetAuthorisation(iso_10303_text(""))
     entities = (model.Value(k) for k in range(1, model.NbEntities() + 1))
     for product in (entity for entity in entities if isinstance(entity, StepBasic_Product)):
-        product.SetName(step_text(name))
-        product.SetId(step_text(number))
+        product.SetName(iso_10303_text(name))
+        product.SetId(iso_10303_text(number))
 
 
-def step_text(words: str) -> TCollection_HAsciiString:
+def iso_10303_text(text: str) -> TCollection_HAsciiString:
     """A text in the encoding of ISO 10303-21: characters outside of ASCII as Unicode numbers."""
-    numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in words)
-    return TCollection_HAsciiString("".join(c if c.isascii() else n for c, n in zip(words, numbers, strict=True)))
+    numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in text)
+    return TCollection_HAsciiString("".join(c if c.isascii() else n for c, n in zip(text, numbers, strict=True)))
 
 
 @contextmanager

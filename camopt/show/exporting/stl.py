@@ -12,7 +12,7 @@ from OCP.StlAPI import StlAPI_Writer
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.solid import solid_of
 from camopt.show.exporting.workpiece import Export, Workpiece
@@ -34,7 +34,7 @@ def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD) -> Export:
     aim = max(MESH_SHARE * chord - FLOAT32_ERROR * float(np.abs(points).max()), SHORTEST_CHORD)
     solid = solid_of(work, aim, "polyline")
     BRepMesh_IncrementalMesh(solid.shape, aim, False, MESH_ANGLE)
-    with whole_file(path) as partial:
+    with atomically_written_file(path) as partial:
         writer = StlAPI_Writer()
         writer.ASCIIMode = False
         if not writer.Write(solid.shape, str(partial)):

@@ -4,7 +4,7 @@ from math import pi
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
 from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
@@ -44,15 +44,15 @@ def write(
     for layer in plan.layers:
         _add_group(plane, layer)
     Xml.indent(root)
-    with whole_file(path) as partial:
+    with atomically_written_file(path) as partial:
         Xml.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
     return Export(path, curves_in_file(plan.followed))
 
 
-def _add_group(plane: Xml.Element, layer: Layer) -> None:
+def _add_group(parent: Xml.Element, layer: Layer) -> None:
     dashes = {"stroke-dasharray": LINE_PATTERNS[layer.line]} if layer.line in LINE_PATTERNS else {}
     width = {"stroke-width": str(LINE_WIDTHS.get(layer.line, THIN_WIDTH))}
-    group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": LINE_COLOURS[layer.line], **width, **dashes})
+    group = Xml.SubElement(parent, "g", {"id": layer.name, "stroke": LINE_COLOURS[layer.line], **width, **dashes})
     for path in layer.paths:
         Xml.SubElement(
             group, "path", d=_arc_path_data(path) if isinstance(path, ArcPath) else _cubic_path_data(path)

@@ -20,11 +20,11 @@ from camopt.show.drawing.moving_bodies import (
     AnimatedFigure,
     MovingBody,
     Reading,
-    draw_beyond_axes,
+    disable_axes_clipping,
     reading_texts,
 )
-from camopt.show.drawing.picture import Picture, draw_line, fill_area, four_digits
-from camopt.show.drawing.style import BODY, INK, MUTED, SMALL_SIZE, canvas
+from camopt.show.drawing.picture import Picture, draw_line, fill_area, four_digit_text
+from camopt.show.drawing.style import BODY, INK, MUTED, SMALL_SIZE, new_figure
 from camopt.show.machines.timing_diagram import (
     CLEARANCE_HEIGHT,
     READING_WIDTH,
@@ -33,9 +33,9 @@ from camopt.show.machines.timing_diagram import (
     draw_words,
 )
 from camopt.show.machines.timing_sheet import add_paper_axes
-from camopt.show.machines.timing_spans import TimingData, station_words
+from camopt.show.machines.timing_spans import TimingData, phase_and_ratio_text
 from camopt.show.machines.tools import Tool, machine_tools
-from camopt.show.sheet.marks import MarkBox, fitted_words
+from camopt.show.sheet.marks import MarkBox, fitted_lines_and_height
 from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation
 
@@ -47,7 +47,7 @@ MOST_COLUMNS, LARGEST_CAM = 6, 90.0  # cams beside each other, and mm
 
 
 @contextmanager
-def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigure]:
+def animated_machine_figure(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigure]:
     """The figure of a machine, drawn at angle 0 of its shaft, with its moving parts."""
     data = TimingData.from_machine(what)
     machine = data.machine
@@ -58,11 +58,11 @@ def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigu
     cell = min(side, LARGEST_CAM) + CAPTION
     below = timing_height(data)
     height = ceil((HEAD + ceil(count / columns) * cell + below + EDGE) / PIXELS) * PIXELS
-    with canvas(None, (WIDTH / INCH_MM, height / INCH_MM)) as figure:
+    with new_figure(None, (WIDTH / INCH_MM, height / INCH_MM)) as figure:
         axes = add_paper_axes(figure, WIDTH, height)
         draw_words(axes, EDGE, height - EDGE, machine.name, 3.5, va="top", fontweight="bold")
         if machine.shaft_rpm is not None:
-            words = f"{four_digits(machine.shaft_rpm)} rev/min"
+            words = f"{four_digit_text(machine.shaft_rpm)} rev/min"
             draw_words(axes, WIDTH - EDGE, height - EDGE, words, TEXT, va="top", ha="right", color=MUTED)
         bodies = list[MovingBody]()
         for place in range(count):
@@ -71,7 +71,7 @@ def animated_machine(what: Machine | MachineEvaluation) -> Iterator[AnimatedFigu
             box = MarkBox(corner, corner + complex(0.94 * side, cell - CAPTION))
             if place < len(data.stations):
                 station = data.stations[place]
-                _draw_caption(axes, box, station.name, station_words(station))
+                _draw_caption(axes, box, station.name, phase_and_ratio_text(station))
                 bodies += _draw_station(figure, box, height, station)
             else:
                 _draw_caption(axes, box, "Tools", "")
@@ -96,20 +96,22 @@ def cam_angles(station: ResolvedStation, shaft_angles: FloatArray) -> FloatArray
     return np.asarray(first + ratio * shaft_angles)
 
 
-def _draw_caption(axes: Any, box: MarkBox, name: str, words: str) -> None:
-    lines, size = fitted_words(name, 0.88 * box.size.real, 3, (2.2, 1.9, 1.6))
+def _draw_caption(axes: Any, box: MarkBox, name: str, subtitle: str) -> None:
+    lines, size = fitted_lines_and_height(name, 0.88 * box.size.real, 3, (2.2, 1.9, 1.6))
     level = box.high.imag + CAPTION - 1.0
     for text in lines:
         level -= 1.4 * size
         draw_words(axes, box.low.real, level, text, size, fontweight="bold")
     if len(lines) < 3:
-        draw_words(axes, box.low.real, level - 1.7 * TEXT, words, 1.7, color=MUTED)
+        draw_words(axes, box.low.real, level - 1.7 * TEXT, subtitle, 1.7, color=MUTED)
 
 
 def _draw_station(figure: Any, box: MarkBox, height: float, station: ResolvedStation) -> list[MovingBody]:
     """Draw the cam of a station at cam angle 0; return its parts with their motion by the angle of the shaft."""
     angles = np.concatenate([[0.0], cam_angles(station, FRAME_ANGLES)])
-    bodies = draw_mechanism_bodies(figure, Picture(station.scene, station.problem), _area_of(box, height), angles)
+    bodies = draw_mechanism_bodies(
+        figure, Picture(station.scene, station.problem), _mm_box_in_figure_shares(box, height), angles
+    )
     for text in [text for body in bodies for text in body.axes.texts if text.get_rotation()]:
         text.remove()  # upright words have no room
     return [
@@ -117,15 +119,15 @@ def _draw_station(figure: Any, box: MarkBox, height: float, station: ResolvedSta
     ]
 
 
-def _area_of(box: MarkBox, height: float) -> tuple[float, float, float, float]:
+def _mm_box_in_figure_shares(box: MarkBox, figure_height: float) -> tuple[float, float, float, float]:
     """A box [mm] in shares of the figure."""
     size = box.size
-    return box.low.real / WIDTH, box.low.imag / height, size.real / WIDTH, size.imag / height
+    return box.low.real / WIDTH, box.low.imag / figure_height, size.real / WIDTH, size.imag / figure_height
 
 
 def _draw_tools(figure: Any, box: MarkBox, height: float, tools: list[Tool]) -> list[MovingBody]:
     """Draw the outlines of tools and fixed bodies; return the tools with their motion."""
-    area = _area_of(box, height)
+    area = _mm_box_in_figure_shares(box, height)
     ground = figure.add_axes(area)
     bodies, reach = [], list[Any]()
     for tool in tools:
@@ -140,7 +142,7 @@ def _draw_tools(figure: Any, box: MarkBox, height: float, tools: list[Tool]) -> 
         body.axes.set_axis_off()
         style = {"transform": ground.transAxes, "color": tool.colour, "fontsize": SMALL_SIZE, "ha": "right"}
         ground.text(1.0, 1.0 - 0.07 * number, tool.name, va="top", **style)
-    return draw_beyond_axes(bodies)
+    return disable_axes_clipping(bodies)
 
 
 def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[MovingBody], list[Reading]]:
@@ -153,7 +155,9 @@ def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[
     right, style = diagram.box.high.real, dict[str, Any](ha="right", fontweight="bold")
     angles = [f"{angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
     readings = [Reading(draw_words(axes, right, diagram.top + 2.9, angles[0], TEXT, **style), angles)]
-    for number, (station, row) in enumerate(zip(diagram.data.stations, diagram.rows[0], strict=True)):
+    for number, (station, row) in enumerate(
+        zip(diagram.data.stations, diagram.station_clearance_and_torque_rows[0], strict=True)
+    ):
         lift = station.lift.value(FRAME_ANGLES)
         places = along + 1j * diagram.lift_levels(number, lift)
         dot = add_paper_axes(figure, width, height)
@@ -163,4 +167,4 @@ def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[
         words = [f"{text} {unit}" for text in reading_texts(to_shown_unit(lift, station.unit))]
         level = (row.low + row.high - TEXT) / 2
         readings.append(Reading(draw_words(axes, right, level, words[0], **style), words))
-    return draw_beyond_axes(bodies), readings
+    return disable_axes_clipping(bodies), readings

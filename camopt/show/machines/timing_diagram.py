@@ -14,7 +14,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
-from camopt.show.drawing.picture import four_digits, round_length, value_with_unit
+from camopt.show.drawing.picture import four_digit_text, round_down_to_1_2_5, value_with_unit
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
@@ -36,10 +36,10 @@ from camopt.show.machines.timing_spans import (
     TimingData,
     Torque,
     angle_text,
-    curve_points,
-    station_words,
+    curve_angles_deg_and_values,
+    phase_and_ratio_text,
 )
-from camopt.show.sheet.marks import CAPITAL_HEIGHT, POINTS_PER_MM, MarkBox, fitted_words, text_width
+from camopt.show.sheet.marks import CAPITAL_HEIGHT, POINTS_PER_MM, MarkBox, fitted_lines_and_height, text_width
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 NAMES_WIDTH, AXIS_WIDTH, ROOM = 58.0, 15.0, 1.5  # mm: column of names, of numbers at curves, and around texts
@@ -73,9 +73,9 @@ def draw_words(axes: Any, x: float, y: float, text: str, height: float = TEXT, *
     return axes.text(x, y, text, fontsize=size, **{"color": INK, "va": "baseline", **style})
 
 
-def fill_bar(axes: Any, x: float, low: float, width: float, height: float, name: str) -> None:
+def fill_bar(axes: Any, x: float, low: float, width: float, height: float, span_name: str) -> None:
     """Draw the bar of a span with a name from its lower left corner."""
-    style = {"lw": 0.8, "zorder": 2, "joinstyle": "miter", **BAR_STYLES[name]}
+    style = {"lw": 0.8, "zorder": 2, "joinstyle": "miter", **BAR_STYLES[span_name]}
     axes.fill([x, x + width, x + width, x], [low, low, low + height, low + height], **style)
 
 
@@ -117,7 +117,7 @@ class TimingDiagram:
     @property
     def bottom(self) -> float:
         """The level of the lower scale of angles."""
-        return self.box.low.imag + SCALE_HEIGHT + (TIME_HEIGHT if self.data.seconds else 0.0)
+        return self.box.low.imag + SCALE_HEIGHT + (TIME_HEIGHT if self.data.seconds_per_turn else 0.0)
 
     @property
     def top(self) -> float:
@@ -129,7 +129,7 @@ class TimingDiagram:
         return self.left + (self.right - self.left) * angle / 360.0
 
     @cached_property
-    def rows(self) -> tuple[list[Row], list[Row], Row]:
+    def station_clearance_and_torque_rows(self) -> tuple[list[Row], list[Row], Row]:
         """The rows of the stations and of the clearances, from the top, and the row of the torque."""
         stations, shown = len(self.data.stations), len(self.data.clearances)
         clearances = shown * CLEARANCE_HEIGHT + (GAP if shown else 0.0)
@@ -144,9 +144,9 @@ class TimingDiagram:
         )
 
     @cached_property
-    def bar_sizes(self) -> tuple[float, float]:
+    def bar_and_text_heights(self) -> tuple[float, float]:
         """The heights of the bars of segments, and of the texts in and above them."""
-        low, high = self.rows[0][0]
+        low, high = self.station_clearance_and_torque_rows[0][0]
         return float(np.clip(0.2 * (high - low), 3.0, BAR_HEIGHT)), float(
             np.clip(0.11 * (high - low), 1.55, SMALL_TEXT)
         )
@@ -157,7 +157,7 @@ class TimingDiagram:
 
         No texts overlap, since each is on the lowest level with room. Texts without room are left out.
         """
-        (low, high), (bar, text_height) = self.rows[0][0], self.bar_sizes
+        (low, high), (bar, text_height) = self.station_clearance_and_torque_rows[0][0], self.bar_and_text_heights
         room = high - low - bar - ROOM - TOP_ROOM - LEAST_CURVE
         levels = min(max(1, int(room / (LINE_STEP * text_height))), MOST_LEVELS)
         labels = []
@@ -172,21 +172,24 @@ class TimingDiagram:
                     labels[-1].append((x, level, text))
         return labels
 
-    def curve_room(self, number: int) -> Row:
+    def lift_curve_levels(self, station_index: int) -> Row:
         """The levels of lift 0 and of the largest lift in the row of a station."""
-        (low, high), (bar, text) = self.rows[0][number], self.bar_sizes
-        levels = 1 + max(level for _, level, _ in self.change_labels[number])
+        (low, high), (bar, text) = (
+            self.station_clearance_and_torque_rows[0][station_index],
+            self.bar_and_text_heights,
+        )
+        levels = 1 + max(level for _, level, _ in self.change_labels[station_index])
         low += ROOM / 2 + bar + levels * LINE_STEP * text + 0.5
         return Row(low, max(high - TOP_ROOM, low + 0.5))
 
-    def lift_levels(self, number: int, lift: FloatArray) -> FloatArray:
+    def lift_levels(self, station_index: int, lift: FloatArray) -> FloatArray:
         """The levels of lifts of a station."""
-        low, high = self.curve_room(number)
-        return low + (high - low) * lift / (self.data.stations[number].lift.largest().value or 1.0)
+        low, high = self.lift_curve_levels(station_index)
+        return low + (high - low) * lift / (self.data.stations[station_index].lift.largest().value or 1.0)
 
     def draw(self, axes: Any) -> None:
         """Draw the diagram on axes in mm."""
-        stations, clearances, torque = self.rows
+        stations, clearances, torque = self.station_clearance_and_torque_rows
         self._draw_scales(axes)
         for number, row in enumerate(stations):
             self._draw_station(axes, number, row)
@@ -209,10 +212,10 @@ class TimingDiagram:
             draw_words(axes, name, level + 2.3 * away, "angle of the shaft", color=MUTED, va=va)
             for angle in angles:
                 draw_words(axes, self.x(angle), level + 2.3 * away, f"{angle}°", va=va, **style)
-        if self.data.seconds:
-            factor, unit = (1.0, "s") if self.data.seconds >= 0.5 else (1e3, "ms")
-            whole, low = self.data.seconds * factor, self.bottom - SCALE_HEIGHT
-            step = round_length(2.0 * whole / MOST_TIMES)
+        if self.data.seconds_per_turn:
+            factor, unit = (1.0, "s") if self.data.seconds_per_turn >= 0.5 else (1e3, "ms")
+            whole, low = self.data.seconds_per_turn * factor, self.bottom - SCALE_HEIGHT
+            step = round_down_to_1_2_5(2.0 * whole / MOST_TIMES)
             times = step * np.arange(int(whole / step + 1e-9) + 1)
             axes.hlines(low, self.left, self.right, color=MUTED, lw=0.6)
             axes.vlines(self.x(360.0 * times / whole), low - 1.8, low, color=MUTED, lw=0.6)
@@ -220,18 +223,18 @@ class TimingDiagram:
             for time in times:
                 draw_words(axes, self.x(360.0 * time / whole), low - 2.3, f"{time:.6g}", va="top", **style)
 
-    def _draw_name(
-        self, axes: Any, row: Row, name: str, lines: Sequence[DetailLine] = (), *, wide: bool = False
+    def _draw_row_name(
+        self, axes: Any, row: Row, name: str, detail_lines: Sequence[DetailLine] = (), *, wide: bool = False
     ) -> None:
         """Draw a name in the largest letters that fit, and lines of details with samples of what they describe.
 
         A ``wide`` name is not bold and may reach to the curves.
         """
         width = NAMES_WIDTH + AXIS_WIDTH - 2 * ROOM if wide else (NAMES_WIDTH - 2 * ROOM) / BOLD_WIDTH
-        room = row.high - row.low - (ROOM if wide else 2 * ROOM) - len(lines) * LINE_STEP * SMALL_TEXT
+        room = row.high - row.low - (ROOM if wide else 2 * ROOM) - len(detail_lines) * LINE_STEP * SMALL_TEXT
         for height in NAME_TEXTS:
             most = max(1, int((room + (LINE_STEP - 1.0) * height) / (LINE_STEP * height)))
-            texts, _ = fitted_words(name, width, most, (height,))
+            texts, _ = fitted_lines_and_height(name, width, most, (height,))
             if not texts[-1].endswith("…"):
                 break
         used = (len(texts) * LINE_STEP - LINE_STEP + 1.0) * height
@@ -239,34 +242,38 @@ class TimingDiagram:
         for text in texts:
             draw_words(axes, x, level - height, text, height, fontweight="normal" if wide else "bold")
             level -= LINE_STEP * height
-        for text, style in lines:
+        for text, style in detail_lines:
             level -= SMALL_TEXT
             axes.plot([x, x + SWATCH] if style else [], [level + SMALL_TEXT / 2] * 2 if style else [], **style)
             draw_words(axes, x + (SWATCH + ROOM if style else 0.0), level, text, SMALL_TEXT, color=MUTED)
             level -= (LINE_STEP - 1.0) * SMALL_TEXT
 
-    def _draw_station(self, axes: Any, number: int, row: Row) -> None:
-        station, torque = self.data.stations[number], self.data.torques[number]
-        details: list[DetailLine] = [(station_words(station), {})]
+    def _draw_station(self, axes: Any, station_index: int, row: Row) -> None:
+        station, torque = self.data.stations[station_index], self.data.torques[station_index]
+        details: list[DetailLine] = [(phase_and_ratio_text(station), {})]
         if torque is not None:
-            details.append((f"torque {torque.peak_words}", {**series_line_style(number), "lw": 1.4}))
-        self._draw_name(axes, row, station.name, details)
-        spans, (low, high), (bar, height) = self.data.spans[number], self.curve_room(number), self.bar_sizes
+            details.append((f"torque {torque.peak_words}", {**series_line_style(station_index), "lw": 1.4}))
+        self._draw_row_name(axes, row, station.name, details)
+        spans, (low, high), (bar, height) = (
+            self.data.spans[station_index],
+            self.lift_curve_levels(station_index),
+            self.bar_and_text_heights,
+        )
         foot = row.low + ROOM / 2
         for span in spans:
             angle = f"{angle_text(span.end - span.start)}°"
             texts = [f"{span.name} {angle}  {span.words}".strip(), f"{span.name} {angle}", angle, ""]
-            for start, end in span.parts:
+            for start, end in span.ranges_within_turn:
                 x, width = self.x(start), self.x(end) - self.x(start)
                 fill_bar(axes, x, foot, width, bar, span.name)
                 text = next(text for text in texts if not text or text_width(text, height) < width - 2 * LABEL_GAP)
                 draw_words(axes, x + width / 2, foot + (bar - height) / 2, text, height, ha="center", zorder=4)
         changes = [self.x(span.start) for span in spans]
         axes.vlines(changes, low, high, color=MUTED, lw=0.4, ls=(0, (2, 2)), zorder=1)
-        for x, level, text in self.change_labels[number]:
+        for x, level, text in self.change_labels[station_index]:
             draw_words(axes, x, foot + bar + 0.9 + level * LINE_STEP * height, text, height, ha="center", zorder=4)
-        angles, lift = curve_points(station.lift)
-        levels = self.lift_levels(number, lift)
+        angles, lift = curve_angles_deg_and_values(station.lift)
+        levels = self.lift_levels(station_index, lift)
         axes.fill_between(self.x(angles), low, levels, color=FILL, lw=0, zorder=0.4)
         axes.hlines(low, self.left, self.right, color=MUTED, lw=0.5, zorder=2)
         axes.plot(self.x(angles), levels, color=INK, lw=1.2, zorder=3, solid_joinstyle="round")
@@ -277,11 +284,11 @@ class TimingDiagram:
 
     def _draw_clearance(self, axes: Any, row: Row, title: str, span: Span) -> None:
         """Draw the range of a clearance, with its condition in the bar or beside it."""
-        self._draw_name(axes, row, title, wide=True)
+        self._draw_row_name(axes, row, title, wide=True)
         low = row.low + (row.high - row.low - BAR_HEIGHT) / 2
-        for start, end in span.parts:
+        for start, end in span.ranges_within_turn:
             fill_bar(axes, self.x(start), low, self.x(end) - self.x(start), BAR_HEIGHT, span.name)
-        first, last = (self.x(angle) for angle in max(span.parts, key=lambda part: part[1] - part[0]))
+        first, last = (self.x(angle) for angle in max(span.ranges_within_turn, key=lambda part: part[1] - part[0]))
         angles = f"{angle_text(span.start)}° to {angle_text(span.end % 360.0 or 360.0)}°"
         angles = "whole turn" if span.end - span.start >= 360.0 else angles
         condition, _, least = span.words.partition(", ")
@@ -296,9 +303,9 @@ class TimingDiagram:
     def _draw_torques(self, axes: Any, row: Row, total: Torque) -> None:
         """Draw the torque of the shaft, its mean and peak, and the torque of each station."""
         curve, unit = total.curve, total.unit
-        mean = f"mean {four_digits(curve.mean)} {unit}, rms {four_digits(curve.rms)} {unit}"
+        mean = f"mean {four_digit_text(curve.mean)} {unit}, rms {four_digit_text(curve.rms)} {unit}"
         lines = [(f"sum: {total.peak_words}", {"color": INK, "lw": 1.6}), (mean, MEAN_STYLE)]
-        self._draw_name(axes, row, f"Shaft torque [{unit}]", lines)
+        self._draw_row_name(axes, row, f"Shaft torque [{unit}]", lines)
         curves = [each.curve for each in (total, *self.data.torques) if each]
         least = min(0.0, *(each.least().value for each in curves))
         most = max(0.0, *(each.largest().value for each in curves)) or least + 1.0
@@ -307,16 +314,18 @@ class TimingDiagram:
         def level(value: Any) -> Any:
             return low + height * (value - least) / (most - least)
 
-        step = round_length((most - least) * max(7.0 * TEXT / height, 0.3))
+        step = round_down_to_1_2_5((most - least) * max(7.0 * TEXT / height, 0.3))
         for place in range(int(np.ceil(least / step - 1e-9)), int(most / step + 1e-9) + 1):
             at = level(place * step)
             axes.hlines(at, self.left, self.right, color=FAINT if place else MUTED, lw=0.5, zorder=0.6)
-            draw_words(axes, self.left - ROOM, at, four_digits(place * step), va="center", ha="right", color=MUTED)
+            draw_words(
+                axes, self.left - ROOM, at, four_digit_text(place * step), va="center", ha="right", color=MUTED
+            )
         sum_style = {"color": INK, "lw": 1.6, "ms": 4.5, "zorder": 3}
         styles = [{"lw": 0.9, "ms": 2.6, **series_line_style(k)} for k in range(len(self.data.torques))]
         for torque, style in zip((*self.data.torques, total), (*styles, sum_style), strict=True):
             if torque is not None:
-                angles, values = curve_points(torque.curve)
+                angles, values = curve_angles_deg_and_values(torque.curve)
                 peak = self.x(np.degrees(torque.peak.angle)), level(torque.peak.value)
                 axes.plot(self.x(angles), level(values), **style)
                 axes.plot(*peak, marker="o", mec="white", mew=0.5, **{**style, "zorder": 5})

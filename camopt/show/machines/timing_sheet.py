@@ -10,8 +10,8 @@ from camopt.core.quantities.unit_systems import INCH_MM
 from camopt.core.storage.version import VERSION
 from camopt.scene.machine import Machine
 from camopt.scene.part import Part
-from camopt.show.drawing.picture import four_digits
-from camopt.show.drawing.style import Figure, Target, canvas
+from camopt.show.drawing.picture import four_digit_text
+from camopt.show.drawing.style import Figure, Target, new_figure
 from camopt.show.machines.timing_diagram import (
     BAR_HEIGHT,
     BAR_STYLES,
@@ -55,7 +55,7 @@ def draw_timing_diagram(machine: Machine | MachineEvaluation, path: Target = Non
     """
     data = TimingData.from_machine(machine)
     paper, diagram = _fitting_paper(data)
-    with canvas(path, (paper.width / INCH_MM, paper.height / INCH_MM)) as figure:
+    with new_figure(path, (paper.width / INCH_MM, paper.height / INCH_MM)) as figure:
         axes = add_paper_axes(figure, paper.width, paper.height)
         corner = complex(paper.frame.high.real - BLOCK_WIDTH, paper.frame.low.imag)
         block = title_block(Part(), data.machine.name, "", paper.name, "1/1", _block_fields(data, paper))
@@ -84,7 +84,7 @@ def _fitting_paper(data: TimingData) -> tuple[Paper, TimingDiagram]:
         low, high = paper.frame
         box = MarkBox(low + complex(MARGIN, BLOCK_HEIGHT + MARGIN), high - complex(MARGIN, MARGIN))
         diagram = TimingDiagram(data, box)
-        low, high = diagram.rows[0][0]
+        low, high = diagram.station_clearance_and_torque_rows[0][0]
         if high - low >= LEAST_ROW:
             break
     return paper, diagram
@@ -92,11 +92,11 @@ def _fitting_paper(data: TimingData) -> tuple[Paper, TimingDiagram]:
 
 def _block_fields(data: TimingData, paper: Paper) -> list[Field]:
     """The fields of the title block."""
-    machine, seconds, total = data.machine, data.seconds, data.total_torque
-    speed = "" if machine.shaft_rpm is None else f"{four_digits(machine.shaft_rpm)} rev/min"
+    machine, seconds, total = data.machine, data.seconds_per_turn, data.total_torque
+    speed = "" if machine.shaft_rpm is None else f"{four_digit_text(machine.shaft_rpm)} rev/min"
     return [
         Field(0, 27, 45, BLOCK_ROW, "Speed of the shaft", speed),
-        Field(45, 27, 45, BLOCK_ROW, "Time of a turn", "" if seconds is None else f"{four_digits(seconds)} s"),
+        Field(45, 27, 45, BLOCK_ROW, "Time of a turn", "" if seconds is None else f"{four_digit_text(seconds)} s"),
         Field(90, 27, 40, BLOCK_ROW, "Stations", f"{len(data.stations)}"),
         Field(130, 27, 50, BLOCK_ROW, "Peak torque", "" if total is None else total.peak_words),
         Field(0, 18, 45, BLOCK_ROW, "Created by"),

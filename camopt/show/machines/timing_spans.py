@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, larger_magnitude, sum_curves
+from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, extreme_of_larger_magnitude, sum_curves
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import DWELL, Stroke
 from camopt.scene.machine import Clearance, Machine
-from camopt.show.drawing.picture import STROKE_NAMES, four_digits, value_with_unit
+from camopt.show.drawing.picture import STROKE_NAMES, four_digit_text, value_with_unit
 from camopt.solve.machine.clearances import ClearanceResult
 from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation, clearance_unit, resolve_stations
@@ -36,13 +36,13 @@ class Span(NamedTuple):
     """The law of a segment, or the condition of a clearance."""
 
     @classmethod
-    def from_angles(cls, start: float, width: float, name: str, words: str = "") -> "Span":
+    def from_start_and_width(cls, start: float, width: float, name: str, words: str = "") -> "Span":
         """A span from any angle."""
         first = round(float(start) % 360.0, ANGLE_DIGITS) % 360.0
         return cls(first, round(first + float(width), ANGLE_DIGITS), name, words)
 
     @property
-    def parts(self) -> list[tuple[float, float]]:
+    def ranges_within_turn(self) -> list[tuple[float, float]]:
         """The ranges from 0 to 360°: two if the span crosses 360°."""
         if self.end - self.start >= 360.0:
             return [(0.0, 360.0)]
@@ -54,11 +54,11 @@ class Span(NamedTuple):
 def segment_spans(station: ResolvedStation) -> list[Span]:
     """The segments of a station's tool over a turn of the shaft. Dwells that follow each other are one span."""
     ratio, phase = station.station.ratio, station.station.phase
-    strokes = _joined_dwells(station.problem.programme.tool.strokes)
+    strokes = _strokes_with_joined_dwells(station.problem.programme.tool.strokes)
     if len(strokes) == 1 and strokes[0][0].kind == DWELL:
-        return [Span.from_angles(phase, 360.0, STROKE_NAMES[DWELL])]
+        return [Span.from_start_and_width(phase, 360.0, STROKE_NAMES[DWELL])]
     return sorted(
-        Span.from_angles(
+        Span.from_start_and_width(
             phase + (np.degrees(stroke.start) + 360.0 * turn) / ratio,
             np.degrees(angle) / ratio,
             STROKE_NAMES.get(stroke.kind, MOVE),
@@ -69,7 +69,7 @@ def segment_spans(station: ResolvedStation) -> list[Span]:
     )
 
 
-def _joined_dwells(strokes: Iterable[Stroke]) -> list[tuple[Stroke, float]]:
+def _strokes_with_joined_dwells(strokes: Iterable[Stroke]) -> list[tuple[Stroke, float]]:
     """Strokes with their angles [rad]. Neighbouring dwells are joined, also across the end of the turn."""
     joined: list[tuple[Stroke, float]] = []
     for stroke in strokes:
@@ -89,25 +89,25 @@ def clearance_span(clearance: Clearance, unit: str, result: ClearanceResult | No
     if clearance.along is None:
         words = f"distance {' – '.join(clearance.between)} {least}"
     else:
-        words = f"{linear_form(clearance.along, clearance.between)} {least}"
+        words = f"{linear_form_text(clearance.along, clearance.between)} {least}"
     if result is not None:
-        words += f", least {value_with_unit(result.shown_upper, unit)} at {angle_text(result.angle)}°"
+        words += f", least {value_with_unit(result.displayed_upper_bound, unit)} at {angle_text(result.angle)}°"
     name = CLEARANCE if result is None else f"{CLEARANCE} {result.verdict}"
     start, end = clearance.angles
-    return Span.from_angles(start, end - start, name, words)
+    return Span.from_start_and_width(start, end - start, name, words)
 
 
-def linear_form(coefficients: Iterable[float], names: Iterable[str]) -> str:
+def linear_form_text(coefficients: Iterable[float], names: Iterable[str]) -> str:
     """A linear form in words, such as 2·a − b."""
     terms = [
-        (factor < 0.0, name if abs(factor) == 1.0 else f"{four_digits(abs(factor))}·{name}")
+        (factor < 0.0, name if abs(factor) == 1.0 else f"{four_digit_text(abs(factor))}·{name}")
         for factor, name in zip(coefficients, names, strict=True)
     ]
     (minus, first), *others = terms
     return ("−" if minus else "") + first + "".join(f" {'−' if less else '+'} {term}" for less, term in others)
 
 
-def curve_points(curve: TurnCurve) -> tuple[FloatArray, FloatArray]:
+def curve_angles_deg_and_values(curve: TurnCurve) -> tuple[FloatArray, FloatArray]:
     """Angles [deg] and values of a curve, on each panel from end to end, so that jumps stay sharp."""
     half = np.degrees(curve.half_width)
     counts = np.maximum(2, np.ceil(2.0 * half / CURVE_STEP).astype(int) + 1)
@@ -131,13 +131,13 @@ class Torque(NamedTuple):
     def from_curve(cls, curve: TurnCurve) -> "Torque":
         """The torque, with its largest magnitude."""
         shown = curve * float(to_shown_unit(1.0, "N·m"))
-        peak = larger_magnitude(shown.largest(), shown.least())
+        peak = extreme_of_larger_magnitude(shown.largest(), shown.least())
         return cls(shown, peak, unit_in_shown_system("N·m"))
 
     @property
     def peak_words(self) -> str:
         """Value and angle of the peak."""
-        return f"{four_digits(self.peak.value)} {self.unit} at {angle_text(np.degrees(self.peak.angle))}°"
+        return f"{four_digit_text(self.peak.value)} {self.unit} at {angle_text(np.degrees(self.peak.angle))}°"
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +184,7 @@ class TimingData:
         return Torque.from_curve(sum_curves(curves)) if curves else None
 
     @property
-    def seconds(self) -> float | None:
+    def seconds_per_turn(self) -> float | None:
         """Time of a turn of the shaft [s]; None without a speed."""
         return None if self.machine.shaft_rpm is None else 60.0 / self.machine.shaft_rpm
 
@@ -194,7 +194,7 @@ def angle_text(angle: float) -> str:
     return f"{angle:.2f}".rstrip("0").rstrip(".").replace("-", "−")
 
 
-def station_words(station: ResolvedStation) -> str:
+def phase_and_ratio_text(station: ResolvedStation) -> str:
     """Phase and ratio of a station."""
     turns = f", {station.station.ratio} turns" if station.station.ratio > 1 else ""
     return f"phase {angle_text(station.station.phase)}°{turns}"

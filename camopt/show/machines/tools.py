@@ -28,19 +28,19 @@ class Tool(NamedTuple):
         pivot = self.station.station.pivot if self.station else None
         return 0j if pivot is None else complex(*pivot)
 
-    def path(self, angles: FloatArray) -> ComplexArray:
+    def path(self, shaft_angles: FloatArray) -> ComplexArray:
         """Positions of the origin at angles of the shaft [rad]."""
         if self.station is None or self.station.tool_turns:
-            return np.full(len(angles), self.origin)
+            return np.full(len(shaft_angles), self.origin)
         direction = np.exp(1j * np.radians(self.station.station.direction or 0.0))
-        return np.asarray(self.station.lift.value(angles) * direction)
+        return np.asarray(self.station.lift.value(shaft_angles) * direction)
 
-    def rotation(self, angles: FloatArray) -> FloatArray:
+    def rotation(self, shaft_angles: FloatArray) -> FloatArray:
         """Rotation of the tool at angles of the shaft [rad]."""
         if self.station is None or not self.station.tool_turns:
-            return np.zeros(len(angles))
+            return np.zeros(len(shaft_angles))
         sense = -1.0 if self.station.station.sense == "cw" else 1.0
-        return np.asarray(sense * np.radians(self.station.lift.value(angles)))
+        return np.asarray(sense * np.radians(self.station.lift.value(shaft_angles)))
 
 
 def machine_tools(machine: Machine, stations: tuple[ResolvedStation, ...]) -> list[Tool]:

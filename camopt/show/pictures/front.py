@@ -8,7 +8,7 @@ import numpy as np
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.scene.scene import Scene
-from camopt.show.drawing.style import INK, PAGE_TITLE, SERIES, Figure, Target, add_grid, canvas
+from camopt.show.drawing.style import INK, PAGE_TITLE, SERIES, Figure, Target, add_grid, new_figure
 from camopt.solve.front.result import Sweep
 from camopt.solve.tables.cells import axis_label, unit_of_column
 from camopt.solve.tables.designs import joined_laws
@@ -25,7 +25,7 @@ def draw(what: "Sweep | pd.DataFrame", path: Target = None) -> "Figure":
     """Draw the Pareto front of a sweep, or a table of designs, by pairs of objectives, with the knee."""
     rows = what.to_pandas() if isinstance(what, Sweep) else what
     scene, pairs = _searched_scene(rows), _objective_pairs(rows)
-    with canvas(path, (max(len(pairs), 2) * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained") as figure:
+    with new_figure(path, (max(len(pairs), 2) * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained") as figure:
         words = f" on the Pareto front of {what.designs:,}" if isinstance(what, Sweep) else ""
         title = f"{scene.name}: {len(rows):,} designs{words}"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
@@ -36,7 +36,7 @@ def draw(what: "Sweep | pd.DataFrame", path: Target = None) -> "Figure":
     return figure
 
 
-def draw_in(axes: Any, what: "Sweep | pd.DataFrame") -> None:
+def draw_main_diagram(axes: Any, what: "Sweep | pd.DataFrame") -> None:
     """Draw the designs by the first two objectives that vary."""
     rows = what.to_pandas() if isinstance(what, Sweep) else what
     _draw_pair(axes, rows, _objective_pairs(rows)[0])

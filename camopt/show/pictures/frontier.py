@@ -21,7 +21,7 @@ from camopt.show.drawing.style import (
     Figure,
     Target,
     add_grid,
-    canvas,
+    new_figure,
 )
 from camopt.solve.synthesis.frontier_result import Frontier
 from camopt.solve.synthesis.term_units import term_unit
@@ -46,7 +46,7 @@ AXIS_NAMES = {
 """Labels of terms; each begins with the name of the term in tables."""
 
 
-def draw_in(axes: Any, frontier: Frontier) -> None:
+def draw_main_diagram(axes: Any, frontier: Frontier) -> None:
     """Draw a frontier in axes: first axis vertical, second horizontal, third as colours."""
     labels = _draw_frontier(axes, _frontier_in_shown_units(frontier))
     axes.legend()
@@ -67,7 +67,7 @@ def _draw_frontier(axes: Any, frontier: Frontier) -> list[Label]:
 def draw(frontier: Frontier, path: Target = None) -> "Figure":
     """Draw a frontier on a new figure."""
     frontier = _frontier_in_shown_units(frontier)
-    with canvas(path, (10.5, 7.0), layout="constrained") as figure:
+    with new_figure(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
         title = f"{frontier.scene.name}: the trade-off with free motion laws"
         axes.set_title(title, loc="left", fontsize=PAGE_TITLE, weight="bold")

@@ -17,8 +17,8 @@ from camopt.show.drawing.picture import (
     draw_circle,
     draw_line,
     fit_axes,
-    four_digits,
-    round_length,
+    four_digit_text,
+    round_down_to_1_2_5,
     value_with_unit,
 )
 from camopt.show.drawing.style import (
@@ -37,7 +37,7 @@ from camopt.show.drawing.style import (
     Figure,
     Target,
     add_grid,
-    canvas,
+    new_figure,
 )
 from camopt.solve.measured.fit_result import Fit
 from camopt.solve.measured.measured_points import forward_angle_deg
@@ -54,7 +54,7 @@ def draw(result: Fit, path: Target = None) -> "Figure":
     """Draw a fit: points and motion, deviations in their band, acceleration of points and motion."""
     picture = Picture(result.scene, resolve(result.scene))
     size = WIDE_PAGE if result.profile else PAGE_SIZE
-    with canvas(path, size) as figure:
+    with new_figure(path, size) as figure:
         count = f"{result.points.angles.size} points, noise {value_with_unit(result.noise, result.unit)}"
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
         about = f"{count}, band ±{value_with_unit(result.band, result.unit)}"
@@ -71,7 +71,7 @@ def draw(result: Fit, path: Target = None) -> "Figure":
             add_grid(axes)
         acceleration.set_xlabel("cam angle, deg")
         if result.profile:
-            draw_profile(figure.add_axes(PROFILE_AREA), result, picture, FIT_COLOUR)
+            draw_profile_and_deviations(figure.add_axes(PROFILE_AREA), result, picture, FIT_COLOUR)
     return figure
 
 
@@ -123,7 +123,7 @@ def _draw_deviations(axes: Any, result: Fit) -> None:
         angle = float(forward_angle_deg(result.start, each.angle))
         axes.plot([angle], [0.93 * side], ls="none", marker="x", ms=6.0, color=ALARM)
         place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
-        axes.annotate(f"row {each.row}: {four_digits(-one * each.deviation)}", (angle, 0.93 * side), **place)
+        axes.annotate(f"row {each.row}: {four_digit_text(-one * each.deviation)}", (angle, 0.93 * side), **place)
     axes.set_ylim(-BANDS_SHOWN * band, BANDS_SHOWN * band)
     axes.set_title(f"Deviation of the points, {unit_in_shown_system(result.unit)}", loc="left")
 
@@ -149,7 +149,7 @@ def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
-def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
+def draw_profile_and_deviations(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     """Draw the profile of the scene at cam angle 0, and the measured points."""
     assert result.profile is not None
     problem, profile = picture.problem, result.profile
@@ -162,7 +162,7 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     )
     axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
     most = LARGEST_SHOWN * float(np.abs(outline).max())
-    times = round_length(most / float(np.abs(result.distances).max()))
+    times = round_down_to_1_2_5(most / float(np.abs(result.distances).max()))
     shown = [outline]
     for rows, style in (
         (result.points.rows, {"color": INK, "label": "points"}),

@@ -15,7 +15,7 @@ from camopt.show.drawing.groove import draw_groove
 from camopt.show.drawing.labels import place_labels
 from camopt.show.drawing.panels import move_condition_marks
 from camopt.show.drawing.picture import Picture, value_with_unit
-from camopt.show.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, add_grid, canvas
+from camopt.show.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE_SIZE, Figure, Target, add_grid, new_figure
 from camopt.solve.synthesis.known_law_cams import KnownLawCams, build_known_law_cams
 from camopt.solve.synthesis.result_sentences import OWN_MOVES
 from camopt.solve.synthesis.synthesis_result import Synthesis
@@ -28,7 +28,7 @@ CURVES = ("displacement", "velocity", "acceleration", "jerk")
 def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = None) -> "Figure":
     """Draw the cam of free laws beside the cam of the best known law within the same limits, if any."""
     known = known or build_known_law_cams(result.asked)
-    with canvas(path, (15.5, 9.0)) as figure:
+    with new_figure(path, (15.5, 9.0)) as figure:
         pictures = {
             "best known law": None if known.best is None else _resolved_picture(known.rows[known.best].scene),
             "free laws": _resolved_picture(result.scene),

@@ -25,7 +25,7 @@ from camopt.show.drawing.style import (
     Figure,
     Target,
     add_grid,
-    canvas,
+    new_figure,
 )
 from camopt.solve.tables.cells import column_suffix_of_unit, number_text
 from camopt.solve.tolerances.errors import repeat_cam_errors
@@ -56,7 +56,7 @@ def draw(what: Any, path: Target = None) -> "Figure":
 def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
     """Draw errors of displacement, velocity and acceleration over the turn, with contributions of tolerances."""
     turn = TurnErrors(what.scene, resolve_design(what.scene))
-    with canvas(path, (12.5, 9.0), layout="constrained") as figure:
+    with new_figure(path, (12.5, 9.0), layout="constrained") as figure:
         title = f"{what.scene.name}: motion errors within the tolerances"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         panels = figure.subplots(RESPONSE_ORDERS, 2, width_ratios=[2.2, 1.0])
@@ -71,7 +71,7 @@ def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
     return figure
 
 
-def draw_in(axes: Any, what: "MotionErrors") -> None:
+def draw_main_diagram(axes: Any, what: "MotionErrors") -> None:
     """Draw the displacement error over the turn in axes."""
     turn = TurnErrors(what.scene, resolve_design(what.scene))
     _draw_error_range(axes, turn, 0, what.errors[0])
@@ -168,7 +168,7 @@ def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
     columns = [(name, each) for name, each in what.samples.items() if "_off_" not in name]
     bounds = what.bounds
     rows = ceil(len(columns) / HISTOGRAM_COLUMNS)
-    with canvas(path, (12.5, 1.0 + 2.4 * rows), layout="constrained") as figure:
+    with new_figure(path, (12.5, 1.0 + 2.4 * rows), layout="constrained") as figure:
         title = f"{what.scene.name}: {what.cams:,} random cams, {what.outside:,} of them outside the tolerances"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         panels = figure.subplots(rows, HISTOGRAM_COLUMNS, squeeze=False).ravel()

@@ -40,7 +40,7 @@ def cam_data(picture: Picture) -> dict[str, Any]:
         "undercut": picture.undercut,
         "left": _undercut_outline(picture),
         "panels": [_panel_data(panel) for panel in all_panels_in_shown_units(picture)],
-        "train": train_frames(picture),
+        "train": train_position_data(picture),
         "second": _second_contact_data(picture),
     }
 
@@ -56,7 +56,7 @@ def _second_contact_data(picture: Picture) -> dict[str, Any] | None:
     }
 
 
-def train_frames(picture: Picture) -> dict[str, Any] | None:
+def train_position_data(picture: Picture) -> dict[str, Any] | None:
     """Positions of the train over the turn, relative to the point that the follower drives at y = 0."""
     problem = picture.problem
     developed = problem.setup.mechanism.body.developed

@@ -26,7 +26,7 @@ from camopt.show.reporting.sections import (
     train_tables,
     verdict_line,
 )
-from camopt.show.reporting.tolerances import YIELD_CAMS, errors_image, has_tolerances
+from camopt.show.reporting.tolerances import YIELD_CAMS, errors_image_url, has_tolerances
 from camopt.solve.tables.result import Cell, Result, Table
 from camopt.solve.tolerances.batch import sample_cams
 from camopt.solve.tolerances.tolerance import tolerance
@@ -188,7 +188,7 @@ def _tolerance_chapters(scene: Scene, problem: Problem, prefix: str, pictures: b
     if not has_tolerances(scene, problem):
         return []
     result = tolerance(scene)
-    picture = errors_image(result) if pictures and result.errors else ""
+    picture = errors_image_url(result) if pictures and result.errors else ""
     tables = [*result.tables(), *sample_cams(scene, YIELD_CAMS).tables()]
     return [Chapter(_prefixed_title(prefix, "Tolerances"), tables, picture=picture)]
 

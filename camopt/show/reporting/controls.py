@@ -13,7 +13,7 @@ from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES
-from camopt.show.drawing.picture import round_length
+from camopt.show.drawing.picture import round_down_to_1_2_5
 
 Settings = Mapping[str, Any]
 """Values of controls by key: numbers and names of laws."""
@@ -85,7 +85,7 @@ def control_values(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[st
     for kind, key in LAW_CONTROLS.items():
         laws = {segment.law for segment in scene.motion if segment.segment == kind}
         values[key] = laws.pop() if len(laws) == 1 else ""
-    values |= {_angle_key(place): segment.angle for place, segment in enumerate(scene.motion, start=1)}
+    values |= {_segment_angle_key(place): segment.angle for place, segment in enumerate(scene.motion, start=1)}
     return {key: values[key] for key in keys}
 
 
@@ -109,9 +109,7 @@ def scene_with_settings(scene: Scene, initial: Settings, values: Settings, moved
         raise BadInput([Mistake("page", key, None, text, bare=True) for key, text in why.items()])
     changes = {key: value for key, value in values.items() if value != initial[key]}
     plain = {
-        key: _tolerance_with_its_other_keys(scene, key, value)
-        for key, value in changes.items()
-        if not _is_motion_key(key)
+        key: _scene_entry_of_control(scene, key, value) for key, value in changes.items() if not _is_motion_key(key)
     }
     if len(plain) < len(changes):
         plain["motion"] = _changed_segments(scene, {**initial, **values}, moved_key)
@@ -127,7 +125,7 @@ def _symmetric_tolerance_widths(scene: Scene) -> dict[str, float]:
     return {f"tolerances.{key}": value for key, value in widths.items()}
 
 
-def _tolerance_with_its_other_keys(scene: Scene, key: str, value: Any) -> Any:
+def _scene_entry_of_control(scene: Scene, key: str, value: Any) -> Any:
     """The scene's entry for a control: its value, or for a tolerance with further keys all of them."""
     tolerance = scene.tolerances.number_and_angle_tolerances.get(key.removeprefix("tolerances."))
     more = tolerance.model_dump(exclude_defaults=True, exclude={"plus", "minus"}) if tolerance else {}
@@ -143,7 +141,7 @@ def _tolerance_controls(scene: Scene) -> Iterator[Control]:
         width = to_shown_unit(value, unit) or NEW_TOLERANCE
         ends = (width * factor for factor in RANGE_FACTORS)
         high = next((each for each in ends if _is_allowed(scene, key, from_shown_unit(each, unit))), width)
-        step = round_length(high / SLIDER_STEPS)
+        step = round_down_to_1_2_5(high / SLIDER_STEPS)
         least = step if key.removeprefix("tolerances.") in LENGTH_TOLERANCES else 0.0
         yield Control(key, TOLERANCE_GROUP, f"± {label}", unit, to_shown_unit(value, unit), least, high, step)
 
@@ -152,10 +150,10 @@ def _changed_segments(scene: Scene, values: Settings, moved_key: str) -> list[di
     """The segments of the motion with the laws and angles of the controls."""
     rows: list[dict[str, Any]] = [dict(row) for row in scene.to_dict()["motion"]]
     for place, row in enumerate(rows, start=1):
-        row["angle"] = values.get(_angle_key(place), row["angle"])
+        row["angle"] = values.get(_segment_angle_key(place), row["angle"])
         if law := values.get(LAW_CONTROLS.get(row["segment"], ""), ""):
             row["law"] = law
-    others = [row for place, row in enumerate(rows, start=1) if _angle_key(place) != moved_key]
+    others = [row for place, row in enumerate(rows, start=1) if _segment_angle_key(place) != moved_key]
     if len(others) < len(rows) and all(isinstance(row["angle"], float) for row in rows):
         rest, total = 360.0 - values[moved_key], sum(row["angle"] for row in others)
         for row in others if total > 0.0 and 0.0 <= rest <= 360.0 else ():
@@ -163,9 +161,9 @@ def _changed_segments(scene: Scene, values: Settings, moved_key: str) -> list[di
     return rows
 
 
-def _angle_key(place: int) -> str:
+def _segment_angle_key(segment_number: int) -> str:
     """Key of the angle of a segment, counted from 1, as in messages."""
-    return f"motion.{place}.angle"
+    return f"motion.{segment_number}.angle"
 
 
 def _is_motion_key(key: str) -> bool:
@@ -216,7 +214,7 @@ def _angle_controls(scene: Scene) -> Iterator[Control]:
     if 1 < len(scene.motion) <= MOST_ANGLES:
         for place, segment in enumerate(scene.motion, start=1):
             label = f"{place}. {segment.segment.replace('-', ' ')}"
-            yield Control(_angle_key(place), TURN_GROUP, label, "deg", segment.angle, 0.0, 360.0, 1.0)
+            yield Control(_segment_angle_key(place), TURN_GROUP, label, "deg", segment.angle, 0.0, 360.0, 1.0)
 
 
 def _number_control(scene: Scene, key: str, group: str, unit: str, value: float, search_values: Any) -> Control:
@@ -232,7 +230,7 @@ def _number_control(scene: Scene, key: str, group: str, unit: str, value: float,
         else _slider_range(scene, key, here, unit)
     )
     low, high = min(ends[0], here), max(ends[1], here)
-    step = round_length((high - low) / SLIDER_STEPS) if high > low else 1.0
+    step = round_down_to_1_2_5((high - low) / SLIDER_STEPS) if high > low else 1.0
     if ranged and search_values.step:
         step = to_shown_unit(search_values.step, unit)
     return Control(key, group, label, unit, here, low, high, step)
@@ -245,7 +243,7 @@ def _slider_range(scene: Scene, key: str, value: float, unit: str) -> tuple[floa
     """
     both = value <= 0.0 or _is_allowed(scene, key, -from_shown_unit(value, unit))
     width = 2.0 * abs(value) or ZERO_RANGE
-    grid = round_length(width / RANGE_GRID)
+    grid = round_down_to_1_2_5(width / RANGE_GRID)
     lows = [ceil(x / grid) * grid for x in ([-width] if both else [value / factor for factor in RANGE_FACTORS])]
     highs = [floor(x / grid) * grid for x in ([width] if both else [value * factor for factor in RANGE_FACTORS])]
     low, high = (

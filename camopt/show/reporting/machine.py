@@ -7,13 +7,13 @@ import numpy as np
 from PIL import Image
 
 from camopt.core.quantities.unit_systems import INCH_MM, to_shown_unit, unit_in_shown_system
-from camopt.show.drawing.frames import frames
+from camopt.show.drawing.frames import render_frames
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.style import DATE_METADATA, canvas
-from camopt.show.machines.animated_machine import EDGE, animated_machine, timing_height
+from camopt.show.drawing.style import DATE_METADATA, new_figure
+from camopt.show.machines.animated_machine import EDGE, animated_machine_figure, timing_height
 from camopt.show.machines.timing_diagram import READING_WIDTH, TEXT, TimingDiagram
 from camopt.show.machines.timing_sheet import add_paper_axes
-from camopt.show.machines.timing_spans import TimingData, station_words
+from camopt.show.machines.timing_spans import TimingData, phase_and_ratio_text
 from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.reporting.cam_data import cam_data, rounded_numbers_for_page
 from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters
@@ -32,28 +32,28 @@ SHAFT_ANGLES = np.linspace(0.0, 2 * np.pi, STEPS + 1)
 
 def machine_page(result: MachineEvaluation, *, full: bool = False) -> str:
     """The HTML page of a machine. A ``full`` page prints the scenes of its stations too."""
-    data, parts = machine_page_parts(result)
+    data, parts = machine_page_data_and_template_values(result)
     return render_page("machine", result.machine.name, data, **parts, full=full)
 
 
-def machine_page_parts(result: MachineEvaluation) -> tuple[dict[str, Any], dict[str, Any]]:
+def machine_page_data_and_template_values(result: MachineEvaluation) -> tuple[dict[str, Any], dict[str, Any]]:
     """The data of a machine's page for its program, and the values for its template."""
     data = TimingData.from_machine(result)
     diagram = TimingDiagram(data, MarkBox(0j, complex(WIDTH, timing_height(data))), READING_WIDTH)
     (verdict, *sentences), tables = [each for each in result.sections() if isinstance(each, str)], result.tables()
     stations = data.stations
     height = diagram.box.high.imag
-    rooms = [diagram.curve_room(number) for number in range(len(stations))]
+    rooms = [diagram.lift_curve_levels(number) for number in range(len(stations))]
     rows = [
         {"name": each.name, "start": height - low, "middle": height - (row.low + row.high - TEXT) / 2}
-        for each, row, (low, _) in zip(stations, diagram.rows[0], rooms, strict=True)
+        for each, row, (low, _) in zip(stations, diagram.station_clearance_and_torque_rows[0], rooms, strict=True)
     ]
     tools = machine_tools(data.machine, stations)
     return (
         {
-            "cams": [_cam_of_station(station) for station in stations],
+            "cams": [_station_cam_data(station) for station in stations],
             "labels": [station.name for station in stations],
-            "words": [[station_words(station)] for station in stations],
+            "words": [[phase_and_ratio_text(station)] for station in stations],
             "timing": {
                 "left": diagram.left,
                 "right": diagram.right,
@@ -73,8 +73,8 @@ def machine_page_parts(result: MachineEvaluation) -> tuple[dict[str, Any], dict[
             "tables": tables,
             "sections": [_station_chapter(station, result.stations[station.name]) for station in stations],
             "rows": rows,
-            "timing": timing_image(diagram),
-            "still": still_image(result),
+            "timing": timing_diagram_image_url(diagram),
+            "still": still_machine_image_url(result),
             "width": WIDTH,
             "height": height,
             "left": diagram.left,
@@ -86,7 +86,7 @@ def machine_page_parts(result: MachineEvaluation) -> tuple[dict[str, Any], dict[
     )
 
 
-def _cam_of_station(station: ResolvedStation) -> dict[str, Any]:
+def _station_cam_data(station: ResolvedStation) -> dict[str, Any]:
     """Data of the cam of a station without diagrams of its own, with its phase and ratio."""
     turning = {"shift": station.station.phase, "ratio": station.station.ratio}
     return cam_data(Picture(station.scene, station.problem)) | {"panels": []} | turning
@@ -142,23 +142,23 @@ def _station_chapter(station: ResolvedStation, evaluation: Evaluation) -> Chapte
     return Chapter(title, tables, text=station.scene.to_toml())
 
 
-def timing_image(diagram: TimingDiagram) -> str:
+def timing_diagram_image_url(diagram: TimingDiagram) -> str:
     """The timing diagram as the data URL of an SVG, whose letters are drawn as lines."""
     import matplotlib as mpl
 
     file, size = BytesIO(), diagram.box.size
-    with canvas(None, (size.real / INCH_MM, size.imag / INCH_MM)) as figure:
+    with new_figure(None, (size.real / INCH_MM, size.imag / INCH_MM)) as figure:
         diagram.draw(add_paper_axes(figure, size.real, size.imag))
         with mpl.rc_context({"svg.fonttype": "path"}):
             figure.savefig(file, format="svg", metadata=DATE_METADATA[".svg"])
     return data_url(file.getvalue(), "image/svg+xml")
 
 
-def still_image(result: MachineEvaluation) -> str:
+def still_machine_image_url(result: MachineEvaluation) -> str:
     """The cams and tools at angle 0 of the shaft, as the data URL of a PNG."""
     file = BytesIO()
-    with animated_machine(result) as stage:
-        pixels, height = next(frames(stage)), stage.figure.get_size_inches()[1] * INCH_MM
+    with animated_machine_figure(result) as stage:
+        pixels, height = next(render_frames(stage)), stage.figure.get_size_inches()[1] * INCH_MM
     below = (timing_height(TimingData.from_machine(result)) + EDGE) / height
     Image.fromarray(pixels[: int(len(pixels) * (1.0 - below))]).save(file, format="PNG", optimize=True)
     return data_url(file.getvalue(), "image/png")

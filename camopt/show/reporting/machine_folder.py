@@ -91,11 +91,11 @@ def write_machine_folder(
         for cam in cams:
             write_scene(output.staged_path(f"{cam.stem}.toml"), cam.scene)
             notes += _write_cam_files(cam, output.staging)
-        write_text(output.staged_path("machine.toml"), _machine_beside_scenes(machine, cams).to_toml())
+        write_text(output.staged_path("machine.toml"), _machine_with_relative_files(machine, cams).to_toml())
         if machine.motor:
             catalogue = path_beside_machine(machine.folder, machine.motor.catalogue)
             shutil.copyfile(catalogue, output.staged_path(CATALOGUE))
-        rows = [*parts_of_machine(machine, cams)]
+        rows = [*parts_list_rows(machine, cams)]
         headings = [*dict.fromkeys(name for row in rows for name in row)]
         texts = [headings, *([row.get(name, "") for name in headings] for row in rows)]
         with output.staged_path("parts.csv").open("w", encoding="utf-8", newline="") as file:
@@ -120,7 +120,7 @@ def _write_cam_files(cam: MachineCam, staging: Path) -> Iterator[str]:
             yield f"no {cam.stem}{suffix}: {refused.mistakes[0].key}: {refused.mistakes[0].allowed}"
 
 
-def _machine_beside_scenes(machine: Machine, cams: Sequence[MachineCam]) -> Machine:
+def _machine_with_relative_files(machine: Machine, cams: Sequence[MachineCam]) -> Machine:
     """The machine whose scenes and catalogue are beside its file."""
     files = {name: f"{cam.stem}.toml" for cam in cams for name in cam.stations}
     stations = [station.model_copy(update={"scene": files[station.name]}) for station in machine.station]
@@ -128,7 +128,7 @@ def _machine_beside_scenes(machine: Machine, cams: Sequence[MachineCam]) -> Mach
     return machine.model_copy(update={"station": tuple(stations), "motor": motor})
 
 
-def parts_of_machine(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:
+def parts_list_rows(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:
     """The rows of the parts list: each cam, its rollers and its springs, with their number."""
     number, phases = 0, {station.name: station.phase for station in machine.station}
     for cam in cams:
@@ -150,7 +150,7 @@ def parts_of_machine(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[d
             "thickness mm": part.thickness or "",
             "bore mm": part.bore or "",
             "keyway deg": "" if part.keyway_angle is None else part.keyway_angle,
-            "mass kg": _mass(scene),
+            "mass kg": _cam_mass_kg_or_empty(scene),
             "drawing": f"{cam.stem}.pdf",
         }
         if scene.tip.radius and scene.follower.roller_radius and scene.tip.name == "roller":
@@ -164,7 +164,7 @@ def parts_of_machine(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[d
             yield {"item": number, "part": "Spring", **common, **spring}
 
 
-def _mass(scene: Scene) -> float | str:
+def _cam_mass_kg_or_empty(scene: Scene) -> float | str:
     """Mass of the cam [kg]; empty if the scene does not give thickness and density."""
     with shown_in(MM):
         try:

@@ -10,7 +10,7 @@ from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.storage.files import write_text
 from camopt.scene.machine import Machine
 from camopt.show.reporting.controls import Control
-from camopt.show.reporting.machine import machine_page_parts
+from camopt.show.reporting.machine import machine_page_data_and_template_values
 from camopt.show.reporting.page import render_page
 from camopt.show.reporting.session import Answer, PageAnswer, file_stem, save_in_folder
 from camopt.solve.machine.evaluation import evaluate_machine
@@ -59,7 +59,7 @@ class MachineSession:
 
     def page(self) -> str:
         """The HTML of the page as it opens."""
-        data, parts = machine_page_parts(evaluate_machine(self.machine))
+        data, parts = machine_page_data_and_template_values(evaluate_machine(self.machine))
         own = {control.key: control.value for control in self.controls}
         place = {"file": f"{file_stem(self.machine)}.toml", "folder": str(self.folder.resolve())}
         return render_page(
@@ -79,7 +79,7 @@ class MachineSession:
 
     def machine_answer(self, request: Mapping[str, Any]) -> PageAnswer:
         """The machine when the sliders rest: its timing diagram, verdict and tables."""
-        data, parts = machine_page_parts(evaluate_machine(self.machine_of_request(request)))
+        data, parts = machine_page_data_and_template_values(evaluate_machine(self.machine_of_request(request)))
         return {
             "data": data,
             "timing": parts["timing"],

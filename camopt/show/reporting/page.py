@@ -37,8 +37,8 @@ DOTS_PER_INCH = 110
 """Dots of pictures on a page."""
 
 
-def render_page(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
-    """The HTML of a page of a kind in ``PAGE_SCRIPTS``: ``data`` for its program, ``more`` for its template."""
+def render_page(kind: str, title: str, data: Mapping[str, Any], **template_values: Any) -> str:
+    """The HTML of a page of a kind in ``PAGE_SCRIPTS``: ``data`` for its scripts, values for its template."""
     style, script = _asset_text("page.css"), "\n".join(_asset_text(f"{part}.js") for part in PAGE_SCRIPTS[kind])
     text = json.dumps({"page": kind, **data}, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
     for sign in "<>&":  # else the text could close its element or open another
@@ -55,7 +55,7 @@ def render_page(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> 
             script_hash=Markup(_content_hash(script)),
             data=Markup(text),
             served="served_page" in PAGE_SCRIPTS[kind],
-            **more,
+            **template_values,
         )
     )
 
@@ -84,14 +84,14 @@ def _content_hash(text: str) -> str:
     return f"sha256-{b64encode(sha256(text.encode()).digest()).decode()}"
 
 
-def deflate_to_text(data: bytes) -> str:
+def deflate_to_base64(data: bytes) -> str:
     """Bytes deflated, in base64."""
     return b64encode(zlib.compress(data, 9)).decode()
 
 
-def data_url(data: bytes, kind: str) -> str:
+def data_url(data: bytes, media_type: str) -> str:
     """A data URL that holds a file."""
-    return f"data:{kind};base64,{b64encode(data).decode()}"
+    return f"data:{media_type};base64,{b64encode(data).decode()}"
 
 
 def figure_url(figure: Any) -> str:

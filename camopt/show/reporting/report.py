@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camopt.core.mistakes import BadInput, Mistake, printable
+from camopt.core.mistakes import BadInput, Mistake, escape_unprintable
 from camopt.core.quantities.unit_systems import shown_system
 from camopt.core.storage.files import (
     check_writable,
@@ -206,7 +206,7 @@ def _synthesis_items(what: Synthesis) -> Iterable[ShownCam]:
 
 @page_items.register
 def _sweep_items(what: Sweep) -> Iterable[ShownCam | ResultRows]:
-    name = printable(what.files[0].parent.name if what.files else what.scene.name)
+    name = escape_unprintable(what.files[0].parent.name if what.files else what.scene.name)
     front, designs = what.to_pandas(), DESIGNS_TABLE in what.kept_tables
     return _table_items(name, what.to_pandas(DESIGNS_TABLE), front) if designs else _table_items(name, front)
 
@@ -220,7 +220,7 @@ def _path_items(what: str | os.PathLike[str]) -> Iterable[PageItem]:
     if path.is_dir():
         return _folder_items(path)
     if path.suffix == ".parquet":
-        return _table_items(printable(path.name), read_data_frame(path))
+        return _table_items(escape_unprintable(path.name), read_data_frame(path))
     if path.suffix not in ("", ".toml") and path.exists():
         raise BadInput([Mistake("camopt", "what", str(what), RESULT_WORDS)])
     return _scene_items(scene_named(str(what), "what", RESULT_WORDS))
@@ -244,10 +244,10 @@ def _folder_items(folder: Path) -> Iterable[ShownCam | ResultRows]:
     names = {path.name for path in result_paths(folder, "*", manifest)}
     if {PARETO, DESIGNS} <= names:
         frames = [read_data_frame(folder / name, manifest) for name in (DESIGNS, PARETO)]
-        return _table_items(printable(folder.name), *frames)
+        return _table_items(escape_unprintable(folder.name), *frames)
     for table in (PARETO, FRONTIER):
         if table in names:
-            return _table_items(printable(table), read_data_frame(folder / table, manifest))
+            return _table_items(escape_unprintable(table), read_data_frame(folder / table, manifest))
     if SCENE_FILE in names:
         summary = _read_synthesis_summary(folder / SUMMARY_FILE)
         sentence = str(summary.get(SENTENCE_KEYS[shown_system()], ""))

@@ -21,11 +21,11 @@ from camopt.show.reporting.cam_data import (
     cam_kind_data,
     rounded_number_for_page,
     sampled_motion_pieces,
-    train_frames,
+    train_position_data,
 )
 from camopt.show.reporting.cams import Chapter
-from camopt.show.reporting.page import deflate_to_text, render_page
-from camopt.show.reporting.sections import signed_text
+from camopt.show.reporting.page import deflate_to_base64, render_page
+from camopt.show.reporting.sections import number_text_with_minus_sign
 from camopt.solve.tables.cells import column_heading, shown_column_name, unit_of_column
 from camopt.solve.tables.designs import DESIGNS, PARETO, frontier_axes_among_columns, scene_of_row
 from camopt.solve.tables.result import NUMERIC, Cell, Table
@@ -111,7 +111,7 @@ def results_page(results: Sequence[ResultRows], full: bool = False) -> str:
 
     scenes = [result.scene for result in results]
     frame = pd.concat([r.frame.assign(**{RESULT: r.name}) for r in results], ignore_index=True)
-    motions, motion_of_row = _motions_and_row_indices(results)
+    motions, motion_of_row = _motions_and_motion_index_by_row(results)
     columns, constants = _packed_and_constant_columns(frame, results)
     numeric = [column["name"] for column in columns if "words" not in column and column["name"] != IN_ROW]
     numeric = [name for name in numeric if frame[name].nunique() > 1]
@@ -124,8 +124,8 @@ def results_page(results: Sequence[ResultRows], full: bool = False) -> str:
     data = {
         "count": len(frame),
         "columns": columns,
-        "motions": deflate_to_text(json.dumps(motions, separators=(",", ":")).encode()),
-        "motion_of": deflate_to_text(np.asarray(motion_of_row, dtype="<u2").tobytes()),
+        "motions": deflate_to_base64(json.dumps(motions, separators=(",", ":")).encode()),
+        "motion_of": deflate_to_base64(np.asarray(motion_of_row, dtype="<u2").tobytes()),
         "results": [_shape_data(result, frame) for result in results],
         "axes": axes[:2],
         "parallel": axes[:MOST_AXES],
@@ -182,12 +182,12 @@ def _bound_gap_sentences(result: ResultRows) -> list[str]:
     best = free.sort_values(axis).iloc[0]
     gap = best[axis] / best["bound"] - 1.0 if best["bound"] else float("nan")
     unit = frame.attrs["units"].get(axis, "")
-    least, bound = (signed_text(float(to_shown_unit(best[name], unit))) for name in (axis, "bound"))
+    least, bound = (number_text_with_minus_sign(float(to_shown_unit(best[name], unit))) for name in (axis, "bound"))
     words = f"Smallest {axis} {least} {unit_in_shown_system(unit)}; proven lower bound over all motions"
     return [f"{words} {bound} {unit_in_shown_system(unit)}: a gap of {gap:.2%}"]
 
 
-def _motions_and_row_indices(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
+def _motions_and_motion_index_by_row(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
     """The motions of all rows, and the index of each row's motion. Beyond ``MOST_MOTIONS`` the motion is None."""
     motions: list[Any] = []
     places: list[int] = []
@@ -202,7 +202,7 @@ def _motions_and_row_indices(results: Sequence[ResultRows]) -> tuple[list[Any], 
         for row in result.frame.iloc[first[:room]].to_dict("records"):
             scene = scene_of_row(result.scene, _present_values(row))
             picture = CoarsePicture(scene, resolve_design(scene))
-            motions.append({"motion": sampled_motion_pieces(picture), "train": train_frames(picture)})
+            motions.append({"motion": sampled_motion_pieces(picture), "train": train_position_data(picture)})
         motions.append(None)
         places += [offset + min(int(place), len(first[:room])) for place in of_row]
     return motions, places
@@ -273,19 +273,21 @@ def _column_title(name: str, unit: str, duplicates: Collection[str]) -> str:
 def _value_text(value: Any) -> str:
     if value is None:
         return ""
-    return ", ".join(map(str, value)) if isinstance(value, (list, np.ndarray)) else signed_text(value)
+    return (
+        ", ".join(map(str, value)) if isinstance(value, (list, np.ndarray)) else number_text_with_minus_sign(value)
+    )
 
 
 def _packed_column(values: "pd.Series[Any]") -> dict[str, Any]:
     """A column as base64: numbers as byte planes of floats, which deflate better; texts as indices of words."""
     if values.dtype.kind in "fi":
         floats = values.to_numpy(dtype="<f4")
-        return {"packed": deflate_to_text(floats.view(np.uint8).reshape(-1, 4).T.tobytes())}
+        return {"packed": deflate_to_base64(floats.view(np.uint8).reshape(-1, 4).T.tobytes())}
     codes, distinct = values.factorize(sort=True)
     words = [str(word) for word in distinct]
     if len(words) > MOST_WORDS:
         codes, words = np.zeros(len(values), dtype=int), ["…"]
-    return {"packed": deflate_to_text(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
+    return {"packed": deflate_to_base64(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
 
 
 def _rows_drawn_first(frame: "pd.DataFrame", result: ResultRows, objective: str) -> list[int]:
@@ -293,15 +295,15 @@ def _rows_drawn_first(frame: "pd.DataFrame", result: ResultRows, objective: str)
     values = frame[objective].to_numpy(dtype=float)
     front = frame[FRONT].to_numpy(dtype=bool) if FRONT in frame else np.ones(len(frame), dtype=bool)
     free = frame["free"].to_numpy(dtype=bool) if "free" in frame else front
-    best = _smallest_row(values, front & free)
-    beside = _smallest_row(values, front & ~free)
+    best = _smallest_value_index(values, front & free)
+    beside = _smallest_value_index(values, front & ~free)
     knee = (result.frame.attrs.get("front") or {}).get("knee")
     if knee:
         at_knee = np.logical_and.reduce([frame[name] == knee[name] for name in result.objectives if name in knee])
-        beside = _smallest_row(values, at_knee)
+        beside = _smallest_value_index(values, at_knee)
     return [row for row in dict.fromkeys((beside, best)) if row is not None] or [0]
 
 
-def _smallest_row(values: FloatArray, mask: BoolArray) -> int | None:
+def _smallest_value_index(values: FloatArray, mask: BoolArray) -> int | None:
     """Index of the smallest value where ``mask`` is true; None if no such value is finite."""
     return int(np.nanargmin(np.where(mask, values, np.nan))) if np.isfinite(values[mask]).any() else None

@@ -42,14 +42,14 @@ def exit_with_parent() -> None:
     Thread(target=wait_for_parent, daemon=True).start()
 
 
-def _run_search(tables: Mapping[str, Any], file: str, out: Connection) -> None:
+def _run_search(tables: Mapping[str, Any], file: str, result_connection: Connection) -> None:
     """Run the search in its process. It ignores Ctrl-C: the server handles that and ends the search."""
     exit_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        out.send(find_smallest_cam_or_reason(Scene.from_dict(dict(tables), file)))
+        result_connection.send(find_smallest_cam_or_reason(Scene.from_dict(dict(tables), file)))
     except Exception as fault:
-        out.send({"why": f"the search failed: {type(fault).__name__}: {fault}"})
+        result_connection.send({"why": f"the search failed: {type(fault).__name__}: {fault}"})
 
 
 class BackgroundSearch:

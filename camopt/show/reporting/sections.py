@@ -12,7 +12,7 @@ from camopt.scene.problem.limit import Limit, OwnQuantityLimit
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.units import tables_in_shown_units
-from camopt.show.studies.cost_report import effects_run
+from camopt.show.studies.cost_report import needed_effect_runs
 from camopt.solve.tables.cells import name_in_shown_unit, number_text, quantity_text
 from camopt.solve.tables.designs import is_unsearched_zero_column, limit_texts_by_quantity
 from camopt.solve.tables.result import ABOUT, NUMERIC, WORDS, Cell, Table
@@ -80,7 +80,7 @@ def _limit_cells(limit: Limit | None, evaluation: Evaluation, verdict: str) -> I
     if limit is not None and limit.is_on_base_circle and base:
         values = (limit.bound, 2.0 * base, 2.0 * base - limit.bound)
         bound, diameter, margin = (
-            _with_unit(to_shown_unit(each, "mm"), unit_in_shown_system("mm")) for each in values
+            _signed_text_with_unit(to_shown_unit(each, "mm"), unit_in_shown_system("mm")) for each in values
         )
         yield f"≥ {bound}", diameter, margin
         return
@@ -98,14 +98,22 @@ def _limit_cells(limit: Limit | None, evaluation: Evaluation, verdict: str) -> I
             "-", "−"
         ).strip()
         reached = f"{with_minus_sign(quantity_text(name, value))} {unit_in_shown_system(unit)}".strip()
-        yield words, reached, _with_unit(float(f"{to_shown_unit(distance, unit):.3g}"), unit_in_shown_system(unit))
+        yield (
+            words,
+            reached,
+            _signed_text_with_unit(float(f"{to_shown_unit(distance, unit):.3g}"), unit_in_shown_system(unit)),
+        )
 
 
-def _with_unit(value: float, unit: str) -> str:
-    return f"{signed_text(value)} {unit}".strip() if isfinite(value) else signed_text(value)
+def _signed_text_with_unit(value: float, unit: str) -> str:
+    return (
+        f"{number_text_with_minus_sign(value)} {unit}".strip()
+        if isfinite(value)
+        else number_text_with_minus_sign(value)
+    )
 
 
-def signed_text(value: Any) -> str:
+def number_text_with_minus_sign(value: Any) -> str:
     """A number as text, with a real minus sign."""
     return with_minus_sign(number_text(value)) if isinstance(value, float) else number_text(value)
 
@@ -236,7 +244,7 @@ def _cell_text(value: Any) -> str:
         )
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {_cell_text(inner)}" for key, inner in value.items())
-    return signed_text(float(value)) if isinstance(value, float) else str(value)
+    return number_text_with_minus_sign(float(value)) if isinstance(value, float) else str(value)
 
 
 LISTED_NUMBERS = 8  # numbers of a list that are shown
@@ -244,5 +252,7 @@ LISTED_NUMBERS = 8  # numbers of a list that are shown
 
 def effects_table(problem: Problem) -> Table:
     """The effects that ran, why they ran, and what they computed."""
-    rows = [[each.effect, ", ".join(each.called_by), ", ".join(each.writes)] for each in effects_run(problem)]
+    rows = [
+        [each.effect, ", ".join(each.called_by), ", ".join(each.writes)] for each in needed_effect_runs(problem)
+    ]
     return Table.from_texts("Effects that ran", ["effect", "called for by", "computes"], rows)

@@ -225,11 +225,11 @@ class RequestHandler(BaseHTTPRequestHandler):
             self.server.notify(f"internal error: {type(fault).__name__}: {fault}")
             self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR)
 
-    def _send(self, status: int, body: bytes, kind: str, **more: str) -> None:
+    def _send(self, status: int, body: bytes, content_type: str, **more: str) -> None:
         self.send_response(status)
         for name, value in {
             **RESPONSE_HEADERS,
-            "Content-Type": kind,
+            "Content-Type": content_type,
             "Content-Length": str(len(body)),
             **more,
         }.items():

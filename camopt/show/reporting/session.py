@@ -21,7 +21,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
-from camopt.show.drawing.linkage import draw_open_linkage
+from camopt.show.drawing.linkage import draw_stage_of_refused_scene
 from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cam_data import cam_data
 from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters, cam_sentences, cams_page
@@ -66,7 +66,9 @@ class QuickPicture(Picture):
         # with two contacts: the limits that this contact has alone
         limits = tuple(limit for limit in self.problem.limits if available.issuperset(limit.required_quantities))
         problem = replace(self.problem, limits=limits)
-        return evaluate_with_verdicts(problem, problem.design, self.wanted_quantities, Budget(QUICK_PROOF_WORK))
+        return evaluate_with_verdicts(
+            problem, problem.design, self.quantities_to_evaluate, Budget(QUICK_PROOF_WORK)
+        )
 
     @cached_property
     def quantity_values(self) -> dict[str, Any]:
@@ -239,9 +241,9 @@ def save_in_folder(folder: Path, request: Mapping[str, Any], write: Callable[[Pa
     return {"saved": str(path)}
 
 
-def file_stem(named: Scene | Machine) -> str:
+def file_stem(scene_or_machine: Scene | Machine) -> str:
     """Name of the files of a scene or machine, without ending."""
-    return re.sub(r"[^\w-]+", "-", named.name, flags=re.ASCII).strip("-_")[:40] or "cam"
+    return re.sub(r"[^\w-]+", "-", scene_or_machine.name, flags=re.ASCII).strip("-_")[:40] or "cam"
 
 
 def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
@@ -253,12 +255,12 @@ def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
     return [Cell(sentence) for sentence in sentences if sentence]
 
 
-def _quick_verdicts(sketch: QuickPicture) -> dict[str, str]:
+def _quick_verdicts(picture: QuickPicture) -> dict[str, str]:
     """The verdict on each limit. Deferred limits are undecided if another limit is broken."""
-    limits, broken = sketch.problem.limits, str(sketch.quantity_values["violated"]).split(",")
+    limits, broken = picture.problem.limits, str(picture.quantity_values["violated"]).split(",")
     if ASSEMBLY in broken:
         return {ASSEMBLY: BROKEN}
-    if sketch.quantity_values["status"] == UNDECIDED:
+    if picture.quantity_values["status"] == UNDECIDED:
         return {limit.name: UNDECIDED for limit in limits}
     others = UNDECIDED if any(broken) else HELD
     return {
@@ -296,7 +298,7 @@ def answer_request(session: PageSession, request_name: str, request: Any) -> Pag
             raise BadInput(mistakes)
         return session.answers[request_name](request)
     except BadInput as refused:
-        linkage = draw_open_linkage(refused)
+        linkage = draw_stage_of_refused_scene(refused)
         return {
             **({"picture": figure_url(linkage)} if linkage else {}),
             "mistakes": [

@@ -49,6 +49,6 @@ def _error_text(error: MotionError) -> str:
     return f"{error.name} {with_unit(error.worst, error.unit)} ({to_shown_unit(error.three_sigma, error.unit):.3g})"
 
 
-def errors_image(errors: MotionErrors) -> str:
+def errors_image_url(errors: MotionErrors) -> str:
     """The picture of the errors over the turn, as a data URL."""
     return figure_url(draw(errors))

@@ -127,7 +127,7 @@ def _timing_mark_and_ring_start(view: FrontView, taken: Marks) -> Marks:
         for radius in view.ring_radius + NAME_CLEARANCE + 3.0 + TRIAL_OFFSETS
     ]
     named = first_free_marks([*outside, [_words_along_ray(ray, view.ring_radius - 3.0, text)]], taken)
-    top = 1j * view.mark
+    top = 1j * view.timing_mark_radius
     return [line_mark(top - 1j * MARK_LENGTH, top, pen=THICK), *named]
 
 
@@ -143,12 +143,15 @@ def _ring_starts_at_timing_mark(view: FrontView) -> bool:
     return bool(angle_between(view.cam.start_direction, UPWARD) < SAME_DIRECTION)
 
 
-def _timing_leader(view: FrontView, turn: float) -> Marks:
+def _timing_leader(view: FrontView, direction_angle: float) -> Marks:
     """A leader to the timing mark, unless the ring begins there."""
     if _ring_starts_at_timing_mark(view):
         return []
-    tip, knee = 1j * (view.mark - MARK_LENGTH / 2), (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
-    side = 1.0 if cos(turn) >= 0.0 else -1.0
+    tip, knee = (
+        1j * (view.timing_mark_radius - MARK_LENGTH / 2),
+        (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * direction_angle),
+    )
+    side = 1.0 if cos(direction_angle) >= 0.0 else -1.0
     words = Words(knee + side * 3.0 - 0.5j * MEDIUM, view.cam.translate(TIMING_TEXT), MEDIUM, 0.5 - 0.5 * side)
     return [line_mark(knee + side * 2.0, knee, tip), arrowhead(tip, (tip - knee) / abs(tip - knee)), words]
 
@@ -187,25 +190,25 @@ def _cutting_plane_end_marks(foot: complex, view_direction: complex) -> Marks:
     ]
 
 
-def _rotation_callout(view: FrontView, turn: float) -> Marks:
+def _rotation_callout(view: FrontView, direction_angle: float) -> Marks:
     rpm = view.cam.scene.cam.rpm
     radius = view.ring_radius + NAME_CLEARANCE + 4.0
     words = view.cam.translate("rotation" if rpm is None else "{} rev/min").format(decimal_text(rpm or 0.0))
-    at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
-    place = 1.0 if cos(turn) < 0.0 else 0.0
-    return [*symbols.rotation_symbol(radius, turn, view.cam.sense), Words(at, words, LARGE, place)]
+    at = (radius + 2.0) * np.exp(1j * direction_angle) - (1j * LARGE if sin(direction_angle) < 0.0 else 0.0)
+    place = 1.0 if cos(direction_angle) < 0.0 else 0.0
+    return [*symbols.rotation_symbol(radius, direction_angle, view.cam.sense), Words(at, words, LARGE, place)]
 
 
-def _surface_leader(view: FrontView, turn: float) -> Marks:
+def _surface_leader(view: FrontView, direction_angle: float) -> Marks:
     """A leader to the profile, with its tolerance and roughness."""
     part = view.part
     frame = profile_symbols(part, bool(part.thickness))
     if not frame:
         return []
-    box, side = marks_box(frame), 1.0 if cos(turn) >= 0.0 else -1.0
-    knee = (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * turn)
+    box, side = marks_box(frame), 1.0 if cos(direction_angle) >= 0.0 else -1.0
+    knee = (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * direction_angle)
     shelf = knee + side * 3.0
-    tip = view.profile_radius_in_direction(turn) * np.exp(1j * turn)
+    tip = view.profile_radius_in_direction(direction_angle) * np.exp(1j * direction_angle)
     corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * CELL
     return [
         *shift_marks(frame, corner),
@@ -214,13 +217,13 @@ def _surface_leader(view: FrontView, turn: float) -> Marks:
     ]
 
 
-def _groove_width_dimension(view: FrontView, turn: float) -> Marks:
+def _groove_width_dimension(view: FrontView, direction_angle: float) -> Marks:
     """The width of a groove, across it from wall to wall."""
     cam = view.cam
     if not cam.problem.setup.mechanism.has_flanks_on_both_sides:
         return []
     curves = cam.curves_at(EVERY_DEGREE)
-    near = int(np.argmin(angle_between(np.angle(curves.pitch), turn)))
+    near = int(np.argmin(angle_between(np.angle(curves.pitch), direction_angle)))
     middle, normal = complex(curves.pitch[near]) * view.scale, complex(curves.normal[near])
     half = cam.problem.wall_distance_from_pitch_curve * view.scale
     inner, outer = middle - half * normal, middle + half * normal
@@ -234,12 +237,12 @@ def _groove_width_dimension(view: FrontView, turn: float) -> Marks:
     return [*lines, arrowhead(inner, normal), arrowhead(outer, -normal), words]
 
 
-def _bore_diameter_dimension(view: FrontView, turn: float) -> Marks:
+def _bore_diameter_dimension(view: FrontView, direction_angle: float) -> Marks:
     """The diameter of the bore, if no section shows it."""
     part = view.part
     if not part.bore or part.thickness:
         return []
-    ray, side = np.exp(1j * turn), 1.0 if cos(turn) >= 0.0 else -1.0
+    ray, side = np.exp(1j * direction_angle), 1.0 if cos(direction_angle) >= 0.0 else -1.0
     tip, knee = part.bore / 2 * view.scale * ray, (view.ring_radius + NAME_CLEARANCE + 2.0) * ray
     text = bore_text(part)
     wide = text_width(text, LARGE)

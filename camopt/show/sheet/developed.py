@@ -50,13 +50,13 @@ from camopt.show.sheet.marks import (
 )
 from camopt.show.sheet.section import Gap, hatch_lines, keyway_edge_behind_section, outline_lines
 from camopt.show.sheet.sizes import (
+    bore_and_keyway_outline,
     bore_text,
-    fitted_text,
     groove_width_text,
-    hole_outline,
     keyway_depth_text,
     keyway_width_text,
     profile_symbols,
+    size_text_with_fit,
 )
 from camopt.show.sheet.standards import length_text, size_text
 from camopt.show.sheet.true_cam import POINT_STEP, TrueCam
@@ -89,7 +89,7 @@ class DevelopedView:
 
     @property
     def mean_radius(self) -> float:
-        return self.cam.size * self.scale
+        return self.cam.base_or_mean_radius * self.scale
 
     @property
     def circumference(self) -> float:
@@ -98,7 +98,7 @@ class DevelopedView:
     @cached_property
     def pitch(self) -> ComplexArray:
         """The developed path of the roller's centre, or of another trace point."""
-        return self.cam.trace * self.scale
+        return self.cam.pitch_curve_points * self.scale
 
     @cached_property
     def axial_ends(self) -> tuple[float, float]:
@@ -138,9 +138,9 @@ class DevelopedView:
         heads = [arrowhead(ends[0], -1.0), arrowhead(ends[1], 1.0)] if to - x > 8.0 else []
         return [line_mark(*ends), *heads, Words(complex((x + to) / 2, foot + TEXT_ABOVE_LINE), name, height, 0.5)]
 
-    def _curves_over_turns(self, kind: str) -> list[ComplexArray]:
+    def _curves_over_turns(self, name_part: str) -> list[ComplexArray]:
         """The flanks, or the paths of rollers, over this turn and both neighbouring turns."""
-        found = [curve.points * self.scale for name, curve in self.cam.curves.items() if kind in name]
+        found = [curve.points * self.scale for name, curve in self.cam.curves.items() if name_part in name]
         return [np.concatenate([each - self.circumference, each, each + self.circumference]) for each in found]
 
     def _visible_lines(self, curves: list[ComplexArray], pen: Pen) -> Iterator[Line]:
@@ -166,7 +166,7 @@ class DevelopedView:
 
     @property
     def _circumference_text(self) -> str:
-        size = self.cam.size
+        size = self.cam.base_or_mean_radius
         return f"{length_text(2 * pi * size)} (2π · R{length_text(size)})"
 
     def _groove_width_marks(self) -> Marks:
@@ -198,15 +198,18 @@ class DevelopedView:
             arrowhead(tip, -1.0, *symbols.ROTATION_ARROW),
         ]
         marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
-        return [*marks, *self._surface_marks(complex(self.circumference, bottom - FIRST_LEVEL - 2.0))]
+        return [
+            *marks,
+            *self._flank_tolerance_and_roughness_marks(complex(self.circumference, bottom - FIRST_LEVEL - 2.0)),
+        ]
 
-    def _surface_marks(self, right: complex) -> Marks:
+    def _flank_tolerance_and_roughness_marks(self, right_end: complex) -> Marks:
         """Tolerance and roughness of the flanks, with a leader to one of them."""
         part = self.part
         frame = profile_symbols(part, self.has_section)
         if not frame:
             return []
-        corner = right - marks_box(frame).high
+        corner = right_end - marks_box(frame).high
         end = (
             self.circumference / 2 + text_width(self._circumference_text, LARGE) / 2 + VALUE_GAP
         )  # end of the leader, if there is room
@@ -245,7 +248,7 @@ class DevelopedView:
 
     @property
     def _outer_diameter_text(self) -> str:
-        return f"Ø{fitted_text(2 * self.outer_radius / self.scale, self.part.outer_fit)}"
+        return f"Ø{size_text_with_fit(2 * self.outer_radius / self.scale, self.part.outer_fit)}"
 
     def section_and_bore_marks(self) -> Marks:
         """Section and hole side by side, if the scene gives their sizes."""
@@ -342,9 +345,9 @@ class DevelopedView:
         )
         return above, below
 
-    def _both_flank_heights(self, turn: float) -> Gap:
+    def _both_flank_heights(self, cam_angle: float) -> Gap:
         """Heights of both flanks at a cam angle [rad]."""
-        x = turn % (2 * pi) * self.mean_radius
+        x = cam_angle % (2 * pi) * self.mean_radius
         found = np.concatenate([_crossing_heights(x, flank) for flank in self._curves_over_turns("profile")])
         return float(found.min()), float(found.max())
 
@@ -368,7 +371,7 @@ class DevelopedView:
     def bore_marks(self) -> Marks:
         """The bore with its keyway on top, seen along the axis."""
         part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
-        marks: Marks = [Line(hole_outline(part, pi / 2) * self.scale, THICK)]
+        marks: Marks = [Line(bore_and_keyway_outline(part, pi / 2) * self.scale, THICK)]
         over = radius + 4.0
         marks += [line_mark(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
         if not self.has_section:

@@ -107,13 +107,15 @@ def radius_dimension_from_centre(
     return [line_mark(start, point), arrowhead(point, direction), *_value_above_line(middle, value, turn, is_basic)]
 
 
-def _value_above_line(middle: complex, value: str, turn: float, is_basic: bool) -> Marks:
+def _value_above_line(middle: complex, value: str, direction_angle: float, is_basic: bool) -> Marks:
     """A value above a line in a direction [rad]; a basic one interrupts the line and is in a frame (ASME Y14.5)."""
     rise = -LARGE / 2 if is_basic else TEXT_ABOVE_LINE
-    words = Words(middle + 1j * rise * np.exp(1j * turn), value, LARGE, 0.5, turn, backed=True)
+    words = Words(
+        middle + 1j * rise * np.exp(1j * direction_angle), value, LARGE, 0.5, direction_angle, backed=True
+    )
     if not is_basic:
         return [words]
-    frame = BASIC_FRAME * np.exp(1j * turn) * np.array([-1.0 - 1j, 1.0 - 1j, 1.0 + 1j, -1.0 + 1j])
+    frame = BASIC_FRAME * np.exp(1j * direction_angle) * np.array([-1.0 - 1j, 1.0 - 1j, 1.0 + 1j, -1.0 + 1j])
     return [words, closed_line(*(words.corners + frame))]
 
 

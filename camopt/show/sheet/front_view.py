@@ -29,7 +29,7 @@ from camopt.show.sheet.marks import (
     text_width,
 )
 from camopt.show.sheet.ring import RingSector, ring_marks
-from camopt.show.sheet.sizes import hole_outline
+from camopt.show.sheet.sizes import bore_and_keyway_outline
 from camopt.show.sheet.standards import length_text, sheet_standard
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.show.sheet.two_contacts import contact_distance
@@ -89,7 +89,7 @@ class FrontView:
         return self.cam.curve("pitch") * self.scale
 
     @property
-    def timing_curve(self) -> ComplexArray:
+    def timing_mark_curve(self) -> ComplexArray:
         """The curve at which the timing mark ends; with a hub it is on the first disc only."""
         if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
             return self.walls[0]
@@ -97,7 +97,7 @@ class FrontView:
 
     @property
     def base_radius(self) -> float:
-        return self.cam.size * self.scale
+        return self.cam.base_or_mean_radius * self.scale
 
     @cached_property
     def segments(self) -> list[RingSector]:
@@ -117,10 +117,11 @@ class FrontView:
         return [begin for _, begin, _ in self.segments]
 
     @cached_property
-    def touch_directions(self) -> list[float]:
+    def contact_directions(self) -> list[float]:
         """Directions of the contact points on the profile at segment starts [rad]."""
         return [
-            ray + aside for ray, aside in zip(self.ray_directions, self.cam.contact_offsets_from_rays, strict=True)
+            ray + aside
+            for ray, aside in zip(self.ray_directions, self.cam.contact_direction_offsets_from_rays, strict=True)
         ]
 
     @cached_property
@@ -150,7 +151,7 @@ class FrontView:
                 -pi / 2,
                 keyway_direction_angle(self.part),
                 *self.ray_directions,
-                *self.touch_directions,
+                *self.contact_directions,
             ]
         )
 
@@ -162,7 +163,7 @@ class FrontView:
             inner = self.cam.discs[-1].problem
             low = float(inner.design.prime_radius[0]) + inner.wall_distance_from_pitch_curve
         else:
-            low = self.cam.size - gap
+            low = self.cam.base_or_mean_radius - gap
         high = self.cam.quantity("outer_radius_mm") or abs(self.highest_point) / self.scale
         return f"R{length_text(low)}", f"R{length_text(high)}"
 
@@ -178,7 +179,7 @@ class FrontView:
         room = abs(self.lowest_point) + text_width(self.radius_texts[0], LARGE) + 9.0
         beyond = (
             0.0
-            if self._is_largest_radius_inside
+            if self._is_largest_radius_text_inside
             else abs(self.highest_point) + text_width(self.radius_texts[1], LARGE) + 9.0
         )
         return float(max(furthest + RING_DISTANCE, room, beyond))
@@ -205,7 +206,7 @@ class FrontView:
         return [self.outline, self.pitch, *self.other_profiles, *self.roller_outlines]
 
     @property
-    def _is_largest_radius_inside(self) -> bool:
+    def _is_largest_radius_text_inside(self) -> bool:
         """Whether the value of the largest radius is written inside the profile."""
         return (
             len(self.walls) == 1
@@ -225,9 +226,9 @@ class FrontView:
         return _outline_radius(self.walls[0], direction_angle)
 
     @property
-    def mark(self) -> float:
+    def timing_mark_radius(self) -> float:
         """Radius of the end of the timing mark, straight up."""
-        return _outline_radius(self.timing_curve, pi / 2)
+        return _outline_radius(self.timing_mark_curve, pi / 2)
 
     def marks(self) -> Marks:
         """Marks of the view, around the axis of the cam."""
@@ -240,7 +241,7 @@ class FrontView:
         marks += self._centre_lines()
         part, turn = self.part, keyway_direction_angle(self.part)
         marks += [circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
-        marks += [Line(hole_outline(part, turn) * self.scale, THICK)] if part.bore else []
+        marks += [Line(bore_and_keyway_outline(part, turn) * self.scale, THICK)] if part.bore else []
         marks += [*self._ray_lines(), *ring_marks(self.segments, self.ring_radius)]
         marks += self._radius_marks()
         return marks
@@ -257,7 +258,7 @@ class FrontView:
     def _ray_lines(self) -> Iterator[Line]:
         """Lines from the contact points at segment starts to the ring; bent if the contact is not on the ray."""
         for turn, joint, aside in zip(
-            self.ray_directions, self.touch_directions, self.cam.contact_offsets_from_rays, strict=True
+            self.ray_directions, self.contact_directions, self.cam.contact_direction_offsets_from_rays, strict=True
         ):
             ray, touched = np.exp(1j * turn), np.exp(1j * joint)
             bent = [(self.ring_radius - BEND_LENGTH) * touched, self.ring_radius * ray] if aside else []
@@ -271,7 +272,7 @@ class FrontView:
         marks = self._base_radius_marks(low, basic)
         if abs(abs(self.highest_point) - abs(self.lowest_point)) <= SAME_RADIUS * abs(self.highest_point):
             return marks
-        if self._is_largest_radius_inside:
+        if self._is_largest_radius_text_inside:
             return [
                 *marks,
                 *radius_dimension_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high, basic),
@@ -284,7 +285,7 @@ class FrontView:
             ),
         ]
 
-    def _base_radius_marks(self, value: str, basic: bool) -> Marks:
+    def _base_radius_marks(self, value: str, is_basic: bool) -> Marks:
         """Dimension of the base radius, at a dwell on the base circle, else at the base circle."""
         away = self.lowest_point / abs(self.lowest_point)
         sizes = np.abs(self.walls[0])
@@ -296,21 +297,21 @@ class FrontView:
             lines = np.append(self._line_directions, np.angle(self.highest_point))
             free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
             return radius_dimension_from_centre(
-                0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value, basic
+                0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value, is_basic
             )
         return radius_dimension_from_outside(
-            self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value, basic
+            self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value, is_basic
         )
 
 
-def _outline_radius(outline: ComplexArray, turn: float) -> float:
+def _outline_radius(outline: ComplexArray, direction_angle: float) -> float:
     """Radius of a closed curve around the axis in a direction [rad]."""
-    return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), turn))]))
+    return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), direction_angle))]))
 
 
-def angle_between(turn: Any, other: Any) -> FloatArray:
+def angle_between(direction_angle: Any, other_direction_angle: Any) -> FloatArray:
     """Angle between directions [rad]."""
-    return np.asarray(np.abs(np.angle(np.exp(1j * (turn - other)))))
+    return np.asarray(np.abs(np.angle(np.exp(1j * (direction_angle - other_direction_angle)))))
 
 
 def is_keyway_section_vertical(part: Part) -> bool:

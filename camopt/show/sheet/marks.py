@@ -120,10 +120,14 @@ def circle_mark(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
     return Line(arc_points(radius, centre=centre), pen)
 
 
-def readable_direction(turn: float) -> float:
+def readable_direction(direction_angle: float) -> float:
     """A direction of text or its opposite [rad], so that it is readable from below or from the right."""
-    turn = (turn + np.pi) % (2 * np.pi) - np.pi
-    return turn if -np.pi / 2 + 1e-6 < turn <= np.pi / 2 + 1e-6 else turn - np.copysign(np.pi, turn)
+    direction_angle = (direction_angle + np.pi) % (2 * np.pi) - np.pi
+    return (
+        direction_angle
+        if -np.pi / 2 + 1e-6 < direction_angle <= np.pi / 2 + 1e-6
+        else direction_angle - np.copysign(np.pi, direction_angle)
+    )
 
 
 def marks_box(marks: Iterable[Mark]) -> MarkBox:
@@ -132,10 +136,10 @@ def marks_box(marks: Iterable[Mark]) -> MarkBox:
     return MarkBox(complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max()))
 
 
-def shift_marks(marks: Iterable[Mark], by: complex) -> Marks:
+def shift_marks(marks: Iterable[Mark], shift: complex) -> Marks:
     """Marks shifted on the paper."""
     return [
-        mark._replace(points=mark.points + by) if isinstance(mark, Line) else mark._replace(at=mark.at + by)
+        mark._replace(points=mark.points + shift) if isinstance(mark, Line) else mark._replace(at=mark.at + shift)
         for mark in marks
     ]
 
@@ -193,13 +197,15 @@ def decimal_text(value: float, digits: int = 3) -> str:
     return ("0" if text == "-0" else text).replace("-", "−")
 
 
-def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) -> tuple[list[str], float]:
+def fitted_lines_and_height(
+    text: str, width: float, most_lines: int, heights: Sequence[float]
+) -> tuple[list[str], float]:
     """Lines of a text within a width [mm], in the largest fitting height; cut off with … if none fits."""
     for height in heights:
         found = wrap_text(text, width, height)
-        if len(found) <= lines:
+        if len(found) <= most_lines:
             return found, height
-    return truncate_lines_with_ellipsis(found, lines, width, height), height
+    return truncate_lines_with_ellipsis(found, most_lines, width, height), height
 
 
 def wrap_text(text: str, width: float, height: float) -> list[str]:
@@ -227,9 +233,9 @@ def truncate_lines_with_ellipsis(lines: list[str], count: int, width: float, hei
     return [*lines[: count - 1], f"{last[: fitting_letter_count(last, width, height, '…')]}…"]
 
 
-def fitting_letter_count(text: str, width: float, height: float, end: str = "") -> int:
+def fitting_letter_count(text: str, width: float, height: float, ending: str = "") -> int:
     """Number of letters of a text that fit in a width together with an ending [mm]."""
-    return bisect_right(range(len(text)), width, key=lambda k: text_width(f"{text[: k + 1]}{end}", height))
+    return bisect_right(range(len(text)), width, key=lambda k: text_width(f"{text[: k + 1]}{ending}", height))
 
 
 def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:

@@ -150,7 +150,7 @@ def _rotation_notes(cam: TrueCam) -> Iterator[str]:
     angles = cam.translate(f"Angles round the cam start at the direction of the {point} at cam angle 0.")
     yield angles + (
         cam.translate(" Bent lines lead to the point of contact on the profile.")
-        if any(cam.contact_offsets_from_rays)
+        if any(cam.contact_direction_offsets_from_rays)
         else ""
     )
 
@@ -276,7 +276,7 @@ def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
         yield "cutter at most Ø{}", 2 * cam.problem.wall_distance_from_pitch_curve, "mm"
     else:
         widest = cam.quantity(CUTTER_RADIUS) or 0.0
-        straight = widest > FLANK_RADIUS * cam.size
+        straight = widest > FLANK_RADIUS * cam.base_or_mean_radius
         yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
     yield "mass {}", cam.mass, "kg"
 

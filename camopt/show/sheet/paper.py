@@ -26,7 +26,7 @@ from camopt.show.sheet.marks import (
     MarkBox,
     Marks,
     Words,
-    fitted_words,
+    fitted_lines_and_height,
     line_mark,
     marks_box,
     rectangle_line,
@@ -72,11 +72,11 @@ class Paper:
             line_mark(end - ZONES * into, end + CENTRING_LENGTH * into, pen=BORDER)
             for end, into in (*down, *across)
         ]
-        marks += self._zones(middle)
+        marks += self._zone_marks(middle)
         name = complex(high.real, low.imag - ZONES - 3.6)
         return [*marks, Words(name, self.name, MEDIUM, 1.0)]
 
-    def _zones(self, middle: complex) -> Iterator[Mark]:
+    def _zone_marks(self, middle: complex) -> Iterator[Mark]:
         """Names of zones: numbers along, letters down; on a small sheet only on top and right."""
         (left, bottom), (right, top) = ((c.real, c.imag) for c in self.frame)
         across = [x + middle.real for x in _zone_borders(left - middle.real, right - middle.real)]
@@ -114,9 +114,9 @@ class AnsiPaper(Paper):
         middle, half = (self.frame.low + self.frame.high) / 2, self.frame.size / 2
         tips = {half.real + 0j: 1.0, -half.real + 0j: -1.0, 1j * half.imag: 1j, -1j * half.imag: -1j}
         arrows = (arrowhead(middle + tip, -outwards) for tip, outwards in tips.items())
-        return [rectangle_line(*self.frame, BORDER), *arrows, *self._zones(middle)]
+        return [rectangle_line(*self.frame, BORDER), *arrows, *self._zone_marks(middle)]
 
-    def _zones(self, middle: complex) -> Iterator[Mark]:
+    def _zone_marks(self, middle: complex) -> Iterator[Mark]:
         """Names of zones on all sides from the lower right corner, and ticks between them."""
         half = self.frame.high - middle
         for count, names, along, away in (
@@ -155,11 +155,11 @@ def paper_scales(size: float, series: tuple[float, ...] = (1.0, 2.0, 5.0)) -> It
         place -= 1
 
 
-def _preferred_scale_factor(series: tuple[float, ...], place: int) -> float:
+def _preferred_scale_factor(series: tuple[float, ...], index: int) -> float:
     """1, 2, 5, 10, … for places from 0; ½, ⅕, ⅒, … for negative places."""
-    decade, within = divmod(abs(place), len(series))
+    decade, within = divmod(abs(index), len(series))
     factor = series[within] * 10.0**decade
-    return factor if place >= 0 else 1.0 / factor
+    return factor if index >= 0 else 1.0 / factor
 
 
 def scale_name(scale: float) -> str:
@@ -275,9 +275,9 @@ def _field_value(field: Field, top: float) -> Marks:
     tall = field.height > TALL_ROW
     heights = (TITLE_HEIGHT, LARGE, MEDIUM, SMALL) if tall else (LARGE, MEDIUM, SMALL)
     room = field.width - 2 * FIELD_PAD
-    texts, height = fitted_words(field.value, room, 1, heights[:-2] if tall else heights[:-1])
+    texts, height = fitted_lines_and_height(field.value, room, 1, heights[:-2] if tall else heights[:-1])
     if texts[0] != " ".join(field.value.split()):
-        texts, height = fitted_words(field.value, room, 2, (MEDIUM, SMALL) if tall else (SMALL,))
+        texts, height = fitted_lines_and_height(field.value, room, 2, (MEDIUM, SMALL) if tall else (SMALL,))
     step = height * LEADING
     foot = field.y + FIELD_PAD + (len(texts) - 1) * step
     foot += max(0.0, (top - height - foot) / 2)

@@ -36,13 +36,13 @@ def ring_marks(segments: list[RingSector], radius: float) -> Marks:
     return [*marks, *_names_across_ring(crowded, radius)]
 
 
-def _names_across_ring(crowded: list[tuple[float, str]], radius: float) -> Marks:
+def _names_across_ring(crowded_names: list[tuple[float, str]], radius: float) -> Marks:
     foot = radius + CROSS_NAME_DISTANCE
     apart = NAME_STEP * MEDIUM / foot
-    if not crowded or len(crowded) * apart > CROWDED_SHARE * 2 * pi:
+    if not crowded_names or len(crowded_names) * apart > CROWDED_SHARE * 2 * pi:
         return []
     marks: Marks = []
-    names, wanted = sort_after_widest_gap(crowded)
+    names, wanted = sort_after_widest_gap(crowded_names)
     for name, was, turn in zip(names, wanted, spread_directions(wanted, apart), strict=True):
         marks.append(line_mark(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
         reading = readable_direction(float(turn))
@@ -52,9 +52,9 @@ def _names_across_ring(crowded: list[tuple[float, str]], radius: float) -> Marks
     return marks
 
 
-def sort_after_widest_gap(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
+def sort_after_widest_gap(directions_and_names: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
     """Names sorted by direction [rad], beginning after the widest gap."""
-    ordered = sorted((turn % (2 * pi), name) for turn, name in named)
+    ordered = sorted((turn % (2 * pi), name) for turn, name in directions_and_names)
     turns = np.array([turn for turn, _ in ordered])
     first = int(np.argmax(np.diff(turns, prepend=turns[-1] - 2 * pi)))
     turns = np.roll(turns, -first)

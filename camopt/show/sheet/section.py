@@ -38,7 +38,7 @@ from camopt.show.sheet.marks import (
     mirror_marks,
     shift_marks,
 )
-from camopt.show.sheet.sizes import bore_text, hole_outline, keyway_depth_text
+from camopt.show.sheet.sizes import bore_and_keyway_outline, bore_text, keyway_depth_text
 from camopt.show.sheet.standards import sheet_standard, size_text
 from camopt.solve.contour.hole import keyway_direction_angle
 
@@ -75,7 +75,7 @@ def section_marks(
     first.
     """
     turn = np.exp(1j * (np.pi / 2 - keyway_direction_angle(part)))
-    hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
+    hole = bore_and_keyway_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
     whole, hub = _total_length(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
     plates = [
         _plate_of_profile(profile * turn, hub, low * scale, high * scale)
@@ -112,9 +112,9 @@ def section_marks(
     return marks if sheet_standard().section_side > 0.0 else mirror_marks(marks, TEXT_ABOVE_LINE)
 
 
-def _plate_of_profile(profile: ComplexArray, hub: float, low: float, high: float) -> Plate:
+def _plate_of_profile(profile: ComplexArray, hub_radius: float, low: float, high: float) -> Plate:
     beyond = profile.imag[sheet_standard().section_side * profile.real >= 0.0]
-    ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
+    ends = float(beyond.min(initial=-hub_radius)), float(beyond.max(initial=hub_radius))
     return Plate(low, high, _vertical_intervals_inside(profile), ends)
 
 

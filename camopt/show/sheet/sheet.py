@@ -290,7 +290,7 @@ def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sh
     if step is not None and not (step >= LEAST_STEP and (360.0 / step).is_integer()):
         raise BadInput([Mistake("camopt", "step", step, f"a step of at least {LEAST_STEP:g} deg that divides 360")])
     body = cam.problem.setup.mechanism.body
-    width = 2.0 * cam.size * (pi if body.developed else 1.0)
+    width = 2.0 * cam.base_or_mean_radius * (pi if body.developed else 1.0)
     texts = tuple(note_texts(cam))
     columns = cache(partial(table_columns, cam))
 
@@ -307,7 +307,7 @@ def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sh
     largest = sheet_standard().papers[-1]
     for scale in (
         scale
-        for scale in islice(paper_scales(2.0 * cam.size, sheet_standard().scale_series), MOST_SCALES)
+        for scale in islice(paper_scales(2.0 * cam.base_or_mean_radius, sheet_standard().scale_series), MOST_SCALES)
         if width * scale < largest.width and scale <= largest_scale
     ):
         views = SheetViews(cam, scale)

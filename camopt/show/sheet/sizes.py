@@ -18,12 +18,12 @@ from camopt.solve.contour.hole import keyway_corners
 
 def bore_text(part: Part) -> str:
     """Text of the bore diameter with its fit."""
-    return f"Ø{fitted_text(part.bore or 0.0, part.bore_fit)}"
+    return f"Ø{size_text_with_fit(part.bore or 0.0, part.bore_fit)}"
 
 
 def keyway_width_text(part: Part) -> str:
     """Text of the keyway width with its fit."""
-    return fitted_text(part.keyway_width or 0.0, part.keyway_fit)
+    return size_text_with_fit(part.keyway_width or 0.0, part.keyway_fit)
 
 
 def keyway_depth_text(part: Part) -> str:
@@ -34,7 +34,7 @@ def keyway_depth_text(part: Part) -> str:
     return sheet_standard().toleranced_text(depth, f"+{length_text(more)}", Deviations(0.0, more))
 
 
-def fitted_text(size: float, fit: str | None) -> str:
+def size_text_with_fit(size: float, fit: str | None) -> str:
     """Text of a size with its fit, if it has one."""
     return sheet_standard().toleranced_text(size, fit, fit_deviations(fit, size)) if fit else size_text(size)
 
@@ -47,14 +47,16 @@ def fit_deviations(fit: str, size: float) -> Deviations | None:
         return None
 
 
-def hole_outline(part: Part, turn: float) -> ComplexArray:
-    """Closed outline of a bore with its keyway, whose middle is in the direction ``turn`` [rad]."""
+def bore_and_keyway_outline(part: Part, keyway_direction: float) -> ComplexArray:
+    """Closed outline of a bore with its keyway, whose middle is in the direction ``keyway_direction`` [rad]."""
     radius = (part.bore or 0.0) / 2
     if not part.keyway_width:
         return arc_points(radius)
     half = asin(part.keyway_width / 2 / radius)
-    corners = keyway_corners(part, turn)
-    return np.concatenate([corners, arc_points(radius, turn + half, turn + 2 * np.pi - half), corners[:1]])
+    corners = keyway_corners(part, keyway_direction)
+    return np.concatenate(
+        [corners, arc_points(radius, keyway_direction + half, keyway_direction + 2 * np.pi - half), corners[:1]]
+    )
 
 
 def profile_symbols(part: Part, has_section: bool) -> Marks:
@@ -87,5 +89,5 @@ def groove_clearance(cam: TrueCam) -> Clearance:
 def groove_width_text(cam: TrueCam) -> str:
     """Text of the width of a groove: the roller diameter with a fit, or the width in files."""
     if cam.part.groove_fit:
-        return fitted_text(2 * cam.roller_radius, cam.part.groove_fit)
+        return size_text_with_fit(2 * cam.roller_radius, cam.part.groove_fit)
     return length_text(2 * cam.problem.wall_distance_from_pitch_curve)

@@ -81,14 +81,14 @@ def datums_of(part: Part, has_section: bool) -> Datums:
     return Datums(*(next(letters) if datum else "" for datum in present))
 
 
-def surface_symbols(part: Part, datums: Datums, zone: str, roughness: str | None) -> Marks:
+def surface_symbols(part: Part, datums: Datums, zone_width_text: str, roughness: str | None) -> Marks:
     """Requirements on the profile: tolerance frame at the level of a leader, roughness above it.
 
-    ``zone`` is the text of the width of the tolerance zone.
+    ``zone_width_text`` is the text of the width of the tolerance zone.
     """
     marks: Marks = []
     if part.profile_tolerance is not None:
-        marks = tolerance_frame(0j, zone, datums)
+        marks = tolerance_frame(0j, zone_width_text, datums)
     elif roughness:
         marks = [line_mark(0.5j * CELL, 10.0 + 0.5j * CELL)]
     if roughness:
@@ -96,19 +96,19 @@ def surface_symbols(part: Part, datums: Datums, zone: str, roughness: str | None
     return marks
 
 
-def tolerance_frame(corner: complex, width: str, datums: Datums) -> Marks:
+def tolerance_frame(corner: complex, zone_width_text: str, datums: Datums) -> Marks:
     """The tolerance frame of a line profile with its zone width, from its lower left corner.
 
     Each datum has a cell; the bore is the first.
     """
     letters = [letter for letter in datums if letter]
-    cells = [CELL, text_width(width, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
+    cells = [CELL, text_width(zone_width_text, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
     edges = corner + np.cumsum([0.0, *cells])
     marks: Marks = [rectangle_line(corner, edges[-1] + 1j * CELL)]
     marks += [line_mark(x, x + 1j * CELL) for x in edges[1:-1]]
     base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
     marks.append(Line(arc_points(radius, 0.0, np.pi, base), THICK))
-    texts = [width, *letters]
+    texts = [zone_width_text, *letters]
     foot = 1j * (CELL - LARGE) / 2
     return marks + [
         Words((a + b) / 2 + foot, text, LARGE, 0.5)
@@ -116,9 +116,9 @@ def tolerance_frame(corner: complex, width: str, datums: Datums) -> Marks:
     ]
 
 
-def rotation_symbol(radius: float, middle: float, sense: float) -> Marks:
+def rotation_symbol(radius: float, middle_direction: float, sense: float) -> Marks:
     """An arc around the centre with an arrow in the sense of rotation (+1 ccw), centred at a direction [rad]."""
     half, lean = min(np.radians(14.0), 14.0 / radius), sense * ROTATION_ARROW[0] / (2 * radius)
-    ends = middle - sense * half, middle + sense * half
+    ends = middle_direction - sense * half, middle_direction + sense * half
     head = arrowhead(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *ROTATION_ARROW)
     return [Line(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]

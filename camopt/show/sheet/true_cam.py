@@ -49,14 +49,16 @@ def flatten_path(fitted: FittedPath, step: float) -> Polyline:
     return Polyline(fine.vertices, fitted.deviation + float(sagitta))
 
 
-def _segment_name(stroke: Stroke, steady: bool, stretches: Iterable[tuple[str, float, float]]) -> str:
-    """The name of a segment: "rise" or "return" for a move in one direction, "constant velocity" if ``steady``."""
+def _segment_name(
+    stroke: Stroke, is_constant_velocity: bool, stroke_spans: Iterable[tuple[str, float, float]]
+) -> str:
+    """The name of a segment: "constant velocity", or "rise" or "return" for a move in one direction."""
     if not stroke.is_move:
         return STROKE_NAMES[stroke.kind]
-    if steady:
+    if is_constant_velocity:
         return "constant velocity"
     room = END_SHARE * stroke.angle
-    ways = {name for name, begin, end in stretches if begin < stroke.end - room and end > stroke.start + room}
+    ways = {name for name, begin, end in stroke_spans if begin < stroke.end - room and end > stroke.start + room}
     return ways.pop() if len(ways) == 1 else "move"
 
 
@@ -147,7 +149,7 @@ class TrueCam:
         return mark._replace(text=with_decimal_sign(mark.text, self._language)) if isinstance(mark, Words) else mark
 
     @property
-    def size(self) -> float:
+    def base_or_mean_radius(self) -> float:
         """Base radius, or mean radius of a cylindrical cam [mm]."""
         return float(self.disc_problem.design.size[0])
 
@@ -171,11 +173,11 @@ class TrueCam:
         return self.followed
 
     def _polyline_of(self, curve: CamCurve) -> Polyline:
-        fine = float(np.clip(FINENESS * self.size, SHORTEST_CHORD, LONGEST_CHORD))
-        return flatten_path(fit_path(curve, "arcs", fine), POINT_STEP * self.size)
+        fine = float(np.clip(FINENESS * self.base_or_mean_radius, SHORTEST_CHORD, LONGEST_CHORD))
+        return flatten_path(fit_path(curve, "arcs", fine), POINT_STEP * self.base_or_mean_radius)
 
     @cached_property
-    def trace(self) -> ComplexArray:
+    def pitch_curve_points(self) -> ComplexArray:
         """Points of the pitch curve, also if it is not drawn because there is no roller."""
         drawn = self.curve("pitch")
         return drawn if drawn.size else self._polyline_of(self.disc.curves()["pitch"]).points
@@ -223,7 +225,7 @@ class TrueCam:
         return float(np.angle(self.curves_at(self.picture.angles_of_pieces[0][:1]).pitch[0]))
 
     @cached_property
-    def contact_offsets_from_rays(self) -> list[float]:
+    def contact_direction_offsets_from_rays(self) -> list[float]:
         """Angle from the ray of each segment start to the contact point on the profile [rad].
 
         It is 0 if the trace point has its direction of cam angle 0 and lies straight above its contact.

@@ -26,7 +26,7 @@ from camopt.scene.scene import Scene
 from camopt.show.studies.accuracy.subjects import random_designs
 from camopt.solve.smallest.complete_scene import with_all_sizes
 from camopt.solve.tables.result import Branch, Result
-from camopt.solve.verdicts.effect_runs import with_effect
+from camopt.solve.verdicts.effect_runs import with_quantities_of_effect
 from camopt.solve.verdicts.evaluation import scene_number_text
 
 
@@ -42,7 +42,7 @@ class EffectRun:
     writes: tuple[str, ...]
 
 
-def effects_run(problem: Problem) -> list[EffectRun]:
+def needed_effect_runs(problem: Problem) -> list[EffectRun]:
     """The effects that a scene needs, in the order in which they run."""
     planned, effects = (
         quantities_to_compute_by_effect(problem.evaluated_quantities, problem.setup),
@@ -59,22 +59,34 @@ def effects_run(problem: Problem) -> list[EffectRun]:
     ]
 
 
-def _effect_callers(problem: Problem, planned: Mapping[str, frozenset[str]], names: frozenset[str]) -> list[str]:
+def _effect_callers(
+    problem: Problem, planned: Mapping[str, frozenset[str]], effect_quantities: frozenset[str]
+) -> list[str]:
     """The limits, objectives, outputs and effects that need any of these quantities."""
-    callers = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.required_quantities)]
+    callers = [
+        f"limits.{limit.name}" for limit in problem.limits if effect_quantities & set(limit.required_quantities)
+    ]
     signs = problem.objectives.items()
-    callers += [f"search.{'minimise' if sign > 0 else 'maximise'} {name}" for name, sign in signs if name in names]
-    effect = require_effect(next(iter(names)), problem.setup).name
+    callers += [
+        f"search.{'minimise' if sign > 0 else 'maximise'} {name}"
+        for name, sign in signs
+        if name in effect_quantities
+    ]
+    effect = require_effect(next(iter(effect_quantities)), problem.setup).name
     own = problem.setup.own_quantities.keys()
-    callers += [f"outputs {name}" for name in problem.outputs if name in (*names, effect, EVERYTHING)]
-    callers += [f"{OWN_EFFECT}.{name}" for name in own if name in names]
-    if not problem.outputs and names & (problem.evaluated_quantities - problem.required_quantities - own):
+    callers += [f"outputs {name}" for name in problem.outputs if name in (*effect_quantities, effect, EVERYTHING)]
+    callers += [f"{OWN_EFFECT}.{name}" for name in own if name in effect_quantities]
+    if not problem.outputs and effect_quantities & (
+        problem.evaluated_quantities - problem.required_quantities - own
+    ):
         callers.append("the default outputs (motion and geometry)")
     others = {
         name: each for name, each in setup_effects(problem.setup).items() if name in planned and name != effect
     }
     callers += [
-        f"effect {name}" for name, each in others.items() if set(each.input_quantities(problem.setup)) & names
+        f"effect {name}"
+        for name, each in others.items()
+        if set(each.input_quantities(problem.setup)) & effect_quantities
     ]
     return callers
 
@@ -141,11 +153,13 @@ def cost_report(scene: Scene) -> CostReport:
         As ``optimise``, if the scene lacks a size that it does not sweep.
     """
     problem, designs = _timing_designs(scene)
-    setup, planned = problem.setup, effects_run(resolve(scene))
+    setup, planned = problem.setup, needed_effect_runs(resolve(scene))
     rows, times = DesignRows({}, len(designs)), {}
     for each in planned:
         case = EvaluationBlock(setup, problem.programme, designs)
-        work = partial(with_effect, rows, case, setup_effects(setup)[each.effect], frozenset(each.writes))
+        work = partial(
+            with_quantities_of_effect, rows, case, setup_effects(setup)[each.effect], frozenset(each.writes)
+        )
         rows, times[each.effect] = time_runs(work, COST_RUNS)
     whole = sum(times.values())
     entries = tuple(

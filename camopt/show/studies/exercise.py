@@ -57,8 +57,8 @@ def make_exercise(kind: str, seed: int) -> tuple[str, Scene]:
         raise BadInput([Mistake("camopt", "exercise", kind, f"one of {', '.join(EXERCISE_KINDS)}")])
     random = Random(f"{kind} {seed}")
     while True:
-        scene = Scene(**_draw_numbers(kind, random))
-        if _can_be_made(scene):
+        scene = Scene(**_random_scene_tables(kind, random))
+        if _is_suitable_exercise(scene):
             return _problem_text(kind, scene), scene
 
 
@@ -68,7 +68,7 @@ def exercise_toml(kind: str, seed: int) -> str:
     return "".join(f"# {line}\n" for line in wrap(problem, 100)) + "\n" + scene.to_toml()
 
 
-def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
+def _random_scene_tables(kind: str, random: Random) -> dict[str, Any]:
     body, motion, tip = EXERCISE_KINDS[kind]
     base = random.randrange(30, 105, 5)
     follower: dict[str, Any] = {"motion": motion.name, "contact": tip.name}
@@ -96,7 +96,7 @@ def _draw_numbers(kind: str, random: Random) -> dict[str, Any]:
     return {"name": f"Exercise: {kind}", "cam": cam, "follower": follower, "motion": moves}
 
 
-def _can_be_made(scene: Scene) -> bool:
+def _is_suitable_exercise(scene: Scene) -> bool:
     try:
         values = evaluate(scene)
     except BadInput:

@@ -28,7 +28,7 @@ from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, series_line_style
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, new_figure, series_line_style
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
 
@@ -149,7 +149,7 @@ def harmonics(scene: SceneSource, orders: int = DEFAULT_ORDERS) -> Harmonics:
     problem = resolve(scene)
     setup, programme = problem.setup, problem.programme.tool
     order = np.arange(1, orders + 1)
-    waves = _fourier_integrals(programme, 0, np.arange(orders + 1)) / programme.unit
+    waves = _fourier_integrals(programme, 0, np.arange(orders + 1)) / programme.unit_in_mm_or_rad
     timed = setup.omega is not None
     return Harmonics(
         scene,
@@ -168,7 +168,7 @@ def _fourier_integrals(programme: Programme, derivative: int, orders: Any) -> An
     table = programme.table
     half = table.half_width
     powers = polynomial.polyder(table.coefficients.T, derivative) / half**derivative
-    series = _legendre_matrix()[:, : len(powers)] @ powers
+    series = _power_to_legendre_matrix()[:, : len(powers)] @ powers
     integrals: Any = np.array(
         [np.sum(half * np.exp(-1j * k * table.centre) * _panel_integrals(series, k * half)) for k in orders]
     )
@@ -177,14 +177,16 @@ def _fourier_integrals(programme: Programme, derivative: int, orders: Any) -> An
     return np.where(np.abs(integrals) > ROUNDING * np.abs(integrals).max(), integrals / np.pi, 0.0)
 
 
-def _panel_integrals(series: FloatArray, z: FloatArray) -> Any:
+def _panel_integrals(legendre_series: FloatArray, scaled_frequencies: FloatArray) -> Any:
     """∫ f(u)·e^{−izu} du over [−1, 1] for each panel; f in Legendre form, (degrees, panels)."""
-    degrees = np.arange(len(series))[:, None]
-    return np.sum(2.0 * (-1j) ** degrees * series * scipy.special.spherical_jn(degrees, z), axis=0)
+    degrees = np.arange(len(legendre_series))[:, None]
+    return np.sum(
+        2.0 * (-1j) ** degrees * legendre_series * scipy.special.spherical_jn(degrees, scaled_frequencies), axis=0
+    )
 
 
 @cache
-def _legendre_matrix() -> FloatArray:
+def _power_to_legendre_matrix() -> FloatArray:
     """Matrix from powers of u to Legendre polynomials."""
     columns = [legendre.poly2leg(np.eye(TABLE_DEGREE + 1)[k]) for k in range(TABLE_DEGREE + 1)]
     return np.array([np.pad(c, (0, TABLE_DEGREE + 1 - len(c))) for c in columns]).T
@@ -203,7 +205,7 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
             to_shown_unit(what.acceleration, what.acceleration_unit),
         ),
     )
-    with canvas(path, (12.5, 5.0), layout="constrained") as figure:
+    with new_figure(path, (12.5, 5.0), layout="constrained") as figure:
         title = f"{what.scene.name}: harmonics of the motion"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for axes, (name, values) in zip(figure.subplots(1, 2), amplitudes, strict=True):
@@ -211,7 +213,7 @@ def draw(what: "Harmonics", path: Target = None) -> "Figure":
     return figure
 
 
-def draw_in(axes: Any, what: "Harmonics") -> None:
+def draw_main_diagram(axes: Any, what: "Harmonics") -> None:
     """Draw the amplitudes of the displacement in axes."""
     unit = displacement_unit(angular=what.scene.tool_turns)
     _draw_amplitudes(
@@ -219,17 +221,17 @@ def draw_in(axes: Any, what: "Harmonics") -> None:
     )
 
 
-def _draw_amplitudes(axes: Any, name: str, what: "Harmonics", values: Any) -> None:
-    largest = float(np.max(values))
-    seen = values > LEAST_DRAWN_SHARE * largest
-    floor = 10.0 ** np.floor(np.log10(values[seen].min()))
-    axes.vlines(what.order[seen], floor, values[seen], lw=2.0, color=series_line_style(0)["color"])
-    axes.plot(what.order[seen], values[seen], ls="", marker="o", ms=4.0, color=series_line_style(0)["color"])
+def _draw_amplitudes(axes: Any, title: str, what: "Harmonics", amplitudes: Any) -> None:
+    largest = float(np.max(amplitudes))
+    seen = amplitudes > LEAST_DRAWN_SHARE * largest
+    floor = 10.0 ** np.floor(np.log10(amplitudes[seen].min()))
+    axes.vlines(what.order[seen], floor, amplitudes[seen], lw=2.0, color=series_line_style(0)["color"])
+    axes.plot(what.order[seen], amplitudes[seen], ls="", marker="o", ms=4.0, color=series_line_style(0)["color"])
     turn = "" if what.frequency_Hz is None else f", in multiples of {what.frequency_Hz[0]:.6g} Hz"
     axes.set(yscale="log", xlim=(0.0, float(what.order[-1]) + 1.0), xlabel=f"harmonic{turn}")
     axes.set_ylim(floor, 2.0 * largest)
     tens = 10.0 ** np.arange(round(np.log10(floor)), np.floor(np.log10(2.0 * largest)) + 1)
     axes.set_yticks(tens, labels=[f"{each:g}" for each in tens])
     axes.minorticks_off()
-    axes.set_title(name, loc="left")
+    axes.set_title(title, loc="left")
     add_grid(axes)

@@ -90,7 +90,9 @@ class MachineTiming(Result):
             rows = self._records(self.overlaps)
             title = f"{self.machine.name}: two stations above the lift together"
             table = table_of(title, rows, rows[0], units=dict.fromkeys(rows[0], "deg") | NO_UNITS)
-            yield replace(table, note=f"{self._note}{' Separations are angles of the camshaft.' * self._by_crank}")
+            yield replace(
+                table, note=f"{self._note}{' Separations are angles of the camshaft.' * self._shows_crank_angles}"
+            )
 
     def table(self) -> Table:
         """A table with a row for each passage."""
@@ -104,17 +106,19 @@ class MachineTiming(Result):
     @property
     def _note(self) -> str:
         return (
-            "Angles are those of the crankshaft." if self._by_crank else "Angles are those of the machine's shaft."
+            "Angles are those of the crankshaft."
+            if self._shows_crank_angles
+            else "Angles are those of the machine's shaft."
         )
 
     @property
-    def _by_crank(self) -> bool:
+    def _shows_crank_angles(self) -> bool:
         """Whether angles are shown as those of a crankshaft that turns twice as fast."""
         return all(scene.is_speed_of_crank for scene in self.machine.scenes.values())
 
     def _records(self, rows: Iterable[StationPassage | Overlap]) -> list[dict[str, Any]]:
         """The rows for a table, with the angles that are shown, and lifts with their units."""
-        turns = TURNS_OF_CRANK if self._by_crank else 1.0
+        turns = TURNS_OF_CRANK if self._shows_crank_angles else 1.0
         records = []
         for row in rows:
             unit = displacement_unit(angular=self.machine.scenes[row.station].tool_turns)
@@ -188,13 +192,13 @@ def machine_timing(machine: MachineSource, lifts: float | Iterable[float] | None
     return MachineTiming(machine, tuple(each for rows in passages.values() for each in rows), tuple(overlaps))
 
 
-def _overlap(passages: list[StationPassage], others: list[StationPassage]) -> Overlap:
+def _overlap(passages: list[StationPassage], other_passages: list[StationPassage]) -> Overlap:
     """The separation of the first passages of two stations, and the sum of their overlaps."""
-    one, other = passages[0], others[0]
+    one, other = passages[0], other_passages[0]
     overlap = sum(
         max(0.0, min(a.above_deg, start + b.above_deg) - max(0.0, start))
         for a in passages
-        for b in others
+        for b in other_passages
         for start in (
             (b.rises_at_deg - a.rises_at_deg) % 360.0,
             (b.rises_at_deg - a.rises_at_deg) % 360.0 - 360.0,

@@ -196,7 +196,7 @@ def _train_numbers(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, f
 
 
 def _train_stencil(
-    problem: Problem, variable: Variable, value: float, names: Sequence[str]
+    problem: Problem, variable: Variable, value: float, quantity_names: Sequence[str]
 ) -> tuple[float, list[dict[str, float]]]:
     """The step of a number of the train, and the quantities at the points of the stencil.
 
@@ -208,7 +208,7 @@ def _train_stencil(
         shifted = problem.with_numbers({variable.key: value + move * step})
         exists = shifted.setup.mechanism.can_assemble(problem.design, shifted.programme)[0]
         case = EvaluationBlock(shifted.setup, shifted.programme, problem.design)
-        columns = run_effects(case, names).columns if exists else {}
+        columns = run_effects(case, quantity_names).columns if exists else {}
         rows.append({name: float(np.broadcast_to(each, 1)[0]) for name, each in columns.items()})
     return step, rows
 

@@ -34,7 +34,7 @@ from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows, concatenate_rows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.plot import plot
-from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, canvas, series_line_style
+from camopt.show.drawing.style import PAGE_TITLE, Figure, Target, add_grid, new_figure, series_line_style
 from camopt.solve.tables.result import Columns, Result, Table, table_of
 from camopt.solve.tables.table import schema_of, to_arrow_table
 
@@ -142,10 +142,10 @@ def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tu
 
 
 @lru_cache(maxsize=64)
-def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
+def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping_ratio: float) -> FloatArray:
     """Residual, overshoot, deflection and acceleration, (4, ratios)."""
     frequency = 2.0 * np.pi * np.array(ratios)
-    motion, wave = _rise_motion_and_oscillator_response(law, frequency, damping)
+    motion, wave = _rise_motion_and_oscillator_response(law, frequency, damping_ratio)
     beyond = motion.copy()
     beyond[0] -= 1.0
     return np.array(
@@ -159,14 +159,14 @@ def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping: float) ->
 
 
 def _rise_motion_and_oscillator_response(
-    law: Law, frequency: FloatArray, damping: float
+    law: Law, frequency: FloatArray, damping_ratio: float
 ) -> tuple[FloatArray, Wave]:
     """The motion, (powers, panels), and the response on the rise and one period of the dwell."""
     programme = _rise_programme(law)
     motion, rows = programme.table.coefficients.T, frequency[:, None]
     half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
-    half_width[:, -1] = np.pi / (damped_frequency_ratio(damping) * frequency)
-    return motion, response_from_rest(motion, half_width, velocity_jump_by_panel(programme), rows, damping)
+    half_width[:, -1] = np.pi / (damped_frequency_ratio(damping_ratio) * frequency)
+    return motion, response_from_rest(motion, half_width, velocity_jump_by_panel(programme), rows, damping_ratio)
 
 
 def _rise_programme(law: Law) -> Programme:
@@ -243,7 +243,7 @@ AMPLITUDE_TICKS = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 def draw(what: Mapping[str, Any] | Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
     """Draw response spectra: residual amplitude in the dwell, and largest acceleration of the mass."""
     spectra = [what] if isinstance(what, Mapping) else what
-    with canvas(path, (12.5, 5.6), layout="constrained") as figure:
+    with new_figure(path, (12.5, 5.6), layout="constrained") as figure:
         damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}
         ratio = " and ".join(f"{each:g}" for each in sorted(damping))
         title = f"Follower train after a rise in the time t₁: natural period Tₙ, damping ratio {ratio}"

@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.panels import derivatives
+from camopt.core.numerics.panels import value_and_three_derivatives
 from camopt.core.numerics.turn_curve import TURN
 from camopt.core.quantities import displacement_unit
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
@@ -194,7 +194,7 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     scene = scene_from(scene)
     problem = resolve(scene)
     setup, programme = problem.setup, problem.programme.tool
-    largest = programme.lift / programme.unit
+    largest = programme.lift / programme.unit_in_mm_or_rad
     if lifts is None:
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
         lifts = (lash or DEFAULT_SHARE * largest,)
@@ -208,24 +208,33 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     ]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    passages = [each for lift in levels for each in _passages(programme, float(lift), motion_unit_factor(setup, 1))]
+    passages = [
+        each
+        for lift in levels
+        for each in _passages_above_lift(programme, float(lift), motion_unit_factor(setup, 1))
+    ]
     worst = list[WorstPassage]()
     if not problem.missing_variables and (turn := TurnErrors(scene, problem)).node_contributions:
-        passages = [_with_passing_range(each, LevelPassages(turn, each.lift * programme.unit)) for each in passages]
-        worst += worst_passages(turn, [event for each in passages for event in _passage_ends(each, programme.unit)])
+        passages = [
+            _with_earliest_and_latest_angles(each, LevelPassages(turn, each.lift * programme.unit_in_mm_or_rad))
+            for each in passages
+        ]
+        worst += worst_passages(
+            turn, [event for each in passages for event in _passage_ends(each, programme.unit_in_mm_or_rad)]
+        )
     return Timing(scene, tuple(passages), motion_table_unit(setup, 1), tuple(worst))
 
 
-def _passage_ends(passage: Passage, unit: float) -> Iterator[NominalPassage]:
+def _passage_ends(passage: Passage, unit_factor: float) -> Iterator[NominalPassage]:
     """Both ends of a passage."""
     for name, angle in ("rises", passage.rises_at_deg), ("falls", passage.falls_at_deg):
-        yield NominalPassage(passage.lift, passage.lift * unit, name, radians(angle))
+        yield NominalPassage(passage.lift, passage.lift * unit_factor, name, radians(angle))
 
 
-def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
+def _with_earliest_and_latest_angles(passage: Passage, level_passages: LevelPassages) -> Passage:
     """A passage with the earliest and latest cam angles of all cams, to first order."""
-    rises = passing.passage_range(radians(passage.rises_at_deg), outward=True)
-    falls = passing.passage_range(radians(passage.falls_at_deg), outward=False)
+    rises = level_passages.passage_range(radians(passage.rises_at_deg), outward=True)
+    falls = level_passages.passage_range(radians(passage.falls_at_deg), outward=False)
     return passage._replace(
         rises_earliest_deg=degrees(rises.earliest),
         rises_latest_deg=degrees(rises.latest),
@@ -234,10 +243,10 @@ def _with_passing_range(passage: Passage, passing: LevelPassages) -> Passage:
     )
 
 
-def _passages(programme: Programme, lift: float, velocity_per_slope: float) -> list[Passage]:
+def _passages_above_lift(programme: Programme, lift: float, velocity_per_slope: float) -> list[Passage]:
     """Passages above a lift; ``velocity_per_slope`` converts a slope by the cam angle into a velocity."""
     passages = []
-    for start, end in programme.lift_curve.spans_above(lift * programme.unit):
+    for start, end in programme.lift_curve.spans_above(lift * programme.unit_in_mm_or_rad):
         slopes = _motion_at(programme, np.mod([start, end], TURN))[1] * velocity_per_slope
         passages.append(
             Passage(
@@ -256,4 +265,4 @@ def _motion_at(programme: Programme, angles: FloatArray) -> Any:
     """Displacement and derivatives at cam angles, from the table of the motion."""
     table = programme.table
     panels = np.searchsorted(table.centre + table.half_width, angles).clip(max=len(table.centre) - 1)
-    return derivatives(table, panels, (angles - table.centre[panels]) / table.half_width[panels])
+    return value_and_three_derivatives(table, panels, (angles - table.centre[panels]) / table.half_width[panels])

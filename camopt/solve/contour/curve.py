@@ -205,9 +205,9 @@ def cam_discs(problem: Problem) -> tuple[Disc, ...]:
     pair is the mirror image of an ordinary cam with the reversed motion (``mechanisms.pairs``). So code for one
     disc serves both.
     """
-    if not problem.setup.mechanism.two_profiles:
+    if not problem.setup.mechanism.has_two_profiles:
         return (Disc(problem),)
-    first, second = problem.contact_problems
+    first, second = problem.problem_of_each_contact
     (contact,) = problem.setup.mechanism.further_contacts
     return Disc(first), Disc(second, number=SECOND_DISC, mirror=-1.0 if contact.mechanism.reverses else 1.0)
 

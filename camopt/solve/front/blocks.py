@@ -91,12 +91,12 @@ class SpaceBlocks:
     def __init__(
         self,
         space: DesignSpace,
-        names: tuple[str, ...],
-        numbers: CurveNumbers | None,
-        every: bool = False,
-        kept: bool = True,
-        size: int = BLOCK_SIZE,
-        own: bool = False,
+        column_names: tuple[str, ...],
+        curve_numbers: CurveNumbers | None,
+        include_infeasible: bool = False,
+        keep_rows: bool = True,
+        block_size: int = BLOCK_SIZE,
+        decide_by_own_curves: bool = False,
     ) -> None:
         """Cut a space into blocks.
 
@@ -104,27 +104,27 @@ class SpaceBlocks:
         ----------
         space : Space
             The designs.
-        names : tuple of str
+        column_names : tuple of str
             The columns of rows.
-        numbers : CurveNumbers or None
+        curve_numbers : CurveNumbers or None
             The pitch curves that designs share; None evaluates each design by itself.
-        every : bool, default False
+        include_infeasible : bool, default False
             Whether rows have all designs that can be assembled, not only feasible ones.
-        kept : bool, default True
+        keep_rows : bool, default True
             Whether batches keep rows for the table of designs.
-        size : int, default 65536
+        block_size : int, default 65536
             The most designs of a block.
-        own : bool, default False
+        decide_by_own_curves : bool, default False
             Whether each design's own pitch curve decides all its limits, if designs share none.
         """
-        self.space, self.size = space, size
-        self._names, self._every, self._kept = frozenset(names), every, kept
+        self.space, self.size = space, block_size
+        self._names, self._every, self._kept = frozenset(column_names), include_infeasible, keep_rows
         self._parts = list(space.design_ranges_by_problem())
-        counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
-        if numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK_SIZE:
+        counts = [-(-(stop - start) // block_size) for _, start, stop in self._parts]
+        if curve_numbers and len(counts) % 2 and self._parts[0][2] - self._parts[0][1] > BLOCK_SIZE:
             counts[0] = max(counts[0], 2)  # two threads begin with the first motion, and share the rest evenly
         self._ends = np.cumsum(counts).tolist()
-        self._numbers, self._own = numbers, own
+        self._numbers, self._own = curve_numbers, decide_by_own_curves
         self._curves: WeakValueDictionary[int, CurveVerdicts] = WeakValueDictionary()
         self._latest: CurveVerdicts | None = None  # keeps those of the current motion alive
         self._one_at_a_time = Lock()
@@ -176,10 +176,10 @@ class SpaceBlocks:
     def _evaluate_designs(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
         """The results of designs first … last − 1: by pitch curves if these are shared or decide all limits."""
         if self._numbers:
-            return self._evaluate_by_curves(self._cached_curve_verdicts(part, problem), first, last)
+            return self._evaluate_by_pitch_curves(self._cached_curve_verdicts(part, problem), first, last)
         if self._own:
             own = OwnCurves(self.space, first, last)
-            return self._evaluate_by_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
+            return self._evaluate_by_pitch_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
         return self._evaluate_without_curve_verdicts(problem, first, last)
 
     def _evaluate_without_curve_verdicts(self, problem: Problem, first: int, last: int) -> BlockResult:
@@ -195,14 +195,14 @@ class SpaceBlocks:
             rows = rows.take(feasible_designs(block_problem, designs.take(which)))
         return BlockResult(len(designs), rows.count, rows, effort, np.ones(rows.count, dtype=bool))
 
-    def _evaluate_by_curves(self, curves: CurveVerdicts, first: int, last: int) -> BlockResult:
+    def _evaluate_by_pitch_curves(self, curve_verdicts: CurveVerdicts, first: int, last: int) -> BlockResult:
         """The results of designs first … last − 1 from the verdicts of their pitch curves."""
-        verdicts = curves.block_verdicts(first, last, keep_dominated=self._kept)
+        verdicts = curve_verdicts.block_verdicts(first, last, keep_dominated=self._kept)
         held, open_ = verdicts.held_designs, verdicts.open_designs
-        rows, count = curves.evaluate_held_designs(held, self._names), verdicts.held_count
+        rows, count = curve_verdicts.evaluate_held_designs(held, self._names), verdicts.held_count
         compared, effort = verdicts.compared, Effort()
         if len(open_):
-            open_rows, which, effort = curves.filter_undecided_designs(open_, self._names)
+            open_rows, which, effort = curve_verdicts.filter_undecided_designs(open_, self._names)
             order = np.argsort(np.concatenate([held.designs, open_.designs[which]]))
             rows, count = concatenate_rows([rows, open_rows]).take(order), count + open_rows.count
             compared = np.concatenate([compared, np.ones(open_rows.count, dtype=bool)])[order]

@@ -29,14 +29,14 @@ from camopt.solve.smallest.enclosure import (
     constraints_on_present_strokes,
     motion_peak_as_curve,
     size_dependent_mean_constraints,
-    state_with_rounding,
+    state_enclosing_rounding,
     with_motion_peak_as_curve,
 )
 from camopt.solve.smallest.excesses import EXCESS_ROUNDING, UNBOUNDED_SLOPE
-from camopt.solve.verdicts.box_quantities import quantities_over_box, runs_on_ranges
+from camopt.solve.verdicts.box_quantities import can_effect_run_on_ranges, quantities_over_box
 from camopt.solve.verdicts.constraint_boxes import relative_excess
-from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, enclose_mean_power
-from camopt.solve.verdicts.sloped_designs import sloped_boxes
+from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, enclose_mean_of_curve_power
+from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 
 COARSE_SHARE = (
     1e-4  # relative error of the extremes whose cam angles are used: any angle is valid, a near one is close enough
@@ -45,19 +45,19 @@ BOUND_ERROR = 1e-12  # relative rounding of a quantity computed from its extreme
 KERNEL_ERROR_FACTOR = 4.0  # errors of kernels, in multiples of the requested error and of the rounding at a point
 
 
-def bounding_peak_or_mean(name: str, sign: float, setup: Setup) -> Peak | Mean | None:
-    """The peak or mean that bounds an objective from below as a cost; ``sign`` is −1 if it is maximised."""
-    effect = require_effect(name, setup)
-    form = effect.peaks(setup).get(name) or effect.means(setup).get(name)
-    return form if form is not None and form.is_least == (sign < 0.0) else None
+def peak_or_mean_bounding_cost(objective: str, cost_sign: float, setup: Setup) -> Peak | Mean | None:
+    """The peak or mean that bounds an objective from below as a cost; ``cost_sign`` is −1 if it is maximised."""
+    effect = require_effect(objective, setup)
+    form = effect.peaks(setup).get(objective) or effect.means(setup).get(objective)
+    return form if form is not None and form.is_least == (cost_sign < 0.0) else None
 
 
-def can_bound_objective(name: str, sign: float, setup: Setup) -> bool:
+def can_bound_objective(objective: str, cost_sign: float, setup: Setup) -> bool:
     """Whether the cost of an objective has a lower bound over boxes of designs."""
-    effect = find_effect(name, setup)
+    effect = find_effect(objective, setup)
     if effect is None or effect.is_of_sizes or effect.is_of_motion(setup):
         return effect is not None
-    return bounding_peak_or_mean(name, sign, setup) is not None
+    return peak_or_mean_bounding_cost(objective, cost_sign, setup) is not None
 
 
 def can_bound_all_objectives(problem: Problem) -> bool:
@@ -127,8 +127,8 @@ class BoxBounds(NamedTuple):
         index = np.flatnonzero(exists)
         existing, middle = box.take(index), inside.take(index)
         for k, (name, sign) in enumerate(objectives.items()):
-            if runs_on_ranges(require_effect(name, setup), setup):
-                costs[:, k], cost_change = self._bound_size_motion_cost_and_change(name, sign, box, inside)
+            if can_effect_run_on_ranges(require_effect(name, setup), setup):
+                costs[:, k], cost_change = self._bound_size_or_motion_cost_and_change(name, sign, box, inside)
                 change = np.maximum(change, cost_change)
             elif index.size:
                 costs[index, k], cost_change = self._bound_curve_cost_and_change(name, sign, existing, middle)
@@ -163,38 +163,46 @@ class BoxBounds(NamedTuple):
         for _, mean in size_dependent_mean_constraints(self.problem):
             yield enclose_mean_excess(self.problem, mean, box, inside, self.free)
 
-    def _bound_size_motion_cost_and_change(
-        self, name: str, sign: float, box: Designs, inside: Designs
+    def _bound_size_or_motion_cost_and_change(
+        self, objective: str, cost_sign: float, box: Designs, inside: Designs
     ) -> tuple[Any, FloatArray]:
         """The least cost of an objective of sizes or the motion alone, and its relative change.
 
         A value that is equal for all designs has the digits of each design. Sums of sizes are exact; other
         arithmetic rounds.
         """
-        sloped = quantities_over_box(self.problem, {name}, sloped_boxes(box, inside, self.free, 1)[0])[name]
+        sloped = quantities_over_box(
+            self.problem, {objective}, designs_of_sloped_intervals(box, inside, self.free, 1)[0]
+        )[objective]
         if not isinstance(sloped, SlopedInterval):
-            cost = sign * quantities_over_box(self.problem, {name}, inside)[name] + np.zeros(len(box))
+            cost = cost_sign * quantities_over_box(self.problem, {objective}, inside)[objective] + np.zeros(
+                len(box)
+            )
             return cost, np.zeros((len(self.free), len(box)))
-        value = sign * as_interval(quantities_over_box(self.problem, {name}, box)[name]) + np.zeros(len(box))
+        value = cost_sign * as_interval(quantities_over_box(self.problem, {objective}, box)[objective]) + np.zeros(
+            len(box)
+        )
         change = _relative_change_across_boxes(sloped.slopes, _box_widths(box, self.free), value.largest_magnitude)
-        return value.low if require_effect(name, self.problem.setup).is_of_sizes else _lower_cost_by_rounding_error(
-            value.low
-        ), change
+        return value.low if require_effect(
+            objective, self.problem.setup
+        ).is_of_sizes else _lower_cost_by_rounding_error(value.low), change
 
     def _bound_curve_cost_and_change(
-        self, name: str, sign: float, box: Designs, inside: Designs
+        self, objective: str, cost_sign: float, box: Designs, inside: Designs
     ) -> tuple[Any, FloatArray]:
         """The least cost of an objective that is the peak or mean of curves, and its relative change."""
-        form = bounding_peak_or_mean(name, sign, self.problem.setup)
+        form = peak_or_mean_bounding_cost(objective, cost_sign, self.problem.setup)
         if isinstance(form, Peak):
-            return self._bound_peak_cost_and_change(form, sign, box, inside)
+            return self._bound_peak_cost_and_change(form, cost_sign, box, inside)
         if form is None:
             # the motion and numbers decide the objective: its cost is known for boxes with one value of each number
             cost, spread = np.full(len(box), -np.inf), np.sign(self._relative_box_widths_of_numbers(box))
             single = np.flatnonzero(~spread.any(axis=0))
-            cost[single] = sign * quantities_over_box(self.problem, {name}, inside.take(single))[name]
+            cost[single] = (
+                cost_sign * quantities_over_box(self.problem, {objective}, inside.take(single))[objective]
+            )
             return cost, UNBOUNDED_SLOPE * spread
-        return self._bound_mean_cost_and_change(form, sign, box, inside)
+        return self._bound_mean_cost_and_change(form, cost_sign, box, inside)
 
     def _relative_box_widths_of_numbers(self, box: Designs) -> FloatArray:
         """Relative widths of boxes in numbers that are not sizes (free, n); slopes do not contain their scales."""
@@ -207,7 +215,7 @@ class BoxBounds(NamedTuple):
         return widths
 
     def _bound_peak_cost_and_change(
-        self, peak: Peak, sign: float, box: Designs, inside: Designs
+        self, peak: Peak, cost_sign: float, box: Designs, inside: Designs
     ) -> tuple[Any, FloatArray]:
         """The least cost of an objective that is an extreme of curves, and its relative change."""
         extreme = np.full(len(box), 0.0 if peak.goal == LARGEST_MAGNITUDE else -np.inf)
@@ -216,36 +224,36 @@ class BoxBounds(NamedTuple):
             angle, _ = self._most_extreme_angles_and_signs(curve, [(part, peak.goal)], inside)
             value, _, like = self._enclose_curve_at_angles(curve, angle, box, inside)
             sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
-            least, at = _extreme_lower_bounds_box_and_point(peak.goal, sloped)
+            least, at = _extreme_bounds_over_box_and_at_point(peak.goal, sloped)
             extreme = np.maximum(
-                extreme, _nan_as_minus_infinity(least - self._kernel_error_bound(sloped, least, at))
+                extreme, _nan_as_minus_infinity(least - self._peak_underestimate_bound(sloped, least, at))
             )
             change = np.where(
                 at > farthest, _relative_change_across_boxes(sloped.slopes, width, np.abs(at)), change
             )
             farthest = np.fmax(farthest, at)
         signed = -extreme if peak.goal == LEAST else extreme
-        cost = sign * as_interval(peak.scale.quantity_from_extreme(as_interval(signed), box))
+        cost = cost_sign * as_interval(peak.scale.quantity_from_extreme(as_interval(signed), box))
         low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
         return _lower_cost_by_rounding_error(low), change
 
     def _bound_mean_cost_and_change(
-        self, mean: Mean, sign: float, box: Designs, inside: Designs
+        self, mean: Mean, cost_sign: float, box: Designs, inside: Designs
     ) -> tuple[Any, FloatArray]:
-        sloped = mean.mean_from_power_mean(enclose_mean_power(self.problem, mean, box, inside, self.free))
-        cost = sign * as_interval(mean.scale.quantity_from_extreme(sloped.value, box))
+        sloped = mean.mean_from_power_mean(enclose_mean_of_curve_power(self.problem, mean, box, inside, self.free))
+        cost = cost_sign * as_interval(mean.scale.quantity_from_extreme(sloped.value, box))
         low = np.where(np.isnan(cost.low), -np.inf, cost.low)
         return _lower_cost_by_rounding_error(low), _relative_change_across_boxes(
             sloped.slopes, _box_widths(box, self.free), sloped.at.largest_magnitude
         )
 
-    def _kernel_error_bound(
-        self, value: SlopedInterval, lower_bounds: FloatArray, point_values: FloatArray
+    def _peak_underestimate_bound(
+        self, enclosure: SlopedInterval, lower_bounds: FloatArray, point_values: FloatArray
     ) -> FloatArray:
         """The largest error by which kernels may underestimate an extreme."""
         size = np.maximum(np.abs(lower_bounds), np.where(np.isfinite(point_values), np.abs(point_values), 0.0))
         return KERNEL_ERROR_FACTOR * self.problem.setup.relative_error * size + KERNEL_ERROR_FACTOR**3 * (
-            value.at.high - value.at.low
+            enclosure.at.high - enclosure.at.low
         )
 
     def _peak_curves_by_stroke_kind(self, peak: Peak) -> Iterator[tuple[Any, int]]:
@@ -282,28 +290,28 @@ class BoxBounds(NamedTuple):
         self, curve: Any, angle: FloatArray, box: Designs, inside: Designs
     ) -> tuple[Any, Designs, SlopedInterval]:
         """A curve over boxes, each at its own cam angle, and the boxes as designs of sloped intervals."""
-        designs, like = sloped_boxes(box, inside, self.free, 1)
-        state = state_with_rounding(self.problem.programme.state(angle), self.problem.programme)
+        designs, like = designs_of_sloped_intervals(box, inside, self.free, 1)
+        state = state_enclosing_rounding(self.problem.programme.state(angle), self.problem.programme)
         return curve_value(curve(designs, self.problem.programme), ..., state), designs, like
 
 
 def _least_size_or_motion_excesses(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:
     """The least excess over each limit on sizes or the motion alone, (limits, designs)."""
     effects = {name: require_effect(name, problem.setup) for limit in limits for name in limit.required_quantities}
-    names = {name for name, effect in effects.items() if runs_on_ranges(effect, problem.setup)}
+    names = {name for name, effect in effects.items() if can_effect_run_on_ranges(effect, problem.setup)}
     chosen = [limit for limit in limits if names.issuperset(limit.required_quantities)]
     columns = quantities_over_box(problem, names, designs, -1.0)
     rows = [as_interval(limit.excess(columns, designs)).low + np.zeros(len(designs)) for limit in chosen]
     return np.array(rows).reshape(len(rows), len(designs))
 
 
-def _extreme_lower_bounds_box_and_point(goal: int, value: SlopedInterval) -> tuple[FloatArray, FloatArray]:
+def _extreme_bounds_over_box_and_at_point(goal: int, enclosure: SlopedInterval) -> tuple[FloatArray, FloatArray]:
     """Lower bound of the extreme that a goal names, over each box and at its point; of its negative for LEAST."""
     if goal == LARGEST:
-        return value.value.low, value.at.low
+        return enclosure.value.low, enclosure.at.low
     if goal == LEAST:
-        return -value.value.high, -value.at.high
-    return np.maximum(value.value.low, -value.value.high), np.maximum(value.at.low, -value.at.high)
+        return -enclosure.value.high, -enclosure.at.high
+    return np.maximum(enclosure.value.low, -enclosure.value.high), np.maximum(enclosure.at.low, -enclosure.at.high)
 
 
 def _box_widths(box: Designs, free: list[str]) -> FloatArray:
@@ -322,9 +330,9 @@ def _lower_cost_by_rounding_error(cost: FloatArray) -> FloatArray:
     return cost - BOUND_ERROR * np.where(np.isfinite(cost), np.abs(cost), 0.0)
 
 
-def _nan_as_minus_infinity(least: FloatArray) -> FloatArray:
+def _nan_as_minus_infinity(lower_bounds: FloatArray) -> FloatArray:
     """Lower bounds, with −∞ for unknown ones."""
-    return np.where(np.isnan(least), -np.inf, least)
+    return np.where(np.isnan(lower_bounds), -np.inf, lower_bounds)
 
 
 def _cap_infinite_slopes(slopes: FloatArray) -> FloatArray:

@@ -58,7 +58,9 @@ def certify_front_with_resweeps(
         front, best = (proofs.with_proof_column(rows) for rows in (reported.front, reported.best))
         if not proofs.violating_errors or done == SWEEP_EXCHANGES:
             break
-        plan = plan.with_extra_cams(proofs.violating_errors[:: -(-len(proofs.violating_errors) // MOST_ADDED_CAMS)])
+        plan = plan.with_extra_robust_errors(
+            proofs.violating_errors[:: -(-len(proofs.violating_errors) // MOST_ADDED_CAMS)]
+        )
         proofs.violating_errors.clear()
         batches = plan.evaluate_in_batches(plan.part_blocks(), threads)
         space_result = gather_batches(plan.space, batches, plan.block_size, lambda rows: None, progress)

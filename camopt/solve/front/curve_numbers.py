@@ -44,7 +44,9 @@ class CurveParts:
         self._designs: dict[tuple[int, int], Designs] = {}
         self._existing: dict[tuple[int, int], tuple[BoolArray, Designs]] = {}
 
-    def assemblable_designs(self, part_range: tuple[int, int], problem: Problem) -> tuple[BoolArray, Designs]:
+    def assemblable_mask_and_designs(
+        self, part_range: tuple[int, int], problem: Problem
+    ) -> tuple[BoolArray, Designs]:
         """Which curves of consecutive parts (first, end) can be assembled, and the designs of these.
 
         Motions with the same assembled curves share the designs and their caches.
@@ -207,7 +209,7 @@ def shared_pitch_curve_numbers(space: DesignSpace) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None if keeping the curves does not pay, or they are too many."""
     mechanism, limits = space.problem.setup.mechanism, space.problem.limits
     if mechanism.profile and not all(
-        limit.pitch_curve_quantities == () or limit.is_decided_by_motion_alone for limit in limits
+        limit.deciding_pitch_curve_quantities == () or limit.is_decided_by_motion_alone for limit in limits
     ):
         return None
     merged = {

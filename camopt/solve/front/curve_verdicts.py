@@ -75,11 +75,15 @@ class CurveVerdicts:
     """Verdicts on the designs of one motion from their pitch curves."""
 
     def __init__(
-        self, space: DesignSpace, problem: Problem, numbers: CurveNumbers | OwnCurves, wanted: frozenset[str]
+        self,
+        space: DesignSpace,
+        problem: Problem,
+        curve_numbers: CurveNumbers | OwnCurves,
+        wanted_quantities: frozenset[str],
     ) -> None:
-        self._space, self._problem, self._numbers = space, problem, numbers
-        count = len(numbers)
-        self._locks = [Lock() for _ in range(0, count, numbers.part)]
+        self._space, self._problem, self._numbers = space, problem, curve_numbers
+        count = len(curve_numbers)
+        self._locks = [Lock() for _ in range(0, count, curve_numbers.part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
         self._exists = np.zeros(count, dtype=bool)
         self._places = np.full(
@@ -94,8 +98,10 @@ class CurveVerdicts:
         self._extreme_share: QuantityColumns = {}
         self._exact = True  # whether all curves so far have the requested accuracy
         self._pending = problem.limits
-        self._later = () if problem.programme.radii else limits_decided_by_pitch_curves(problem.limits, wanted)
-        named = wanted.union(*(limit.pitch_curve_quantities or () for limit in self._later))
+        self._later = (
+            () if problem.programme.radii else limits_decided_by_pitch_curves(problem.limits, wanted_quantities)
+        )
+        named = wanted_quantities.union(*(limit.deciding_pitch_curve_quantities or () for limit in self._later))
         self._of_pitch = frozenset[str]() if problem.setup.mechanism.profile else named
         """The quantities that are computed from a pitch curve, for all designs that share it."""
 
@@ -130,7 +136,7 @@ class CurveVerdicts:
         if (
             not self._exact
             or len(objectives) - len(others) > 1
-            or not all(map(self._is_equal_at_same_size, others))
+            or not all(map(self._depends_only_on_cam_size, others))
         ):
             return None
         return self._costs
@@ -141,32 +147,36 @@ class CurveVerdicts:
         start = first % sizes
         return slice(start, start + last - first) if start + last - first <= sizes else slice(0, sizes)
 
-    def _non_dominated_cost_ceilings(self, least: FloatArray, window: slice) -> FloatArray:
+    def _non_dominated_cost_ceilings(self, least_costs: FloatArray, size_slice: slice) -> FloatArray:
         """The largest cost of a non-dominated design of each size, from the least cost of each size; −∞ if none."""
-        sizes = self._space.axes["size"][window] if "size" in self._space.axes else np.zeros(least.size)
+        sizes = self._space.axes["size"][size_slice] if "size" in self._space.axes else np.zeros(least_costs.size)
         costs = self._problem.objectives.get(self._problem.size_quantity_name, 0.0) * sizes
         order = slice(None) if np.all(costs[:-1] <= costs[1:]) else np.argsort(costs, kind="stable")
         costs = costs[order]
         is_new = np.append(True, costs[1:] != costs[:-1])
         all_differ = np.all(is_new)  # otherwise sizes of equal cost form groups
-        lowest = least[order] if all_differ else np.minimum.reduceat(least[order], np.flatnonzero(is_new))
+        lowest = (
+            least_costs[order] if all_differ else np.minimum.reduceat(least_costs[order], np.flatnonzero(is_new))
+        )
         before = np.full(lowest.size, np.inf)
         np.minimum.accumulate(lowest[:-1], out=before[1:])
         allowed = np.where((lowest < before) | (before == np.inf), lowest, -np.inf)
-        most = np.empty(least.size)
+        most = np.empty(least_costs.size)
         most[order] = allowed if all_differ else allowed[np.cumsum(is_new) - 1]
         return most
 
-    def _is_equal_at_same_size(self, name: str) -> bool:
+    def _depends_only_on_cam_size(self, quantity_name: str) -> bool:
         """Whether a quantity is equal for all designs of the motion with the same size of the cam."""
-        setup, effect = self._problem.setup, find_effect(name, self._problem.setup)
+        setup, effect = self._problem.setup, find_effect(quantity_name, self._problem.setup)
         of_motion = effect is not None and effect.is_of_motion(setup)
-        return name == self._problem.size_quantity_name or (of_motion and not setup.free)
+        return quantity_name == self._problem.size_quantity_name or (of_motion and not setup.free)
 
-    def evaluate_held_designs(self, held: CurveDesigns, names: frozenset[str]) -> DesignRows:
+    def evaluate_held_designs(self, held_designs: CurveDesigns, names: frozenset[str]) -> DesignRows:
         """Quantities and verdicts of designs that surely meet all limits."""
-        candidates = self._build_candidates(held, np.ones(len(held), dtype=bool), ())
-        return filter_by_remaining_limits(self._with_curve_columns(candidates, held.places, names), names).rows
+        candidates = self._build_candidates(held_designs, np.ones(len(held_designs), dtype=bool), ())
+        return filter_by_remaining_limits(
+            self._with_curve_columns(candidates, held_designs.places, names), names
+        ).rows
 
     def filter_undecided_designs(self, undecided_designs: CurveDesigns, names: frozenset[str]) -> FilteredRows:
         """The feasible designs among open ones."""
@@ -185,7 +195,7 @@ class CurveVerdicts:
 
     def _with_curve_columns(self, candidates: Candidates, places: IntArray, names: frozenset[str]) -> Candidates:
         """The candidates with the needed quantities from their pitch curves."""
-        plan, setup = candidates.plan(names), self._problem.setup
+        plan, setup = candidates.plan_of_pending_effects(names), self._problem.setup
         needed = {name for _, quantities in plan for name in quantities}
         limited = quantities_of_limits(candidates.pending).union(
             *(effect.input_quantities(setup) for effect, _ in plan)
@@ -212,7 +222,7 @@ class CurveVerdicts:
                 parts[~self._known[parts]].tolist(), parts_together, blocking
             ):
                 try:
-                    self._evaluate_curve_groups_into_arrays(locked[0], locked[-1] + 1)
+                    self._evaluate_and_store_curve_parts(locked[0], locked[-1] + 1)
                 finally:
                     for part in locked:
                         self._locks[part].release()
@@ -232,9 +242,9 @@ class CurveVerdicts:
                     locked.append(part)
         return locked
 
-    def _evaluate_curve_groups_into_arrays(self, first_part: int, end_part: int) -> None:
+    def _evaluate_and_store_curve_parts(self, first_part: int, end_part: int) -> None:
         first = first_part * self._numbers.part
-        exists, designs = self._numbers.assemblable_designs((first_part, end_part), self._problem)
+        exists, designs = self._numbers.assemblable_mask_and_designs((first_part, end_part), self._problem)
         filtered = filter_by_pitch_curve_limits(
             unfiltered_candidates(self._problem, designs), self._of_pitch, self._later
         )
@@ -269,12 +279,14 @@ def limits_decided_by_pitch_curves(
 
     There are none unless pitch curves decide every other limit too.
     """
-    if any(limit.pitch_curve_quantities is None and not limit.is_decided_by_motion_alone for limit in limits):
+    if any(
+        limit.deciding_pitch_curve_quantities is None and not limit.is_decided_by_motion_alone for limit in limits
+    ):
         return ()
     decided = (
         limit
         for limit in limits
-        if limit.is_decided_by_motion_alone or limit.pitch_curve_quantities != limit.required_quantities
+        if limit.is_decided_by_motion_alone or limit.deciding_pitch_curve_quantities != limit.required_quantities
     )
     return tuple(limit for limit in decided if not wanted_quantities.issuperset(limit.required_quantities))
 
@@ -286,19 +298,19 @@ def pitch_curves_decide_all_limits(problem: Problem, wanted_quantities: frozense
     return not own and bool(limits_decided_by_pitch_curves(problem.limits, wanted_quantities))
 
 
-def feasible_body_radii(curves: Candidates, bodies: RadiusRange) -> FeasibleBodies:
+def feasible_body_radii(candidates: Candidates, radius_range: RadiusRange) -> FeasibleBodies:
     """The ranges of body radii with which designs on each curve surely meet all limits, and may meet them."""
-    block = replace(curves.case, columns=curves.rows.columns, outward=curves.rows.outward)
-    constraints = strictest_constraints(curves.pending_constraints)
+    block = replace(candidates.case, columns=candidates.rows.columns, outward=candidates.rows.outward)
+    constraints = strictest_constraints(candidates.pending_constraints)
     limits = [
         limit
-        for limit in curves.pending
+        for limit in candidates.pending
         if not limit.constraints or any(constraint in constraints for constraint in limit.constraints)
     ]
     by_limit = [
-        body_radii_for_motion_limit(curves, limit)
+        all_or_no_radii_for_motion_limit(candidates, limit)
         if limit.is_decided_by_motion_alone
-        else limit.sure_and_possible_body_radii(block, bodies)
+        else limit.sure_and_possible_body_radii(block, radius_range)
         for limit in limits
     ]
     feasible = FeasibleBodies()
@@ -306,15 +318,15 @@ def feasible_body_radii(curves: Candidates, bodies: RadiusRange) -> FeasibleBodi
         feasible = feasible.intersection(limit_bodies)
     if None in by_limit:
         return feasible._replace(sure_bodies=NO_BODIES)
-    most = np.where(curves.held, feasible.sure_bodies.most, -np.inf)
+    most = np.where(candidates.held, feasible.sure_bodies.most, -np.inf)
     return feasible._replace(sure_bodies=feasible.sure_bodies._replace(most=most))
 
 
-def body_radii_for_motion_limit(curves: Candidates, limit: Limit) -> FeasibleBodies:
+def all_or_no_radii_for_motion_limit(candidates: Candidates, limit: Limit) -> FeasibleBodies:
     """The feasible bodies for a limit on the motion alone: all or none, as evaluated for the first curve."""
-    if not len(curves.designs):
+    if not len(candidates.designs):
         return FeasibleBodies()
-    first = curves.take(np.arange(1))
+    first = candidates.take(np.arange(1))
     rows = run_effects(first.case, limit.required_quantities)
     held = (
         np.all(

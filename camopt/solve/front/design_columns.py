@@ -56,7 +56,7 @@ def read_design_columns(
 
 
 def _columns_and_row_labels(
-    designs: Any, known: Collection[str], names: Iterable[str] | None
+    designs: Any, known_names: Collection[str], names: Iterable[str] | None
 ) -> "tuple[Any, pd.Index[Any] | range | None]":
     """The columns of a container by name, and the labels of its rows, if it has any."""
     if names is not None:
@@ -68,7 +68,7 @@ def _columns_and_row_labels(
     if is_pandas(designs):
         _check_unique_column_names(designs.columns)
         # index levels with known names become columns
-        levels = [str(name) for name in designs.index.names if name in known and name not in designs.columns]
+        levels = [str(name) for name in designs.index.names if name in known_names and name not in designs.columns]
         return designs.assign(**{name: designs.index.get_level_values(name) for name in levels}), designs.index
     if isinstance(designs, Mapping):
         return designs, None
@@ -128,10 +128,10 @@ def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
     return dict(zip(names, array.T, strict=True))
 
 
-def _row_count(arrays: Mapping[str, NDArray[Any]], columns: int) -> int:
+def _row_count(arrays: Mapping[str, NDArray[Any]], column_count: int) -> int:
     """The number of rows: the common length of all columns but single values; single values alone are one row."""
     lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
     if len({*lengths.values()}) > 1:
         sizes = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, f"columns of equal length; {sizes}")])
-    return next(iter(lengths.values()), min(columns, 1))
+    return next(iter(lengths.values()), min(column_count, 1))

@@ -177,9 +177,11 @@ def _variables_by_column(problem: Problem) -> Mapping[str, Variable]:
     return sizes | {each.quantity: each for each in problem.variables}
 
 
-def _read_designs(designs: Any, columns: Collection[str], names: Iterable[str] | None = None) -> DesignColumns:
+def _read_designs(
+    designs: Any, known_columns: Collection[str], names: Iterable[str] | None = None
+) -> DesignColumns:
     """The columns that define the designs of a table; BadInput for angles, and for scenes of rows."""
-    table = read_design_columns(designs, {*columns, *LAW_NAME_COLUMNS, ROW_SCENE_COLUMN}, names)
+    table = read_design_columns(designs, {*known_columns, *LAW_NAME_COLUMNS, ROW_SCENE_COLUMN}, names)
     scenes = table.values.pop(ROW_SCENE_COLUMN, None)
     if scenes is not None and any(has_embedded_scene({ROW_SCENE_COLUMN: scene}) for scene in scenes.tolist()):
         why = f"each row has a scene of its own: {SCENE_ADVICE}"
@@ -191,12 +193,12 @@ def _read_designs(designs: Any, columns: Collection[str], names: Iterable[str] |
 
 
 def _check_unknown_columns(
-    scene: Scene, known: Collection[str], table: DesignColumns, *, strict: bool
+    scene: Scene, known_columns: Collection[str], table: DesignColumns, *, strict: bool
 ) -> list[str]:
     """The columns that are not quantities; BadInput for these if ``strict``, or if no column defines designs."""
     unknown = unknown_columns(scene, table.others)
     if (not table.values and (table.others or table.count)) or (unknown and strict):
-        raise design_column_error(unknown or table.others, known, DESIGNS_LABEL)
+        raise design_column_error(unknown or table.others, known_columns, DESIGNS_LABEL)
     return unknown
 
 
@@ -208,18 +210,24 @@ def _variables_with_table_columns(columns: Mapping[str, Variable], table: Design
     return {name: columns[name] for name in table.values if name in columns}
 
 
-def _designs_from_table(problem: Problem, table: DesignColumns, varied: Mapping[str, Variable]) -> Designs:
+def _designs_from_table(
+    problem: Problem, table: DesignColumns, varied_by_column: Mapping[str, Variable]
+) -> Designs:
     """The designs of a table, with the scene's own sizes and searched numbers where the table has none."""
     values = table.values
     mistakes = [
-        *(mistake for name, each in varied.items() for mistake in _column_range_mistakes(each.key, name, table)),
+        *(
+            mistake
+            for name, each in varied_by_column.items()
+            for mistake in _column_value_mistakes(each.key, name, table)
+        ),
         *(
             mistake
             for name in values
             if name in LAW_NAME_COLUMNS
             for mistake in _law_mistakes(problem, name, table)
         ),
-        *missing_variable_mistakes(problem, {each.key for each in varied.values()}),
+        *missing_variable_mistakes(problem, {each.key for each in varied_by_column.values()}),
     ]
     if mistakes:
         raise BadInput(mistakes)
@@ -229,7 +237,9 @@ def _designs_from_table(problem: Problem, table: DesignColumns, varied: Mapping[
     defaults |= {name: value[0] for name, value in problem.design.sizes.items()}
     columns = {name: np.full(table.count, value) for name, value in defaults.items()}
     tabled = {
-        name: each for name, each in varied.items() if each.is_size or (each.varies_by_design and table.count)
+        name: each
+        for name, each in varied_by_column.items()
+        if each.is_size or (each.varies_by_design and table.count)
     }
     arrays = {each.field: np.asarray(values[name], dtype=float) for name, each in tabled.items()}
     sizes = [each.field for each in tabled.values() if each.is_size and each.field in columns]
@@ -257,10 +267,12 @@ def _cached_searches_by_varied_keys(scene: Scene) -> dict[frozenset[str], _Cache
 
 
 def _problem_varying_table_numbers(
-    scene: Scene, scene_problem: Problem, varied: Mapping[str, Variable], table: DesignColumns
+    scene: Scene, scene_problem: Problem, varied_by_column: Mapping[str, Variable], table: DesignColumns
 ) -> Problem:
     """The problem of a scene whose search varies the numbers that a valid table has columns for."""
-    columns = {each.search_key: name for name, each in varied.items() if each.is_scene_number and table.count}
+    columns = {
+        each.search_key: name for name, each in varied_by_column.items() if each.is_scene_number and table.count
+    }
     if not columns:
         return problem_with_searched_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
@@ -281,7 +293,7 @@ def _problem_varying_table_numbers(
             key: (min(low, cached.ends[key][0]), max(high, cached.ends[key][1]))
             for key, (low, high) in ends.items()
         }
-    numbers = {each.key: ends[each.search_key] for each in varied.values() if each.search_key in ends}
+    numbers = {each.key: ends[each.search_key] for each in varied_by_column.values() if each.search_key in ends}
     search = _CachedSearch(ends, problem_with_searched_numbers_per_design(problem, numbers))
     cache[frozenset(ends)] = search
     return search.problem
@@ -293,29 +305,29 @@ def _type_adapter_of_scene_key(key: str) -> TypeAdapter[Any]:
     return TypeAdapter(TABLE_TYPES[table].model_fields[name].rebuild_annotation())
 
 
-def _column_range_mistakes(key: str, name: str, table: DesignColumns) -> Iterator[Mistake]:
+def _column_value_mistakes(scene_key: str, column: str, table: DesignColumns) -> Iterator[Mistake]:
     """A mistake for the first value of a column that a scene would not accept; of numbers, for an extreme."""
-    key, values = re.sub(r"\.\d+", "", key), table.values[name]
+    scene_key, values = re.sub(r"\.\d+", "", scene_key), table.values[column]
     checked_rows: Iterable[int] = range(len(values))
     if values.size and values.dtype.kind in "iuf":
         checked_rows = [int(values.argmin()), int(values.argmax())]  # both find the first NaN, if there is one
     for row in checked_rows:
-        place, value = f"{name}[{table.labels[row]}]", values.item(row)
+        place, value = f"{column}[{table.labels[row]}]", values.item(row)
         if value is None:
             yield Mistake(DESIGNS_LABEL, place, None, "missing", bare=True)
             return
         try:
-            _type_adapter_of_scene_key(key).validate_python(value)
+            _type_adapter_of_scene_key(scene_key).validate_python(value)
         except ValidationError as error:
-            yield mistakes_from_pydantic(error, TABLE_TYPES[key.rpartition(".")[0]], place, DESIGNS_LABEL)[0]
+            yield mistakes_from_pydantic(error, TABLE_TYPES[scene_key.rpartition(".")[0]], place, DESIGNS_LABEL)[0]
             return
 
 
-def _law_mistakes(problem: Problem, name: str, table: DesignColumns) -> Iterator[Mistake]:
+def _law_mistakes(problem: Problem, column: str, table: DesignColumns) -> Iterator[Mistake]:
     known = {*problem.laws, *_rise_and_return_law_names(problem)}
-    for row, law in enumerate(table.values[name].tolist()):
+    for row, law in enumerate(table.values[column].tolist()):
         if not isinstance(law, str) or law not in known:
-            place = f"{name}[{table.labels[row]}]"
+            place = f"{column}[{table.labels[row]}]"
             yield Mistake(DESIGNS_LABEL, place, law, f"a motion law; {suggest_names(str(law), problem.laws)}")
             return
 
@@ -350,8 +362,8 @@ def _problems_and_rows_by_motion(
 
 
 @cached_by_identity(maxsize=CACHED_MOTIONS)
-def _motion_with_laws(problem: Problem, rise: str | None, fall: str | None) -> Programme:
-    return problem.given_motion_with_laws(rise, fall)
+def _motion_with_laws(problem: Problem, rise_law: str | None, return_law: str | None) -> Programme:
+    return problem.given_motion_with_laws(rise_law, return_law)
 
 
 def _group_rows_with_equal_values(columns: Iterable[NDArray[Any]], count: int) -> list[IndexArray]:

@@ -47,26 +47,26 @@ class SweepEstimate(NamedTuple):
 
 
 def estimate_sweep(
-    plan: SweepPlan, numbers: range, threads: Threads, workers: int, folder: Path
+    plan: SweepPlan, block_numbers: range, threads: Threads, workers: int, folder: Path
 ) -> SweepEstimate | None:
     """The estimate for blocks of a sweep by ``workers``, from a few blocks on threads; None for too few blocks.
 
     The neighbour of each timed block is evaluated first, because it fills the caches of its motion.
     """
-    if len(numbers) < LEAST_BLOCKS:
+    if len(block_numbers) < LEAST_BLOCKS:
         return None
-    places = np.linspace(0, len(numbers) - 2, BLOCKS_A_THREAD * threads.workers + 2).astype(int)[1:-1]
-    neighbours, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
+    places = np.linspace(0, len(block_numbers) - 2, BLOCKS_A_THREAD * threads.workers + 2).astype(int)[1:-1]
+    neighbours, timed = ([block_numbers[place + step] for place in places.tolist()] for step in (0, 1))
     for _ in threads.results_in_order(plan.evaluate_blocks, neighbours):
         pass
     start = monotonic()
     batches = [*threads.results_in_order(plan.evaluate_blocks, timed)]
     seconds = (monotonic() - start) * threads.workers / workers
-    share = len(numbers) / len(timed)
+    share = len(block_numbers) / len(timed)
     tabled = batches if plan.keep in TABLED_KEEPS else []
-    kept = sum(len(batch_bytes(batch, plan.row_quantities)) for batch in tabled)
-    designs = plan.blocks.design_count_before_block(numbers.stop) - plan.blocks.design_count_before_block(
-        numbers.start
+    kept = sum(len(batch_bytes(batch, plan.searched_row_quantities)) for batch in tabled)
+    designs = plan.blocks.design_count_before_block(block_numbers.stop) - plan.blocks.design_count_before_block(
+        block_numbers.start
     )
     return SweepEstimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 
@@ -81,10 +81,10 @@ def check_disk_room(estimate: SweepEstimate, folder: Path) -> None:
         raise OSError(ENOSPC, why, os.fspath(folder))
 
 
-def bytes_in_words(size: float) -> str:
+def bytes_in_words(byte_count: float) -> str:
     """A number of bytes in words."""
-    power = min(max(len(f"{size:.0f}") - 1, 0) // 3, 4)
-    return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
+    power = min(max(len(f"{byte_count:.0f}") - 1, 0) // 3, 4)
+    return f"{byte_count / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
 
 
 def announce_estimate(store: Store, threads: Threads, engine: Engine, tell: MessageSink | None) -> None:

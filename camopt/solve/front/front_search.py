@@ -27,7 +27,7 @@ from camopt.scene.problem.rows import DesignRows, scatter_rows
 from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.blocks import SpaceResult
 from camopt.solve.front.box_bounds import BoxBounds, is_motion_infeasible
-from camopt.solve.front.grid_boxes import Grid, GridBoxes, chained_boxes
+from camopt.solve.front.grid_boxes import Grid, GridBoxes, concatenate_grid_boxes
 from camopt.solve.front.pareto import FrontArchive, non_dominated, row_costs
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.feasible_filter import filter_designs
@@ -87,14 +87,14 @@ class FrontSearch:
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.take_front()
-        rows = self.replace_numbers_by_sizes(
+        rows = self.replace_design_numbers_by_sizes(
             rows.take_and_release(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1])
         )
         return SpaceResult(
             rows, rows, self.effort, self.reached, self.evaluated, boxes=self.bounded_count, decided=self.decided
         )
 
-    def replace_numbers_by_sizes(self, rows: DesignRows) -> DesignRows:
+    def replace_design_numbers_by_sizes(self, rows: DesignRows) -> DesignRows:
         """The rows in the order of the space, with the sizes of their designs instead of the numbers."""
         motion, number = np.divmod(rows.column(DESIGN_NUMBER), self.space.designs_per_problem)
         motions, firsts = np.unique(motion if rows.count else [0], return_index=True)
@@ -105,12 +105,16 @@ class FrontSearch:
         )
 
     def _sizes_by_motion(
-        self, motions: IntArray, number: IntArray, ends: list[int]
+        self, motions: IntArray, design_numbers: IntArray, row_ends: list[int]
     ) -> Iterator[tuple[slice, DesignRows]]:
         """The sizes of the designs of some motions, with the places of each motion's rows."""
         names = self.space.problem.size_quantity_names.intersection(self.names)
-        for (first, last), problem in zip(pairwise(ends), (self.space.problems[i] for i in motions), strict=True):
-            block = EvaluationBlock(problem.setup, problem.programme, self.space.designs(number[first:last]))
+        for (first, last), problem in zip(
+            pairwise(row_ends), (self.space.problems[i] for i in motions), strict=True
+        ):
+            block = EvaluationBlock(
+                problem.setup, problem.programme, self.space.designs(design_numbers[first:last])
+            )
             yield slice(first, last), run_effects(block, names)
 
     def open_first_boxes(self) -> None:
@@ -135,7 +139,7 @@ class FrontSearch:
         if not small.all():
             self.open_boxes.append(self.bound_and_halve_boxes(boxes.take(~small)))
         if not self.open_boxes or sum(int(part.design_counts.sum()) for part in self.small_boxes) > PENDING_DESIGNS:
-            self.evaluate_designs_of_small_boxes(chained_boxes(self.small_boxes))
+            self.evaluate_designs_of_small_boxes(concatenate_grid_boxes(self.small_boxes))
         done = self.bounded_count + self.finished_count
         halvings = (np.log2(np.maximum(part.design_counts / FEW_DESIGNS, 2.0)).sum() for part in self.open_boxes)
         report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small_boxes)))
@@ -152,15 +156,13 @@ class FrontSearch:
         boxes = self.keep_undecided_and_count_decided(boxes, ~dominators.mask_dominated_points(boxes.costs))
         self.bounded_count += len(boxes)
         order = np.argsort(boxes.motion, kind="stable")
-        parts = [
-            boxes.take(index) for index in _split_by_motion_and_size(order, boxes.motion[order], BOUNDED_AT_ONCE)
-        ]
+        parts = [boxes.take(index) for index in _split_order_by_motion(order, boxes.motion[order], BOUNDED_AT_ONCE)]
         bounded = list(self.map_in_order(partial(self.bound_boxes_and_choose_axes, dominators), parts))
         if not bounded:
             return boxes
         bounded_boxes, are_open, axes = (list(column) for column in zip(*bounded, strict=True))
         open_ = np.concatenate(are_open)
-        return self.keep_undecided_and_count_decided(chained_boxes(bounded_boxes), open_).halve_boxes(
+        return self.keep_undecided_and_count_decided(concatenate_grid_boxes(bounded_boxes), open_).halve_boxes(
             np.concatenate(axes)[open_]
         )
 
@@ -168,9 +170,12 @@ class FrontSearch:
         self, dominators: Dominators | TreePair, boxes: GridBoxes
     ) -> tuple[GridBoxes, Any, IntArray]:
         """Boxes of one motion with lower bounds of their costs, which boxes stay open, and the axis to cut."""
-        bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.free)
+        bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.varied_fields)
         designs = self.grid.boxes_as_interval_designs(boxes)
-        open_, change = ~bounds.boxes_impossible_by_sizes(designs), np.zeros((len(self.grid.free), len(boxes)))
+        open_, change = (
+            ~bounds.boxes_impossible_by_sizes(designs),
+            np.zeros((len(self.grid.varied_fields), len(boxes))),
+        )
         costs = np.full((len(boxes), len(self.objectives)), -np.inf)
         box_costs = bounds.bound_costs(designs.take(open_))
         costs[open_], change[:, open_] = box_costs.costs, box_costs.change
@@ -189,7 +194,7 @@ class FrontSearch:
     def choose_cut_axes(self, boxes: GridBoxes, bound_changes: Any) -> IntArray:
         """The axis of each box to cut: the one with several values across which the bounds change the most."""
         places = boxes.high - boxes.low
-        free = [k for k, name in enumerate(self.grid.axes) if name in self.grid.free]
+        free = [k for k, name in enumerate(self.grid.axes) if name in self.grid.varied_fields]
         share = np.zeros(places.shape)
         share[:, free] = np.where(places[:, free] > 0, bound_changes.T + 1e-9 * places[:, free], -1.0)
         share[:, [k for k in range(places.shape[1]) if k not in free]] = -1.0
@@ -205,19 +210,19 @@ class FrontSearch:
                 block, ~self.dominators().mask_dominated_points(block.costs)
             )
             self.evaluate_and_archive_designs(
-                np.repeat(block.motion, block.design_counts), self.grid.numbers_in_boxes(block)
+                np.repeat(block.motion, block.design_counts), self.grid.design_numbers_in_boxes(block)
             )
         self.small_boxes, self.finished_count = [], self.finished_count + len(boxes)
 
-    def evaluate_and_archive_designs(self, motion: IntArray, number: IntArray) -> None:
+    def evaluate_and_archive_designs(self, motions: IntArray, design_numbers: IntArray) -> None:
         """Evaluate designs, given by motion and number, and keep those that may be on the front."""
-        order = np.argsort(motion, kind="stable")
+        order = np.argsort(motions, kind="stable")
         blocks = [
-            (motion[part], number[part])
-            for part in _split_by_motion_and_size(order, motion[order], EVALUATED_AT_ONCE)
+            (motions[part], design_numbers[part])
+            for part in _split_order_by_motion(order, motions[order], EVALUATED_AT_ONCE)
         ]
         for result in self.map_in_order(
-            self.evaluate_designs_of_motion, blocks or [(np.zeros(1, dtype=np.int64), number)]
+            self.evaluate_designs_of_motion, blocks or [(np.zeros(1, dtype=np.int64), design_numbers)]
         ):
             dominated = self.points.add_and_find_dominated(self.finite_row_costs(result.front))
             self.archive.add(result.front.take(~dominated))
@@ -253,7 +258,7 @@ class FrontSearch:
         return self.pool.map(work, items) if len(items) > 1 else map(work, items)
 
 
-def _split_by_motion_and_size(order: IntArray, motion: IntArray, size: int) -> Iterator[IntArray]:
-    """An order cut where the motion changes, and into parts of at most ``size``."""
-    for part in np.split(order, np.flatnonzero(np.diff(motion)) + 1):
-        yield from (part[first : first + size] for first in range(0, part.size, size))
+def _split_order_by_motion(order: IntArray, motions: IntArray, part_size: int) -> Iterator[IntArray]:
+    """An order cut where the motion changes, and into parts of at most ``part_size``."""
+    for part in np.split(order, np.flatnonzero(np.diff(motions)) + 1):
+        yield from (part[first : first + part_size] for first in range(0, part.size, part_size))

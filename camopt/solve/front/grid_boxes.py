@@ -31,7 +31,7 @@ class Grid:
         return {field: values[order] for (field, values), order in ordered}
 
     @cached_property
-    def free(self) -> list[str]:
+    def varied_fields(self) -> list[str]:
         """The sizes and numbers with several values."""
         return [name for name, values in self.axes.items() if values.size > 1]
 
@@ -59,7 +59,7 @@ class Grid:
         where = tuple(order[place] for order, place in zip(self.sorted_axis_indices, places.T, strict=True))
         return np.asarray(np.ravel_multi_index(where, shape) if shape else np.zeros(len(places), dtype=np.int64))
 
-    def numbers_in_boxes(self, boxes: "GridBoxes") -> IntArray:
+    def design_numbers_in_boxes(self, boxes: "GridBoxes") -> IntArray:
         """The numbers of all designs of boxes, one box after the other."""
         shape, counts = boxes.high - boxes.low + 1, boxes.design_counts
         box = np.repeat(np.arange(len(boxes)), counts)
@@ -101,16 +101,16 @@ class GridBoxes:
     def take(self, index: Any) -> "GridBoxes":
         return GridBoxes(*(values[index] for values in (self.motion, self.low, self.high, self.costs)))
 
-    def halve_boxes(self, axis: IntArray) -> "GridBoxes":
+    def halve_boxes(self, cut_axes: IntArray) -> "GridBoxes":
         """The boxes, each cut in two across an axis (n,) with several values; halves are neighbours."""
-        cut = np.arange(len(self)), axis
+        cut = np.arange(len(self)), cut_axes
         below, above, middle = self.high.copy(), self.low.copy(), self.middle_places[cut]
         below[cut], above[cut] = middle, middle + 1
         order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
-        return chained_boxes([replace(self, high=below), replace(self, low=above)]).take(order)
+        return concatenate_grid_boxes([replace(self, high=below), replace(self, low=above)]).take(order)
 
 
-def chained_boxes(parts: list[GridBoxes]) -> GridBoxes:
+def concatenate_grid_boxes(parts: list[GridBoxes]) -> GridBoxes:
     """The boxes of all parts, one part after the other."""
     fields = ("motion", "low", "high", "costs")
     return GridBoxes(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))

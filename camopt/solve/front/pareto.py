@@ -63,9 +63,9 @@ class FrontArchive:
     Rows are filtered column by column, so that few columns are in memory twice at a time.
     """
 
-    def __init__(self, objectives: Objectives, least: int) -> None:
-        """Filter the rows whenever the new ones exceed ``least`` and the number of kept rows."""
-        self._objectives, self._least = objectives, least
+    def __init__(self, objectives: Objectives, least_new_rows: int) -> None:
+        """Filter the rows whenever the new ones exceed ``least_new_rows`` and the number of kept rows."""
+        self._objectives, self._least = objectives, least_new_rows
         self._parts: list[DesignRows] = []
         self._kept = self._new = 0
 

@@ -195,9 +195,14 @@ def sweep_part(  # noqa: PLR0913
     """
     scene = scene_from(scene)
     check_count("workers", workers)
-    plan, threads = _plan_cut_for_parts(sweep_plan(scene, keep), part), Threads(workers or os.cpu_count() or 1)
-    folder, question = Path(out) / name_of_part(*part), plan.sweep_key(*part)
-    if not again and (answer := published_answer_to_same_question(folder, PART_COMMAND, question.to_manifest)):
+    plan, threads = (
+        _plan_with_blocks_in_every_part(sweep_plan(scene, keep), part),
+        Threads(workers or os.cpu_count() or 1),
+    )
+    folder, question = Path(out) / part_folder_name(*part), plan.sweep_key(*part)
+    if not again and (
+        answer := published_answer_to_same_question(folder, PART_COMMAND, question.part_manifest_entry)
+    ):
         with suppress(LookupError, TypeError):  # a manifest may be damaged
             counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
             if tell:
@@ -205,7 +210,7 @@ def sweep_part(  # noqa: PLR0913
             return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
     kept = (BATCH_FILES, QUESTION_FILE)
     with publication(
-        folder, PART_COMMAND, (BATCH_FILES,), question=question.to_manifest, kept_patterns=kept
+        folder, PART_COMMAND, (BATCH_FILES,), question=question.part_manifest_entry, kept_patterns=kept
     ) as unit:
         store = Store(unit.staging, plan, question, tell)
         with save_batches_on_early_end(store):
@@ -222,11 +227,11 @@ def sweep_part(  # noqa: PLR0913
     return result
 
 
-def name_of_part(part: int, parts: int) -> str:
-    return f"part-{part}-of-{parts}"
+def part_folder_name(part: int, part_count: int) -> str:
+    return f"part-{part}-of-{part_count}"
 
 
-def _plan_cut_for_parts(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
+def _plan_with_blocks_in_every_part(plan: SweepPlan, part: tuple[int, int]) -> SweepPlan:
     """The plan with blocks small enough for all parts to have some; BadInput if there is no such part.
 
     Rows do not depend on the size of blocks.
@@ -314,7 +319,7 @@ def merge(
 def _check_no_other_interrupted_sweep(folder: Path, plan: SweepPlan) -> None:
     """BadInput if a folder has an interrupted sweep of another question, which would be lost."""
     interrupted = interrupted_key(folder, SWEEP_COMMAND)
-    if interrupted and interrupted.differences_but_block(plan.sweep_key()):
+    if interrupted and interrupted.differences_except_block_size(plan.sweep_key()):
         why = "another folder: an interrupted sweep is kept in this one, and would be lost"
         raise BadInput([Mistake("camopt", "out", str(folder), why)])
 
@@ -359,9 +364,9 @@ def _read_parts(
         if question is None:
             mistakes.append(_incomplete_part_mistake(folder, "its manifest does not name its scene and options"))
             continue
-        if question.whole_sweep not in plans:
-            plans[question.whole_sweep] = _plan_or_fault(question.whole_sweep)
-        plan = plans[question.whole_sweep]
+        if question.key_of_whole_sweep not in plans:
+            plans[question.key_of_whole_sweep] = _plan_or_fault(question.key_of_whole_sweep)
+        plan = plans[question.key_of_whole_sweep]
         if isinstance(plan, str):
             mistakes.append(_incomplete_part_mistake(folder, plan))
             continue
@@ -406,11 +411,11 @@ def _plan_of_complete_parts(keys_by_folder: dict[Path, SweepKey], mistakes: list
     if not keys_by_folder:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
     first = next(iter(keys_by_folder))
-    whole, parts = keys_by_folder[first].whole_sweep, keys_by_folder[first].parts
+    whole, parts = keys_by_folder[first].key_of_whole_sweep, keys_by_folder[first].parts
     named = {int(number) for mistake in mistakes for number in re.findall(r"part-(\d+)-of-", str(mistake.value))}
     by_part: dict[int, list[Path]] = {}
     for path, question in keys_by_folder.items():
-        if question.whole_sweep != whole or question.parts != parts:
+        if question.key_of_whole_sweep != whole or question.parts != parts:
             other = ", ".join(name for name in question.differences_from(keys_by_folder[first]) if name != "part")
             why = f"a part of the same sweep as {first}; it differs in {other}"
             mistakes.append(Mistake("camopt", "part", str(path), why))

@@ -39,7 +39,7 @@ class PatternSearch:
         return list(self.problem.objectives).index(objective)
 
     @property
-    def lowers_size(self) -> bool:
+    def minimises_size(self) -> bool:
         """Whether the objective is the size of the cam, to be lowered."""
         name = self.problem.size_quantity_name
         return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
@@ -55,52 +55,52 @@ class PatternSearch:
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
-    def are_feasible_under_ceilings(self, designs: Designs, ceilings: FloatArray) -> Any:
+    def are_feasible_under_ceilings(self, designs: Designs, cost_ceilings: FloatArray) -> Any:
         """Which designs are feasible and cost no more than their ceilings."""
         costs, held = self.worst_costs_and_feasibility(designs)
-        return held & np.all(costs <= ceilings, axis=1)
+        return held & np.all(costs <= cost_ceilings, axis=1)
 
-    def evaluate_objective_at_least_size(
-        self, designs: Designs, ceilings: FloatArray
+    def shrink_and_evaluate_objective(
+        self, designs: Designs, cost_ceilings: FloatArray
     ) -> tuple[Designs, FloatArray]:
         """Designs with their objectives, at the least size if that is the objective; inf for those not allowed."""
-        if self.lowers_size:
-            index = np.flatnonzero(self.are_feasible_under_ceilings(designs, ceilings))
+        if self.minimises_size:
+            index = np.flatnonzero(self.are_feasible_under_ceilings(designs, cost_ceilings))
             size, reached = designs.size.copy(), np.full(len(designs), np.inf)
-            size[index] = reached[index] = self._least_sizes(designs.take(index), ceilings[index])
+            size[index] = reached[index] = self._smallest_feasible_sizes(designs.take(index), cost_ceilings[index])
             return replace(designs, size=size), reached
         costs, held = self.worst_costs_and_feasibility(designs)
-        held &= np.all(costs <= ceilings, axis=1)
+        held &= np.all(costs <= cost_ceilings, axis=1)
         return designs, np.where(held, costs[:, self.objective_index(self.objective)], np.inf)
 
-    def _least_sizes(self, designs: Designs, ceilings: FloatArray) -> FloatArray:
+    def _smallest_feasible_sizes(self, designs: Designs, cost_ceilings: FloatArray) -> FloatArray:
         """The least allowed size of each allowed design, by bisection [mm]."""
         low, high = np.full(len(designs), self.free["size"][0]), designs.size
-        high = np.where(self.are_feasible_under_ceilings(replace(designs, size=low), ceilings), low, high)
+        high = np.where(self.are_feasible_under_ceilings(replace(designs, size=low), cost_ceilings), low, high)
         for _ in range(STEP_HALVINGS):
             middle = (low + high) / 2
-            held = self.are_feasible_under_ceilings(replace(designs, size=middle), ceilings)
+            held = self.are_feasible_under_ceilings(replace(designs, size=middle), cost_ceilings)
             low, high = np.where(held, low, middle), np.where(held, middle, high)
         return high
 
 
-def polish_designs(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
+def polish_designs(pattern: PatternSearch, designs: Designs, cost_ceilings: FloatArray) -> Designs:
     """The designs at their optima under ceilings (designs, objectives), which the designs meet at the start."""
     proved = np.zeros(len(designs), dtype=bool)
-    if pattern.lowers_size:
-        designs, proved = move_to_closed_form_optima(pattern, designs, ceilings)
+    if pattern.minimises_size:
+        designs, proved = move_to_closed_form_optima(pattern, designs, cost_ceilings)
     rest = np.flatnonzero(~proved)
     return (
-        designs.replace_at(rest, search_by_pattern(pattern, designs.take(rest), ceilings[rest]))
+        designs.replace_at(rest, search_by_pattern(pattern, designs.take(rest), cost_ceilings[rest]))
         if rest.size
         else designs
     )
 
 
-def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
+def search_by_pattern(pattern: PatternSearch, designs: Designs, cost_ceilings: FloatArray) -> Designs:
     """The designs at local optima, by a pattern search; designs that are not allowed stay."""
-    names = [name for name in pattern.free if not (pattern.lowers_size and name == "size")]
-    designs, value = pattern.evaluate_objective_at_least_size(designs, ceilings)
+    names = [name for name in pattern.free if not (pattern.minimises_size and name == "size")]
+    designs, value = pattern.shrink_and_evaluate_objective(designs, cost_ceilings)
     step = np.where(np.isfinite(value), OPENING_STEP, 0.0)
     random = np.random.default_rng(0)
     for _ in range(SEARCH_STEPS if names else 0):
@@ -113,8 +113,8 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatA
         directions = np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
         index = np.repeat(active, len(directions))
         shares = step[index, None] * np.tile(directions, (active.size, 1))
-        moved, reached = pattern.evaluate_objective_at_least_size(
-            _shift_designs(designs.take(index), pattern.free, names, shares), ceilings[index]
+        moved, reached = pattern.shrink_and_evaluate_objective(
+            _shift_designs(designs.take(index), pattern.free, names, shares), cost_ceilings[index]
         )
         best = np.argmin(reached.reshape(active.size, -1), axis=1) + np.arange(active.size) * len(directions)
         better = reached[best] < value[active] - LEAST_STEP_GAIN * np.abs(value[active])
@@ -124,24 +124,26 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, ceilings: FloatA
     return designs
 
 
-def _shift_designs(designs: Designs, free: SizeBounds, names: list[str], shares: FloatArray) -> Designs:
+def _shift_designs(designs: Designs, ranges: SizeBounds, names: list[str], range_shares: FloatArray) -> Designs:
     """The designs moved by shares of their ranges, but not beyond these."""
     values = designs.values
-    for name, share in zip(names, shares.T, strict=True):
-        low, high = free[name]
+    for name, share in zip(names, range_shares.T, strict=True):
+        low, high = ranges[name]
         values[name] = np.clip(values[name] + share * (high - low), low, high)
     return designs.with_values(values)
 
 
 def move_to_closed_form_optima(
-    pattern: PatternSearch, designs: Designs, ceilings: FloatArray
+    pattern: PatternSearch, designs: Designs, cost_ceilings: FloatArray
 ) -> tuple[Designs, Any]:
     """The designs, those with a closed form at their proved optimum, and a mask of these.
 
     The linear limits, with the ceilings of the pressure angle, give a design that no allowed one undercuts in size.
     If it is allowed, it is the smallest.
     """
-    bounds = [_closed_form_smallest_design(pattern, designs.take([i]), ceilings[i]) for i in range(len(designs))]
+    bounds = [
+        _closed_form_smallest_design(pattern, designs.take([i]), cost_ceilings[i]) for i in range(len(designs))
+    ]
     index = np.flatnonzero([design is not None for design in bounds])
     proved = np.zeros(len(designs), dtype=bool)
     if not index.size:
@@ -151,7 +153,7 @@ def move_to_closed_form_optima(
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)
         held = larger.size <= designs.size[index[open_]]
-        held[held] = pattern.are_feasible_under_ceilings(larger.take(held), ceilings[index[open_[held]]])
+        held[held] = pattern.are_feasible_under_ceilings(larger.take(held), cost_ceilings[index[open_[held]]])
         designs = designs.replace_at(index[open_[held]], larger.take(held))
         proved[index[open_[held]]] = True
         open_ = open_[~held]
@@ -160,10 +162,12 @@ def move_to_closed_form_optima(
     return designs, proved
 
 
-def _closed_form_smallest_design(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
+def _closed_form_smallest_design(
+    pattern: PatternSearch, design: Designs, cost_ceilings: FloatArray
+) -> Designs | None:
     """The smallest design under the linear limits and ceilings; None without a closed form."""
     problem = pattern.problem
-    most = dict(zip(problem.objectives, ceilings, strict=True))
+    most = dict(zip(problem.objectives, cost_ceilings, strict=True))
     angle = most.get("pressure_angle_max_deg", np.inf)
     on_return = min(angle, most.get("pressure_angle_max_return_deg", np.inf))
     if on_return <= 0.0:

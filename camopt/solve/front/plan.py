@@ -71,22 +71,22 @@ class SweepKey:
         rest = ("keep", "block", "version", "part", "parts")
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
 
-    def differences_but_block(self, other: "SweepKey") -> list[str]:
+    def differences_except_block_size(self, other: "SweepKey") -> list[str]:
         """The differences without the size of blocks, which rows do not depend on."""
         return [name for name in self.differences_from(other) if name != "block"]
 
     @property
-    def whole_sweep(self) -> "SweepKey":
+    def key_of_whole_sweep(self) -> "SweepKey":
         """The key of the whole sweep that this part belongs to."""
         return replace(self, part=1, parts=1)
 
     @property
-    def to_manifest(self) -> dict[str, Any]:
+    def part_manifest_entry(self) -> dict[str, Any]:
         """The key as in the manifest of a part."""
         return asdict(self)
 
     @property
-    def to_sweep_manifest(self) -> dict[str, Any]:
+    def sweep_manifest_entry(self) -> dict[str, Any]:
         """The key as in the manifest of a whole sweep: its rows do not depend on the size of blocks."""
         return asdict(self) | {"block": BLOCK_SIZE}
 
@@ -109,7 +109,7 @@ class SweepPlan:
         return None if self.keep == "all" or self.problem.robust_errors else shared_pitch_curve_numbers(self.space)
 
     @cached_property
-    def uses_own_curves(self) -> bool:
+    def own_pitch_curves_decide_limits(self) -> bool:
         """Whether designs share no pitch curves, but each one's own pitch curve decides all its limits."""
         if (
             self.shared_pitch_curves
@@ -118,12 +118,14 @@ class SweepPlan:
             or not self.space.axes
         ):
             return False
-        return pitch_curves_decide_all_limits(self.problem, frozenset(self.row_columns))
+        return pitch_curves_decide_all_limits(self.problem, frozenset(self.searched_row_columns))
 
     @cached_property
     def block_size(self) -> int:
         """The most designs of a block."""
-        return self.most or (SHARING_BLOCK_SIZE if self.shared_pitch_curves or self.uses_own_curves else BLOCK_SIZE)
+        return self.most or (
+            SHARING_BLOCK_SIZE if self.shared_pitch_curves or self.own_pitch_curves_decide_limits else BLOCK_SIZE
+        )
 
     @cached_property
     def table_columns(self) -> tuple[str, ...]:
@@ -133,17 +135,17 @@ class SweepPlan:
         return [find_quantity(name, self.problem.setup) for name in names]
 
     @cached_property
-    def row_columns(self) -> tuple[str, ...]:
+    def searched_row_columns(self) -> tuple[str, ...]:
         """The columns of the searched rows: all columns only if these rows are tabled or refined."""
         full = self.keep in TABLED_KEEPS or self.scene.search.refine
         return self.table_columns if full else comparison_columns(self.problem)
 
     @property
-    def row_quantities(self) -> list[Quantity]:
-        return self.find_quantities(self.row_columns)
+    def searched_row_quantities(self) -> list[Quantity]:
+        return self.find_quantities(self.searched_row_columns)
 
     @cached_property
-    def uses_boxes(self) -> bool:
+    def searches_front_by_boxes(self) -> bool:
         """Whether boxes of designs find the front: only the front is wanted, and the objectives allow it."""
         if self.keep in TABLED_KEEPS or self.problem.search_space.samples or self.problem.robust_errors:
             return False
@@ -156,12 +158,12 @@ class SweepPlan:
     @cached_property
     def blocks(self) -> SpaceBlocks:
         """The blocks of the space."""
-        every, kept, own = self.keep == "all", self.keep in TABLED_KEEPS, self.uses_own_curves
+        every, kept, own = self.keep == "all", self.keep in TABLED_KEEPS, self.own_pitch_curves_decide_limits
         return SpaceBlocks(
-            self.space, self.row_columns, self.shared_pitch_curves, every, kept, self.block_size, own
+            self.space, self.searched_row_columns, self.shared_pitch_curves, every, kept, self.block_size, own
         )
 
-    def with_extra_cams(self, errors: Sequence[NumberErrors]) -> "SweepPlan":
+    def with_extra_robust_errors(self, errors: Sequence[NumberErrors]) -> "SweepPlan":
         """The plan in which each design must meet the limits with these errors too."""
         problem = replace(self.problem, robust_errors=(*self.problem.robust_errors, *errors))
         return replace(self, problem=problem, space=sweep_space(problem))
@@ -184,17 +186,19 @@ class SweepPlan:
         """Another process gets the key, and the calls, which pickle the user's functions along."""
         return plan_of_key, (self.sweep_key(), self.quantity_function_calls)
 
-    def evaluate_blocks(self, numbers: Sequence[int]) -> BlockBatch:
+    def evaluate_blocks(self, block_numbers: Sequence[int]) -> BlockBatch:
         """The merged results of consecutive blocks."""
-        return merge_batches([self.blocks.evaluate_block(number) for number in numbers], self.problem.objectives)
+        return merge_batches(
+            [self.blocks.evaluate_block(number) for number in block_numbers], self.problem.objectives
+        )
 
-    def evaluate_in_batches(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
+    def evaluate_in_batches(self, block_numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         """The results of blocks from an engine, in batches and in order."""
         if not isinstance(engine, Threads):
             for call in self.quantity_function_calls:
                 call.check_importable()  # an engine's own message would be less clear
         sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE_BLOCKS, dtype=int)).tolist()
-        return engine.results_in_order(self.evaluate_blocks, numbers, sample)
+        return engine.results_in_order(self.evaluate_blocks, block_numbers, sample)
 
     def part_blocks(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""
@@ -213,10 +217,10 @@ def boxes_are_faster(plan: SweepPlan) -> bool:
     return plan.blocks.searched_curve_count + DESIGN_COST * len(plan.space) >= least * len(plan.space.problems)
 
 
-def key_from_manifest(manifest_question: Any) -> SweepKey | None:
+def key_from_manifest(manifest_entry: Any) -> SweepKey | None:
     """The key in a manifest's question; None if there is none."""
     with suppress(ValueError, TypeError):
-        return SweepKey.from_json(manifest_question)
+        return SweepKey.from_json(manifest_entry)
     return None
 
 
@@ -228,7 +232,7 @@ def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
             [Mistake("camopt", "keep", keep, f"a choice of designs; {suggest_names(str(keep), KEEP_CHOICES)}")]
         )
     resolved = resolve(scene)
-    if resolved.robust_errors and (mistakes := [*_robust_mistakes(scene, keep)]):
+    if resolved.robust_errors and (mistakes := [*_robust_sweep_option_mistakes(scene, keep)]):
         raise BadInput(mistakes)
     problem = with_default_objectives(resolved)
     if problem is not resolved:
@@ -237,7 +241,7 @@ def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
     return SweepPlan(scene, problem, space, keep, block)
 
 
-def _robust_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
+def _robust_sweep_option_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
     """Mistakes for options of a sweep that ``search.robust`` does not allow."""
     if scene.search.refine:
         why = "cannot refine robust cams: omit it with search.robust; optimise finds the smallest robust cam"
@@ -246,8 +250,8 @@ def _robust_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
         yield Mistake("camopt", "keep", keep, "with search.robust must be feasible or pareto", bare=True)
 
 
-def plan_of_key(key: SweepKey, calls: Sequence[FunctionCall] = ()) -> SweepPlan:
-    """The plan of a key, on another machine or in a later run; unpickling ``calls`` restores their functions."""
+def plan_of_key(key: SweepKey, function_calls: Sequence[FunctionCall] = ()) -> SweepPlan:
+    """The plan of a key, on another machine or in a later run; ``function_calls`` bring their functions."""
     return sweep_plan(Scene.embedded(key.scene, "sweep"), key.keep, key.block)
 
 

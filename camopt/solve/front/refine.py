@@ -55,11 +55,11 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
     groups = list(space.designs_of_rows(start))
     parts, done, total = [], 0, start.count + CURVE_LEVELS * len(groups)
 
-    def polish_in_blocks(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
+    def polish_in_blocks(pattern: PatternSearch, designs: Designs, cost_ceilings: FloatArray) -> Iterator[Designs]:
         nonlocal done
         for first in range(0, max(len(designs), 1), MOVED_AT_ONCE):
             block = slice(first, first + MOVED_AT_ONCE)
-            yield polish_designs(pattern, designs.take(block), ceilings[block])
+            yield polish_designs(pattern, designs.take(block), cost_ceilings[block])
             done = min(done + MOVED_AT_ONCE, total)
             report_progress(progress, done, total)
 
@@ -78,7 +78,7 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
             for block in polish_in_blocks(search, designs, ceilings)
         )
         designs = concatenate_designs(
-            [designs, *polish_in_blocks(pattern, *_level_starts_and_ceilings(pattern, designs, decided))]
+            [designs, *polish_in_blocks(pattern, *_starts_and_ceilings_of_even_levels(pattern, designs, decided))]
         )
         parts.append(_with_refined_column(_feasible_rows(pattern.problem, designs, names), True))
     front = non_dominated(concatenate_rows(parts), problem.objectives)
@@ -133,13 +133,13 @@ def _best_designs_by_objective(
     """
     costs, _ = pattern.worst_costs_and_feasibility(designs)
     for name in objective_names if len(designs) else ():
-        if name != pattern.problem.size_quantity_name or not pattern.lowers_size:
+        if name != pattern.problem.size_quantity_name or not pattern.minimises_size:
             best = designs.take([int(np.argmin(costs[:, pattern.objective_index(name)]))])
             search = replace(pattern, objective=name)
             yield search_by_pattern(search, best, np.full((1, costs.shape[1]), np.inf))
 
 
-def _level_starts_and_ceilings(
+def _starts_and_ceilings_of_even_levels(
     pattern: PatternSearch, designs: Designs, objective_names: list[str]
 ) -> tuple[Designs, FloatArray]:
     """Starts and ceilings that fill a curve: even levels of the other objective, each from the design below it."""

@@ -53,13 +53,13 @@ def report_rows(plan: SweepPlan, space_result: SpaceResult, progress: Progress |
         rows = refine_front(space, rows, progress)
     rows = rows if search.thin is None else thin_front(rows, objectives, search.thin)
     best = best_row_of_each_law(space_result.best, objectives)
-    index, smaller = places_and_next_smaller_cams(space, best)
+    index, smaller = row_indices_and_next_smaller_cams(space, best)
     tables = [best, smaller, rows] + ([] if rows is space_result.front else [space_result.front])
     best, smaller, *fronts = with_reevaluated_columns(space, frozenset(plan.table_columns), *tables)
     return ReportedRows(fronts[0], fronts[-1], best, limits_violated_by_smaller_cams(best.count, index, smaller))
 
 
-def best_of_each_law(scene: Scene, reported: ReportedRows) -> dict[str, Design]:
+def best_design_of_each_law(scene: Scene, reported: ReportedRows) -> dict[str, Design]:
     """The best row of each pair of laws as a design, the best law first."""
     pairs = zip(reported.best.records(), reported.active_limits, strict=True)
     rows = ({**row, "held_by": limits} for row, limits in pairs)
@@ -112,7 +112,7 @@ def reevaluate_designs(problem: Problem, designs: Designs, names: frozenset[str]
     ).select_columns(names)
 
 
-def places_and_next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray, DesignRows]:
+def row_indices_and_next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[IndexArray, DesignRows]:
     """The rows that are not at the edge of the space, with the next smaller size of the cam.
 
     In a sample the next smaller size is one per cent smaller.
@@ -124,10 +124,10 @@ def places_and_next_smaller_cams(space: DesignSpace, rows: DesignRows) -> tuple[
     return inside, replace(smaller, columns=smaller.columns | {name: np.array([sizes[row] for row in inside])})
 
 
-def limits_violated_by_smaller_cams(row_count: int, index: IndexArray, smaller_cams: DesignRows) -> list[str]:
+def limits_violated_by_smaller_cams(row_count: int, row_indices: IndexArray, smaller_cams: DesignRows) -> list[str]:
     """The active limits of rows: those that the next smaller cam exceeds, if there is such a cam."""
     active = [EDGE_OF_SPACE] * row_count
-    for row, names in zip(index, smaller_cams.column("violated"), strict=True):
+    for row, names in zip(row_indices, smaller_cams.column("violated"), strict=True):
         active[row] = str(names).replace(",", ", ")
     return active
 

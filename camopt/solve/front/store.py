@@ -23,9 +23,9 @@ from camopt.core.quantities import Quantity
 from camopt.core.storage.files import (
     WORK_FOLDER,
     LossWarning,
+    atomically_written_file,
     open_regular_file,
     read_bytes,
-    whole_file,
     write_text,
 )
 from camopt.core.storage.tables import ARROW_ERRORS, PARQUET_OPTIONS
@@ -55,7 +55,7 @@ class Store:
         The folder. The first batch that is written replaces batches of another question in it.
     plan : SweepPlan
         The plan of the sweep.
-    question : SweepKey
+    sweep_key : SweepKey
         The key of the sweep or part.
     tell : callable, optional
         Called with a sentence if the folder has work of another question, which will be replaced, and with the
@@ -67,16 +67,16 @@ class Store:
         The error that ended writing. The sweep continues without the store; written files stay.
     """
 
-    def __init__(self, folder: Path, plan: SweepPlan, question: SweepKey, tell: MessageSink | None = None) -> None:
-        self.folder, self.plan, self.question, self._tell = folder, plan, question, tell
-        self.numbers = plan.part_blocks(question.part, question.parts)
+    def __init__(self, folder: Path, plan: SweepPlan, sweep_key: SweepKey, tell: MessageSink | None = None) -> None:
+        self.folder, self.plan, self.question, self._tell = folder, plan, sweep_key, tell
+        self.numbers = plan.part_blocks(sweep_key.part, sweep_key.parts)
         self.trouble: OSError | None = None
         self._pending: list[BlockBatch] = []
         self._since = monotonic()
         other = stored_key(folder)
-        self._is_own = other == question
+        self._is_own = other == sweep_key
         if tell and other and not self._is_own:
-            named = ", ".join(other.differences_from(question))
+            named = ", ".join(other.differences_from(sweep_key))
             tell(
                 LossWarning(
                     f"the folder has an interrupted sweep that differs in {named}; the new sweep replaces it"
@@ -111,16 +111,16 @@ class Store:
             position = blocks.stop
         yield from self._evaluate_and_save_blocks(range(position, self.numbers.stop), engine)
 
-    def _evaluate_and_save_blocks(self, numbers: range, engine: Engine) -> Iterator[BlockBatch]:
+    def _evaluate_and_save_blocks(self, block_numbers: range, engine: Engine) -> Iterator[BlockBatch]:
         self._since = monotonic()
-        for batch in self.plan.evaluate_in_batches(numbers, engine) if numbers else ():
+        for batch in self.plan.evaluate_in_batches(block_numbers, engine) if block_numbers else ():
             self._pending.append(batch)
             rows = sum(pending.kept.count for pending in self._pending)
             if rows >= SAVE_ROWS or monotonic() - self._since >= SAVE_SECONDS:
                 self.write_pending_batches()
                 self._since = monotonic()
             yield batch
-        if numbers and numbers.stop < self.numbers.stop:
+        if block_numbers and block_numbers.stop < self.numbers.stop:
             self.write_pending_batches()  # the next blocks are on disk
 
     def write_pending_batches(self) -> None:
@@ -132,9 +132,11 @@ class Store:
             if not self._is_own:
                 for path in self.folder.glob(BATCH_FILES):
                     path.unlink()
-                write_text(self.folder / QUESTION_FILE, json.dumps(self.question.to_manifest))
+                write_text(self.folder / QUESTION_FILE, json.dumps(self.question.part_manifest_entry))
                 self._is_own = True
-            write_batch(merge_batches(pending, self.plan.problem.objectives), self.plan.row_quantities, self.folder)
+            write_batch(
+                merge_batches(pending, self.plan.problem.objectives), self.plan.searched_row_quantities, self.folder
+            )
         except OSError as trouble:
             self.trouble = trouble
 
@@ -202,7 +204,7 @@ def write_batch(batch: BlockBatch, quantities: Iterable[Quantity], folder: Path)
     """Write a batch, whole or not at all, under a name with its blocks and its digest."""
     data = batch_bytes(batch, quantities)
     digest = sha256(data).hexdigest()[:16]
-    with whole_file(folder / f"blocks-{batch.first:09d}-{batch.last:09d}-{digest}.parquet") as partial:
+    with atomically_written_file(folder / f"blocks-{batch.first:09d}-{batch.last:09d}-{digest}.parquet") as partial:
         partial.write_bytes(data)
 
 
@@ -224,7 +226,7 @@ def read_batch(path: Path, plan: SweepPlan) -> BlockBatch:
     try:
         table = pq.read_table(pa.BufferReader(data))
         numbers, counts = json.loads(table.schema.metadata[BATCH_METADATA])
-        expected = schema_of(plan.row_quantities).remove_metadata()
+        expected = schema_of(plan.searched_row_quantities).remove_metadata()
         if table.schema.remove_metadata() != expected or any(column.null_count for column in table.columns):
             raise BrokenBatch("not what a sweep of its scene gives")
         starts = np.cumsum([0, *counts]).tolist()

@@ -34,7 +34,11 @@ from camopt.solve.front.certified_front import PROOF_COLUMN, certify_front_with_
 from camopt.solve.front.estimate import announce_estimate
 from camopt.solve.front.pareto import Front, summarise_front
 from camopt.solve.front.plan import FRONT_ONLY, TABLED_KEEPS, SweepPlan, sweep_plan
-from camopt.solve.front.reported_rows import best_of_each_law, largest_relative_half_width, nearest_miss_of_space
+from camopt.solve.front.reported_rows import (
+    best_design_of_each_law,
+    largest_relative_half_width,
+    nearest_miss_of_space,
+)
 from camopt.solve.front.result import Sweep
 from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, MessageSink, Store, save_batches_on_early_end
 from camopt.solve.tables.cells import to_json
@@ -133,7 +137,7 @@ def sweep(  # noqa: PLR0913
     threads = Threads(workers or os.cpu_count() or 1)
     if out is not None and not again and (done := published_sweep(plan, out, tell)):
         return done
-    if plan.uses_boxes and not counted_only and not engine:
+    if plan.searches_front_by_boxes and not counted_only and not engine:
         from camopt.solve.front.front_search import FrontSearch
 
         search = FrontSearch(plan.space, plan.table_columns, threads.workers, progress)
@@ -190,7 +194,7 @@ def run_and_publish_sweep(
             reached=max(space_result.reached, largest_relative_half_width(rows), largest_relative_half_width(grid)),
             pareto=rows.count,
             files=_file_paths(plan, unit.folder) if unit else (),
-            best=best_of_each_law(scene, reported),
+            best=best_design_of_each_law(scene, reported),
             nearest_miss=miss,
             front=front,
             obstacle=_reason_designs_do_not_assemble(space, bool(rows.count or miss)),
@@ -199,7 +203,7 @@ def run_and_publish_sweep(
             decided_by_boxes=space_result.decided,
             every_cam=certified.every_cam,
             _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
-            _question=plan.sweep_key().to_sweep_manifest if unit else None,
+            _question=plan.sweep_key().sweep_manifest_entry if unit else None,
         )
         counts = {"evaluated": space_result.evaluated, "decided_by_boxes": space_result.decided}
         tables["pareto"].add_metadata_text("camopt_sweep", to_json({"designs": len(space)} | counts))
@@ -226,13 +230,17 @@ def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> Abstract
     """The publication that writes a sweep's files, and keeps finished work if the sweep ends early."""
     kept = (BATCH_FILES, QUESTION_FILE)
     return publication(
-        out, SWEEP_COMMAND, sweep_file_names(plan), question=plan.sweep_key().to_sweep_manifest, kept_patterns=kept
+        out,
+        SWEEP_COMMAND,
+        sweep_file_names(plan),
+        question=plan.sweep_key().sweep_manifest_entry,
+        kept_patterns=kept,
     )
 
 
 def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageSink | None) -> Sweep | None:
     """The result of this sweep in a folder; None if it is not there."""
-    question = plan.sweep_key().to_sweep_manifest
+    question = plan.sweep_key().sweep_manifest_entry
     answer = published_answer_to_same_question(out, SWEEP_COMMAND, question)
     with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may be damaged
         numbers = fields_from_summary(answer, plan.scene)
@@ -254,15 +262,15 @@ def table_file_name(table: str) -> str:
 
 
 def _open_tables(
-    stack: ExitStack, unit: Publication | None, plan: SweepPlan
+    stack: ExitStack, output: Publication | None, plan: SweepPlan
 ) -> Mapping[str, TableWriter | TableInMemory]:
     """The tables of a sweep by name: files, open until the stack is left, or in memory if there is no folder."""
     scene = plan.scene.to_toml()
     columns = {table: plan.find_quantities(names) for table, names in _table_columns(plan).items()}
-    if unit is None:
+    if output is None:
         return {table: TableInMemory(quantities, scene) for table, quantities in columns.items()}
     return {
-        table: stack.enter_context(table_file(unit.staged_path(table_file_name(table)), quantities, scene))
+        table: stack.enter_context(table_file(output.staged_path(table_file_name(table)), quantities, scene))
         for table, quantities in columns.items()
     }
 

@@ -11,17 +11,17 @@ import pyarrow as pa
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.mistakes import BadInput
 from camopt.core.quantities import QUANTITIES
-from camopt.core.storage.publishing import finish_publishing, path_to_revise_file
+from camopt.core.storage.publishing import finish_interrupted_publication, path_to_revise_file
 from camopt.core.storage.tables import not_a_table_error, write_table
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
-from camopt.scene.problem.settings import problems_by_motion
+from camopt.scene.problem.settings import problems_by_motion_and_setting
 from camopt.scene.problem.space import DesignSpace
 from camopt.solve.front.certified_front import PROOF_COLUMN
 from camopt.solve.front.designs import check_columns_that_define_designs
 from camopt.solve.tables.result import Result
 from camopt.solve.tables.table import read_arrow_table_checking_types, read_scene_metadata, schema_of
-from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of
+from camopt.solve.verdicts.certify import certify_design_and_tolerance_box, exit_code_of_verdicts
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
 
@@ -39,7 +39,7 @@ class TableCertificate(Result, Counter[str]):
     @property
     def exit_code(self) -> int:
         """0 if all rows are held; 1 if a row is broken; 4 if one is undecided."""
-        return exit_code_of(self)
+        return exit_code_of_verdicts(self)
 
 
 def certify_table(path: str | os.PathLike[str], progress: Progress | None = None) -> TableCertificate:
@@ -58,7 +58,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     OSError
         If there is no such file, it cannot be read or written, or another run writes to its folder.
     """
-    finish_publishing(Path(path).parent)
+    finish_interrupted_publication(Path(path).parent)
     table = read_arrow_table_checking_types(path)
     if PROOF_COLUMN in table.column_names:
         table = table.drop_columns([PROOF_COLUMN])
@@ -69,7 +69,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     except BadInput as bad:
         raise not_a_table_error(path, f"its designs have mistakes, such as {bad.mistakes[0]}") from None
     rows = DesignRows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
-    space = DesignSpace(problem, problems_by_motion(problem), {})
+    space = DesignSpace(problem, problems_by_motion_and_setting(problem), {})
     with path_to_revise_file(path) as place:
         verdicts = _certify_each_row(space, rows, progress)
         field = schema_of((QUANTITIES[PROOF_COLUMN],)).field(PROOF_COLUMN)

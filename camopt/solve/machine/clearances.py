@@ -74,12 +74,12 @@ class ClearanceResult:
     """The slack of each station of the clearance."""
 
     @property
-    def shown_upper(self) -> float:
+    def displayed_upper_bound(self) -> float:
         """The least clearance for readers: 0 if it differs from 0 only by rounding."""
         return 0.0 if abs(self.upper) < TOUCHING else self.upper
 
     @property
-    def shown_lower(self) -> float:
+    def displayed_lower_bound(self) -> float:
         """Its proved bound for readers: 0 if it differs from 0 only by rounding."""
         return 0.0 if abs(self.lower) < TOUCHING else self.lower
 
@@ -139,38 +139,40 @@ class ClearanceForm(ABC):
         """Clearances at lifts (parts, N)."""
 
     @abstractmethod
-    def least_value(self, budget: Budget, level: float | None = None) -> LeastValue:
+    def enclose_least_clearance(self, budget: Budget, threshold: float | None = None) -> LeastValue:
         """The least clearance over the range of angles, without shifts.
 
-        With a ``level`` its bounds need only say whether it is below the level.
+        With a ``threshold`` its bounds need only say whether it is below the level.
         """
 
     @abstractmethod
-    def enclose(
+    def enclose_clearances_over_boxes(
         self, chords: IndexArray, angles: tuple[FloatArray, FloatArray], shifts: tuple[FloatArray, FloatArray]
     ) -> ValuesOverBoxes:
         """Bounds over boxes from the least to the largest angles (N,) and shifts (parts, N)."""
 
-    def values(self, angles: FloatArray, shifts: FloatArray) -> FloatArray:
+    def clearances_at_angles(self, angles: FloatArray, shifts: FloatArray) -> FloatArray:
         """Clearances at angles (N,) with shifts (parts, N)."""
         lifts = [curve.value(angles - shift) for curve, shift in zip(self.curves, shifts, strict=True)]
         return self.values_at_lifts(np.array(lifts))
 
-    def highest(self, angles: FloatArray, shift_low: FloatArray, shift_high: FloatArray) -> FloatArray:
+    def clearance_bounds_over_shifts(
+        self, angles: FloatArray, shift_low: FloatArray, shift_high: FloatArray
+    ) -> FloatArray:
         """Upper bounds of the clearance at angles (N,) over ranges of the shifts (parts, N)."""
-        lifts = self.lifts_over((angles, angles), (shift_low, shift_high))
-        return np.asarray(self.values_at_lifts(lifts.middle) + self.weights @ lifts.reach + self.rounding)
+        lifts = self.enclose_lifts_over_boxes((angles, angles), (shift_low, shift_high))
+        return np.asarray(self.values_at_lifts(lifts.middle) + self.weights @ lifts.reach + self.rounding_bound)
 
     @cached_property
-    def rounding(self) -> float:
+    def rounding_bound(self) -> float:
         """A bound of the rounding of values, and of what the lifts' jumps between panels add to their slopes."""
         rooms = []
         for curve in self.curves:
             steepest = (np.abs(polynomial.polyder(curve.series)).sum(axis=0) / curve.half_width).max()
-            rooms.append(curve.error + jumps_at_ends(curve).sum() + 16.0 * UNIT_ROUNDOFF * TURN * steepest)
+            rooms.append(curve.error + jumps_at_panel_ends(curve).sum() + 16.0 * UNIT_ROUNDOFF * TURN * steepest)
         return float(self.weights @ rooms + 64.0 * UNIT_ROUNDOFF * self.size)
 
-    def lifts_over(
+    def enclose_lifts_over_boxes(
         self, angles: tuple[FloatArray, FloatArray], shifts: tuple[FloatArray, FloatArray]
     ) -> LiftsOverBoxes:
         """The lifts of all parts over boxes."""
@@ -192,23 +194,23 @@ class LinearClearance(ClearanceForm):
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
         return np.asarray(self.coefficients @ lifts)
 
-    def least_value(self, budget: Budget, level: float | None = None) -> LeastValue:
+    def enclose_least_clearance(self, budget: Budget, threshold: float | None = None) -> LeastValue:
         """The least clearance, exact from the sum of the curves."""
         curves = [curve * weight for curve, weight in zip(self.curves, self.coefficients.tolist(), strict=True)]
         found = sum_curves(curves).least(self.start, self.width)
         return LeastValue(found.value - found.room, found.value + found.room, found.angle)
 
-    def enclose(
+    def enclose_clearances_over_boxes(
         self, chords: IndexArray, angles: tuple[FloatArray, FloatArray], shifts: tuple[FloatArray, FloatArray]
     ) -> ValuesOverBoxes:
-        lifts = self.lifts_over(angles, shifts)
+        lifts = self.enclose_lifts_over_boxes(angles, shifts)
         value = self.values_at_lifts(lifts.middle)
         half_angle, half_shift = (0.5 * (high - low) for low, high in (angles, shifts))
         by_angle = half_angle * (np.abs(self.coefficients @ lifts.slope) + self.weights @ lifts.slope_reach)
         by_shift = self.weights @ (half_shift * (np.abs(lifts.slope) + lifts.slope_reach))
-        room = np.minimum(by_angle + by_shift, self.weights @ lifts.reach) + self.rounding
+        room = np.minimum(by_angle + by_shift, self.weights @ lifts.reach) + self.rounding_bound
         rooms = np.array([by_angle, by_shift, 0.0 * value, 0.0 * value])
-        return ValuesOverBoxes(value - room, value + self.rounding, rooms)
+        return ValuesOverBoxes(value - room, value + self.rounding_bound, rooms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,15 +225,17 @@ class OutlineClearance(ClearanceForm):
     def values_at_lifts(self, lifts: FloatArray) -> FloatArray:
         return outline_distances(*self.outlines, lifts[0], lifts[1])
 
-    def least_value(self, budget: Budget, level: float | None = None) -> LeastValue:
+    def enclose_least_clearance(self, budget: Budget, threshold: float | None = None) -> LeastValue:
         """The least distance, by branch and bound.
 
         Outlines that are apart at the start and never touch stay outside of each other.
         """
         ends = np.array([self.start, self.start + self.width])
-        best, angle = min(zip(self.values(ends, np.zeros((2, 2))).tolist(), ends.tolist(), strict=True))
+        best, angle = min(
+            zip(self.clearances_at_angles(ends, np.zeros((2, 2))).tolist(), ends.tolist(), strict=True)
+        )
         boxes, floor, below = first_boxes(self, 1, 0.0), best, 0.0
-        closest, enough = (0.0, inf) if level is None else (level, level)
+        closest, enough = (0.0, inf) if threshold is None else (threshold, threshold)
         while boxes.task.size and best > closest and not budget.is_spent:
             budget.spend(BOX_WORK * boxes.task.size)
             found = enclose_boxes(self, np.zeros((1, 2)), boxes)
@@ -245,16 +249,16 @@ class OutlineClearance(ClearanceForm):
             boxes = halve_boxes(self, boxes, found.rooms, is_open)
         return LeastValue(float(min(floor, below, best)), best, angle)
 
-    def enclose(
+    def enclose_clearances_over_boxes(
         self, chords: IndexArray, angles: tuple[FloatArray, FloatArray], shifts: tuple[FloatArray, FloatArray]
     ) -> ValuesOverBoxes:
         """Bounds from the separation along the normal in the middle of a box, or else from the ways of both.
 
         Along a direction that stays, the separation of two chords is nowhere above their distance.
         """
-        lifts = self.lifts_over(angles, shifts)
+        lifts = self.enclose_lifts_over_boxes(angles, shifts)
         half_angle, half_shift = (0.5 * (high - low) for low, high in (angles, shifts))
-        pairs = [*zip(self.outlines, [outline.tree for outline in self.outlines], chords, strict=True)]
+        pairs = [*zip(self.outlines, [outline.chord_tree for outline in self.outlines], chords, strict=True)]
         covers = [tree.cover[chord] for _, tree, chord in pairs]
         speeds = np.array([tree.speed[chord] for _, tree, chord in pairs])
         ends = [
@@ -267,7 +271,7 @@ class OutlineClearance(ClearanceForm):
         normal = (offset / np.maximum(distance, TINY)).conj()
         slopes, reaches = [], []  # ranges of the velocities of the four ends along the normal, by the angle
         for end, side in zip(ends, (0, 0, 1, 1), strict=True):
-            velocity = (normal * self.outlines[side].velocities(end)).real
+            velocity = (normal * self.outlines[side].velocities_by_lift(end)).real
             bend = abs(self.outlines[side].turn) * speeds[side] * lifts.reach[side]
             slopes.append(velocity * lifts.slope[side])
             steepest = np.abs(lifts.slope[side]) + lifts.slope_reach[side]
@@ -285,20 +289,20 @@ class OutlineClearance(ClearanceForm):
         by_ways = [half_angle * ways.sum(axis=0), (half_shift * ways).sum(axis=0)]
         rooms = np.where(separation > nearest, rooms, by_ways)
         constant = self.outlines[0].radius + self.outlines[1].radius
-        lower = np.maximum(separation, nearest) - sum(covers) - constant - self.rounding
-        upper = distance + sum(covers) - constant + self.rounding
+        lower = np.maximum(separation, nearest) - sum(covers) - constant - self.rounding_bound
+        upper = distance + sum(covers) - constant + self.rounding_bound
         return ValuesOverBoxes(np.maximum(lower, 0.0), np.maximum(upper, 0.0), np.array([*rooms, *covers]))
 
 
-def jumps_at_ends(curve: TurnCurve) -> FloatArray:
+def jumps_at_panel_ends(curve: TurnCurve) -> FloatArray:
     """The size of a curve's jump at the end of each panel."""
     first, last = (polynomial.polyval(end, curve.series) for end in (-1.0, 1.0))
     return np.asarray(np.abs(np.roll(first, -1) - last))
 
 
-def first_boxes(form: ClearanceForm, tasks: int, largest_shift: float) -> Boxes:
+def first_boxes(form: ClearanceForm, task_count: int, largest_shift: float) -> Boxes:
     """The boxes with which a search begins: parts of the ranges of angle and shift for each task."""
-    counts = (tasks, FIRST_ANGLES, FIRST_SHIFTS if largest_shift else 1)
+    counts = (task_count, FIRST_ANGLES, FIRST_SHIFTS if largest_shift else 1)
     task, *parts = np.indices(counts).reshape(3, -1)
     scale = np.array([[form.width / counts[1]], [largest_shift / counts[2]]])
     low, high = (np.array(parts) * scale, (np.array(parts) + 1) * scale)
@@ -310,13 +314,15 @@ def enclose_boxes(form: ClearanceForm, directions: FloatArray, boxes: Boxes) -> 
     """Bounds over boxes, whose tasks shift the parts in some directions (tasks, parts)."""
     low, high = (directions[boxes.task].T * each[1] for each in (boxes.low, boxes.high))
     shifts = np.minimum(low, high), np.maximum(low, high)
-    return form.enclose(boxes.chords, (boxes.low[0], boxes.high[0]), shifts)
+    return form.enclose_clearances_over_boxes(boxes.chords, (boxes.low[0], boxes.high[0]), shifts)
 
 
-def halve_boxes(form: ClearanceForm, boxes: Boxes, rooms: FloatArray, is_open: BoolArray) -> Boxes:
+def halve_boxes(form: ClearanceForm, boxes: Boxes, gap_contributions: FloatArray, is_open: BoolArray) -> Boxes:
     """The open boxes, cut in two along what adds most to the room below their values."""
-    rooms[1] = np.where(boxes.high[1] > boxes.low[1], np.maximum(rooms[1], form.rounding), 0.0)
-    widest, middle = np.argmax(rooms, axis=0)[is_open], (0.5 * (boxes.low + boxes.high))[:, is_open]
+    gap_contributions[1] = np.where(
+        boxes.high[1] > boxes.low[1], np.maximum(gap_contributions[1], form.rounding_bound), 0.0
+    )
+    widest, middle = np.argmax(gap_contributions, axis=0)[is_open], (0.5 * (boxes.low + boxes.high))[:, is_open]
     first, second = (Boxes._make(each[..., is_open] for each in boxes) for _ in range(2))
     for row in (0, 1):
         here = widest == row
@@ -327,7 +333,7 @@ def halve_boxes(form: ClearanceForm, boxes: Boxes, rooms: FloatArray, is_open: B
     return Boxes._make(np.concatenate(pair, axis=-1) for pair in zip(first, second, strict=True))
 
 
-def first_violations(form: ClearanceForm, directions: FloatArray, budget: Budget) -> FloatArray:
+def held_and_violating_shifts(form: ClearanceForm, directions: FloatArray, budget: Budget) -> FloatArray:
     """The shifts up to which a clearance is held, and at which it is broken, for each direction (tasks, 2) [rad].
 
     The search ends at half a turn. The second shift is infinite if none is known.
@@ -364,10 +370,10 @@ def clearance_form(machine: Machine, stations: Sequence[ResolvedStation], cleara
     tables: dict[str, Station | Body] = {each.name: each for each in machine.station}
     tables |= {each.name: each for each in machine.body}
     one, two = (MovingOutline.from_table(tables[name]) for name in clearance.between)
-    weights = np.array([one.tree.speed[0], two.tree.speed[0]])
+    weights = np.array([one.chord_tree.speed[0], two.chord_tree.speed[0]])
     sizes = (np.abs(each.points).max() + abs(each.pivot) + each.radius for each in (one, two))
     size = float(weights @ strokes + sum(sizes))
-    children = one.tree.children, two.tree.children
+    children = one.chord_tree.children, two.chord_tree.children
     return OutlineClearance(max(clearance.at_least, TOUCHING), *common, weights, size, children, (one, two))
 
 
@@ -379,14 +385,14 @@ def clearances_of_machine(machine: Machine, stations: Sequence[ResolvedStation])
     )
 
 
-def _clearance_result(clearance: Clearance, form: ClearanceForm, moving: Collection[str]) -> ClearanceResult:
-    least = form.least_value(Budget(LEAST_WORK))
+def _clearance_result(clearance: Clearance, form: ClearanceForm, station_names: Collection[str]) -> ClearanceResult:
+    least = form.enclose_least_clearance(Budget(LEAST_WORK))
     verdict = HELD if least.lower >= form.required else BROKEN if least.upper < form.required else UNDECIDED
-    rows = [row for row, name in enumerate(clearance.between) if name in moving]
+    rows = [row for row, name in enumerate(clearance.between) if name in station_names]
     ends = np.tile([0.0, 0.0 if verdict == BROKEN else inf], (2 * len(rows), 1))
     if verdict == HELD:
         directions = np.array([way * (np.arange(len(form.curves)) == row) for row in rows for way in (-1.0, 1.0)])
-        ends = np.degrees(first_violations(form, directions, Budget(SLACK_WORK)))
+        ends = np.degrees(held_and_violating_shifts(form, directions, Budget(SLACK_WORK)))
     pairs: list[tuple[float, float]] = [(float(proved), float(broken)) for proved, broken in ends]
     return ClearanceResult(
         title=clearance.title,

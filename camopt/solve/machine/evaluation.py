@@ -76,8 +76,8 @@ class MachineEvaluation(Result, Drawable):
             if not unit:
                 yield f"the clearance {found.title} adds lifts in mm and in deg"
         for station in self.resolved:
-            if station.why_no_torque:
-                yield f"{station.name} has no torque: {station.why_no_torque}"
+            if station.missing_torque_reason:
+                yield f"{station.name} has no torque: {station.missing_torque_reason}"
         for name, evaluation in self.stations.items():
             yield from (f"{name}: {warning}" for warning in evaluation.warnings)
 
@@ -98,8 +98,10 @@ class MachineEvaluation(Result, Drawable):
             if each["violated"]
         ]
         broken += [
-            f"the clearance {found.title} is {with_unit(found.shown_upper, unit)} at {number_text(found.angle)}°"
-            + ", where the tools touch or overlap" * (given.along is None and found.shown_upper == 0.0)
+            f"the clearance {found.title} is {with_unit(found.displayed_upper_bound, unit)} "
+            f"at {number_text(found.angle)}°"
+            + ", where the tools touch or overlap"
+            * (given.along is None and found.displayed_upper_bound == 0.0)
             for given, found, unit in self._clearances_with_units
             if found.verdict == BROKEN
         ]
@@ -137,7 +139,7 @@ class MachineEvaluation(Result, Drawable):
             "phase_deg": station.station.phase,
             "ratio": station.station.ratio,
             "cam_rpm": station.scene.cam.rpm,
-            "lift": station.problem.programme.tool.lift / station.problem.programme.tool.unit,
+            "lift": station.problem.programme.tool.lift / station.problem.programme.tool.unit_in_mm_or_rad,
             "lift_unit": station.unit,
             "limits": station_verdict(evaluation),
             "violated": evaluation["violated"],
@@ -173,8 +175,8 @@ class MachineEvaluation(Result, Drawable):
         rows = [
             {
                 "clearance": found.title,
-                "least": with_unit(found.shown_upper, unit),
-                "proved": with_unit(found.shown_lower, unit),
+                "least": with_unit(found.displayed_upper_bound, unit),
+                "proved": with_unit(found.displayed_lower_bound, unit),
                 "at_deg": found.angle,
                 "required": with_unit(found.at_least, unit),
                 "verdict": found.verdict,

@@ -72,15 +72,15 @@ class MachineFastest(Result):
     @property
     def deciding_station(self) -> str:
         """Name of the station whose limit is broken above the highest speed; empty without one."""
-        return "" if self.rpm in (None, inf) else self._limits[0][0]
+        return "" if self.rpm in (None, inf) else self._station_limits_by_shaft_speed[0][0]
 
     @property
     def deciding_limit(self) -> str:
         """Name of the limit that is broken above the highest speed; empty without one."""
-        return "" if self.rpm in (None, inf) else self._limits[0][2].limit
+        return "" if self.rpm in (None, inf) else self._station_limits_by_shaft_speed[0][2].limit
 
     @property
-    def _limits(self) -> list[tuple[str, int, SpeedLimit]]:
+    def _station_limits_by_shaft_speed(self) -> list[tuple[str, int, SpeedLimit]]:
         """Every limit with its station and the turns of its cam, by the speed of the shaft."""
         rows = [
             (name, turns, limit)
@@ -115,18 +115,18 @@ class MachineFastest(Result):
     def records(self) -> list[dict[str, Any]]:
         """A record for each limit; speeds are those of the machine's shaft."""
 
-        def per_turn(value: float | None, turns: int) -> float | None:
-            return None if value is None else value / turns
+        def shaft_rpm_from_cam_rpm(cam_rpm: float | None, turns: int) -> float | None:
+            return None if cam_rpm is None else cam_rpm / turns
 
         return [
             {
                 "station": name,
                 **vars(limit),
-                "rpm": per_turn(limit.rpm, turns),
-                "rpm_per_unit": per_turn(limit.rpm_per_unit, turns),
-                "rpm_per_percent": per_turn(limit.rpm_per_percent, turns),
+                "rpm": shaft_rpm_from_cam_rpm(limit.rpm, turns),
+                "rpm_per_unit": shaft_rpm_from_cam_rpm(limit.rpm_per_unit, turns),
+                "rpm_per_percent": shaft_rpm_from_cam_rpm(limit.rpm_per_percent, turns),
             }
-            for name, turns, limit in self._limits
+            for name, turns, limit in self._station_limits_by_shaft_speed
         ]
 
     def table(self) -> Table:

@@ -59,7 +59,7 @@ class MovingOutline:
         turned = self.pivot + (points - self.pivot) * np.exp(1j * self.turn * lifts) if self.turn else points
         return np.asarray(turned + self.direction * lifts)
 
-    def velocities(self, moved_points: ComplexArray) -> ComplexArray:
+    def velocities_by_lift(self, moved_points: ComplexArray) -> ComplexArray:
         """Velocities of moved points by the lift."""
         return self.direction + 1j * self.turn * (moved_points - self.pivot)
 
@@ -70,7 +70,7 @@ class MovingOutline:
         return (closed[:-1], closed[1:]) if len(closed) > 1 else (closed, closed)
 
     @cached_property
-    def tree(self) -> ChordTree:
+    def chord_tree(self) -> ChordTree:
         """The chords that cover the outline, each cut in the middle of its points."""
         starts, ends = self.edges
         points = np.append(starts, ends[-1])
@@ -80,7 +80,7 @@ class MovingOutline:
             part, is_edge = points[first : last + 1], last - first == 1
             offsets = offsets_from_segments(part, points[first], points[last])
             cover.append(0.0 if is_edge else float(np.abs(offsets).max()))
-            speed.append(float(np.abs(self.velocities(part)).max()))
+            speed.append(float(np.abs(self.velocities_by_lift(part)).max()))
             children.append((number, number) if is_edge else (len(ranges), len(ranges) + 1))
             if not is_edge:
                 middle = (first + last) // 2
@@ -105,18 +105,20 @@ def offsets_from_segments(points: ComplexArray, start: ComplexArray, end: Comple
     return np.asarray(points - start - np.clip(share, 0.0, 1.0) * along)
 
 
-def offsets_between_segments(a: ComplexArray, b: ComplexArray, c: ComplexArray, d: ComplexArray) -> ComplexArray:
+def offsets_between_segments(
+    first_start: ComplexArray, first_end: ComplexArray, second_start: ComplexArray, second_end: ComplexArray
+) -> ComplexArray:
     """Vectors from the nearest points of segments cd to those of segments ab; 0 where the segments cross."""
-    offset = offsets_from_segments(a, c, d)
+    offset = offsets_from_segments(first_start, second_start, second_end)
     for other in (
-        offsets_from_segments(b, c, d),
-        -offsets_from_segments(c, a, b),
-        -offsets_from_segments(d, a, b),
+        offsets_from_segments(first_end, second_start, second_end),
+        -offsets_from_segments(second_start, first_start, first_end),
+        -offsets_from_segments(second_end, first_start, first_end),
     ):
         offset = np.where(np.abs(other) < np.abs(offset), other, offset)
-    first, second = (b - a).conj(), (d - c).conj()
-    crosses = (first * (c - a)).imag * (first * (d - a)).imag < 0.0
-    crosses &= (second * (a - c)).imag * (second * (b - c)).imag < 0.0
+    first, second = (first_end - first_start).conj(), (second_end - second_start).conj()
+    crosses = (first * (second_start - first_start)).imag * (first * (second_end - first_start)).imag < 0.0
+    crosses &= (second * (first_start - second_start)).imag * (second * (first_end - second_start)).imag < 0.0
     return np.where(crosses, 0.0, offset)
 
 

@@ -19,7 +19,7 @@ from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve, sum_curves
 from camopt.scene.machine import Machine, MachineSource, machine_from
-from camopt.solve.machine.clearances import ClearanceForm, clearance_form, jumps_at_ends
+from camopt.solve.machine.clearances import ClearanceForm, clearance_form, jumps_at_panel_ends
 from camopt.solve.machine.evaluation import MachineEvaluation, evaluate_machine
 from camopt.solve.machine.outlines import TINY
 from camopt.solve.machine.stations import ResolvedStation, resolve_stations
@@ -139,29 +139,31 @@ class TorqueSum:
     still: TurnCurve  # the sum for the stations whose phases stay
     moving: tuple[TurnCurve, ...]  # the torques of the others at the phase 0
 
-    def values(self, angles: FloatArray, phases: FloatArray) -> FloatArray:
+    def torques_at_angles(self, angles: FloatArray, phases: FloatArray) -> FloatArray:
         """Torques at angles (N, angles) for several phases (N, phases)."""
         moving = zip(self.moving, phases.T, strict=True)
         return self.still.value(angles) + sum(curve.value(angles - phase[:, None]) for curve, phase in moving)
 
-    def peaks(self, phases: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def largest_torque_angles_and_sizes(
+        self, phases: FloatArray, half_widths: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Angles near the largest magnitudes of the torque for phases (N, phases), and these, the largest first.
 
         Some angles are the tops of parabolas through three angles of the grid. The others are beside the jumps, so
-        that no phase of a box with the half widths ``half`` has a jump there.
+        that no phase of a box with the half widths ``half_widths`` has a jump there.
         """
-        size = np.abs(self.values(GRID[None, :], phases))
+        size = np.abs(self.torques_at_angles(GRID[None, :], phases))
         before, after = np.roll(size, 1, axis=1), np.roll(size, -1, axis=1)
         tops = np.where((size >= before) & (size >= after), size, -1.0)
         places = np.argpartition(-tops, MOST_PEAKS, axis=1)[:, :MOST_PEAKS]
         here, left, right = (np.take_along_axis(each, places, axis=1) for each in (size, before, after))
         bend = np.maximum(2.0 * here - left - right, TINY)
         angles = [GRID[places] + np.clip(0.5 * (right - left) / bend, -0.5, 0.5) * GRID[1]]
-        starts, widths = (np.pad(each, ((0, 0), (1, 0))) for each in (phases, half + BESIDE_JUMP))
+        starts, widths = (np.pad(each, ((0, 0), (1, 0))) for each in (phases, half_widths + BESIDE_JUMP))
         for jumps, start, width in zip(self.jump_angles, starts.T, widths.T, strict=True):
             angles += [jumps + (start - width)[:, None], jumps + (start + width)[:, None]]
         candidates = np.concatenate(angles, axis=1)
-        sizes = np.abs(self.values(candidates, phases))
+        sizes = np.abs(self.torques_at_angles(candidates, phases))
         largest = np.argsort(-sizes, axis=1)[:, :MOST_PEAKS]
         return np.take_along_axis(candidates, largest, axis=1), np.take_along_axis(sizes, largest, axis=1)
 
@@ -170,16 +172,18 @@ class TorqueSum:
         """Angles of the jumps of each curve, the still one first."""
         curves = (self.still, *self.moving)
         least = [LEAST_JUMP * np.abs(curve.series).max() for curve in curves]
-        return [curve.ends[1:][jumps_at_ends(curve) > size] for curve, size in zip(curves, least, strict=True)]
+        return [
+            curve.ends[1:][jumps_at_panel_ends(curve) > size] for curve, size in zip(curves, least, strict=True)
+        ]
 
-    def peak(self, phases: FloatArray) -> float:
+    def peak_upper_bound(self, phases: FloatArray) -> float:
         """An upper bound of the peak for some phases, exact to rounding."""
         turned = [curve.shifted(float(phase)) for curve, phase in zip(self.moving, phases, strict=True)]
         total = sum_curves([self.still, *turned])
         most, least = total.largest(), total.least()
         return max(most.value + most.room, least.room - least.value)
 
-    def bounds(self, low: FloatArray, high: FloatArray) -> PeakBounds:
+    def bound_peak_over_phase_boxes(self, low: FloatArray, high: FloatArray) -> PeakBounds:
         """Bounds of the peak over boxes of phases (N, phases).
 
         The torque of a station at an angle is linear in its phase but for a remainder, which the range of its slope
@@ -187,7 +191,7 @@ class TorqueSum:
         the peak. The weights are those of the linear programme for the least peak in the box.
         """
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        angles, _ = self.peaks(middle, half)
+        angles, _ = self.largest_torque_angles_and_sizes(middle, half)
         still = self.still.range_over(angles, angles)
         value, room = 0.5 * (still.low + still.high), 0.5 * (still.high - still.low)
         slopes, reaches = [], []
@@ -196,7 +200,7 @@ class TorqueSum:
             torque, slope = curve.range_over(begin, end), curve.derivative.range_over(begin, end)
             by_range, centre = 0.5 * (torque.high - torque.low), 0.5 * (torque.low + torque.high)
             by_slope = 0.5 * (slope.high - slope.low) * width[:, None] + curve.error
-            by_slope += sizes_of_jumps(curve, begin, end)
+            by_slope += jump_sums_over_angle_ranges(curve, begin, end)
             is_linear = by_slope < by_range
             value = value + np.where(is_linear, curve.value(angles - phase[:, None]), centre)
             slopes.append(np.where(is_linear, -0.5 * (slope.low + slope.high) * width[:, None], 0.0))
@@ -204,37 +208,37 @@ class TorqueSum:
         tilts, remainders = np.sign(value) * np.array(slopes), np.array(reaches)
         rounding = MEAN_ROUNDING * (np.abs(value).max() + np.abs(tilts).max())
         least = np.abs(value) - room - remainders.sum(axis=0) - rounding
-        weights, steps = solve_minimax(least, tilts)
+        weights, steps = minimax_weights_and_steps(least, tilts)
         lower = (weights * least).sum(axis=1) - np.abs((weights * tilts).sum(axis=2)).sum(axis=0)
         rooms = (np.abs(tilts) + remainders)[:, :, 0].T
         return PeakBounds(np.maximum(lower, 0.0), rooms, middle + half * steps)
 
 
-def sizes_of_jumps(curve: TurnCurve, low: FloatArray, high: FloatArray) -> FloatArray:
+def jump_sums_over_angle_ranges(curve: TurnCurve, low: FloatArray, high: FloatArray) -> FloatArray:
     """Sums of the sizes of a curve's jumps in ranges of angles [rad]."""
-    sums, ends = np.append(0.0, np.cumsum(jumps_at_ends(curve))), curve.ends[1:]
+    sums, ends = np.append(0.0, np.cumsum(jumps_at_panel_ends(curve))), curve.ends[1:]
     low, high = low - EQUAL_ENDS, high + EQUAL_ENDS
     before = np.floor(low / TURN) * sums[-1] + sums[np.searchsorted(ends, np.mod(low, TURN), side="left")]
     after = np.floor(high / TURN) * sums[-1] + sums[np.searchsorted(ends, np.mod(high, TURN), side="right")]
     return np.asarray(after - before)
 
 
-def solve_minimax(least: FloatArray, tilts: FloatArray) -> tuple[FloatArray, FloatArray]:
+def minimax_weights_and_steps(offsets: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The weights (N, values) and steps (N, phases) of N linear programmes that are solved as one.
 
-    Each minimises the largest of ``least`` plus ``tilts`` (phases, N, values) times steps from −1 to 1. The weights
+    Each minimises the largest of ``offsets`` plus ``slopes`` (phases, N, values) times steps from −1 to 1. Weights
     are those of the dual, not below 0 and with the sum 1.
     """
-    (phases, boxes, values), scale = tilts.shape, np.abs(least).max() + np.abs(tilts).max() + TINY
+    (phases, boxes, values), scale = slopes.shape, np.abs(offsets).max() + np.abs(slopes).max() + TINY
     rows, first = np.arange(boxes * values), np.repeat(np.arange(boxes), values) * (phases + 1)
     columns = first[:, None] + np.arange(phases + 1)
-    entries = np.concatenate([tilts.reshape(phases, -1).T / scale, np.full((len(rows), 1), -1.0)], axis=1)
+    entries = np.concatenate([slopes.reshape(phases, -1).T / scale, np.full((len(rows), 1), -1.0)], axis=1)
     matrix = scipy.sparse.csr_array((entries.ravel(), (np.repeat(rows, phases + 1), columns.ravel())))
     cost = np.tile(np.append(np.zeros(phases), 1.0), boxes)
     ranges = np.tile(np.append(np.tile([[-1.0, 1.0]], (phases, 1)), [[-inf, inf]], axis=0), (boxes, 1))
-    found = scipy.optimize.linprog(cost, matrix, -least.ravel() / scale, bounds=ranges, method="highs")
+    found = scipy.optimize.linprog(cost, matrix, -offsets.ravel() / scale, bounds=ranges, method="highs")
     if found.status != 0:  # the best weights of one angle
-        single = np.argmax(least - np.abs(tilts).sum(axis=0), axis=1)
+        single = np.argmax(offsets - np.abs(slopes).sum(axis=0), axis=1)
         return np.eye(values)[single], np.zeros((boxes, phases))
     weights = np.maximum(-found.ineqlin.marginals.reshape(boxes, values), 0.0)
     return weights / weights.sum(axis=1, keepdims=True), found.x.reshape(boxes, -1)[:, :phases]
@@ -248,7 +252,7 @@ class PhaseClearance:
     variables: IntArray  # the phase of the search that each part of the clearance has; −1 for a part that stays
     origins: FloatArray  # the phase of each part in the machine [rad]
 
-    def shifts(self, phases: FloatArray) -> FloatArray:
+    def part_shifts_at_phases(self, phases: FloatArray) -> FloatArray:
         """Shifts of the parts (parts, N) for several phases (N, phases)."""
         return np.where(self.variables >= 0, phases[:, self.variables] - self.origins, 0.0).T
 
@@ -256,16 +260,16 @@ class PhaseClearance:
         """Whether the clearance is proved to be held for some phases."""
         if not self.may_be_held(phases[None, :], phases[None, :])[0]:
             return False
-        shifts = self.shifts(phases[None, :])[:, 0].tolist()
+        shifts = self.part_shifts_at_phases(phases[None, :])[:, 0].tolist()
         curves = tuple(curve.shifted(shift) for curve, shift in zip(self.form.curves, shifts, strict=True))
         form, required = replace(self.form, curves=curves), self.form.required
-        return form.least_value(Budget(CLEARANCE_WORK), required).lower >= required
+        return form.enclose_least_clearance(Budget(CLEARANCE_WORK), required).lower >= required
 
     def may_be_held(self, low: FloatArray, high: FloatArray) -> BoolArray:
         """Whether some phases of each box (N, phases) may hold the clearance; if not, none does."""
         angles = self.form.start + self.form.width * np.linspace(0.0, 1.0, CLEARANCE_ANGLES)
-        shifts = [np.repeat(self.shifts(each), len(angles), axis=1) for each in (low, high)]
-        highest = self.form.highest(np.tile(angles, len(low)), *shifts)
+        shifts = [np.repeat(self.part_shifts_at_phases(each), len(angles), axis=1) for each in (low, high)]
+        highest = self.form.clearance_bounds_over_shifts(np.tile(angles, len(low)), *shifts)
         return np.asarray((highest.reshape(-1, CLEARANCE_ANGLES) >= self.form.required).all(axis=1))
 
 
@@ -284,18 +288,20 @@ class PhaseBranchAndBound:
     def try_phases(self, phases: FloatArray) -> float:
         """The peak for some phases; they are kept if they are the best so far and hold all clearances."""
         self.budget.spend(len(GRID) * len(phases))
-        estimate = float(self.torque.peaks(phases[None, :], np.zeros((1, len(phases))))[1][0, 0])
+        estimate = float(
+            self.torque.largest_torque_angles_and_sizes(phases[None, :], np.zeros((1, len(phases))))[1][0, 0]
+        )
         if estimate >= self.peak * (1.0 - LEAST_GAIN):
             return estimate
         self.budget.spend(EXACT_WORK * (1 + len(self.clearances)))
         if not all(clearance.is_held(phases) for clearance in self.clearances):
             return inf
-        peak = self.torque.peak(phases)
+        peak = self.torque.peak_upper_bound(phases)
         if peak < self.peak:
             self.best, self.peak = phases, peak
         return peak
 
-    def improve(self, phases: FloatArray) -> None:
+    def improve_best_phases_from(self, phases: FloatArray) -> None:
         """Try phases, and from them the steps of linear programmes in boxes that shrink without success."""
         before, half = self.peak, 0.1 * (self.high - self.low)
         if not self.try_phases(phases) < before * (1.0 - PEAK_GAP):
@@ -304,7 +310,7 @@ class PhaseBranchAndBound:
             self.budget.spend(BOX_WORK * len(phases))
             box = (np.clip(self.best + way * half, self.low, self.high)[None, :] for way in (-1.0, 1.0))
             before = self.peak
-            self.try_phases(self.torque.bounds(*box).promising[0])
+            self.try_phases(self.torque.bound_peak_over_phase_boxes(*box).promising[0])
             half = half if self.peak < before else 0.5 * half
 
     def search(self) -> float:
@@ -317,11 +323,13 @@ class PhaseBranchAndBound:
             now, later = order[:BATCH], order[BATCH:]
             box_low, box_high = low[now], high[now]
             self.budget.spend(BOX_WORK * box_low.size)
-            found, rooms, promising = self.torque.bounds(box_low, box_high)
+            found, rooms, promising = self.torque.bound_peak_over_phase_boxes(box_low, box_high)
             found = np.maximum(found, bounds[now])
             nearest = np.argsort(found)[:TRIED]
             trials = np.concatenate([promising[nearest], 0.5 * (box_low + box_high)[nearest]])
-            self.improve(trials[np.argmin(self.torque.peaks(trials, 0.0 * trials)[1][:, 0])])
+            self.improve_best_phases_from(
+                trials[np.argmin(self.torque.largest_torque_angles_and_sizes(trials, 0.0 * trials)[1][:, 0])]
+            )
             is_open = found < self.peak * (1.0 - PEAK_GAP)
             floor = min(floor, found[~is_open].min(initial=inf))
             for clearance in self.clearances:
@@ -363,11 +371,11 @@ def least_torque_phases(machine: Machine, stations: Sequence[ResolvedStation]) -
         low[0] = high[0] = origins[names[0]]  # a shift of all phases changes nothing
     search = PhaseBranchAndBound(torque, clearances, low, high)
     before = np.array([origins[name] for name in names])
-    search.improve(np.clip(before, low, high))
+    search.improve_best_phases_from(np.clip(before, low, high))
     bound = search.search()
     found = np.round(np.degrees(search.best), PHASE_DECIMALS).tolist() if search.peak < inf else []
     best = dict(zip(names, found, strict=True)) if found else None
-    return PhaseOptimum(machine, best, torque.peak(before), search.peak, bound)
+    return PhaseOptimum(machine, best, torque.peak_upper_bound(before), search.peak, bound)
 
 
 def optimise_phases(machine: MachineSource) -> PhaseOptimum:

@@ -13,7 +13,7 @@ from functools import cached_property
 from math import pi
 from typing import NamedTuple
 
-from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, larger_magnitude, sum_curves
+from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, extreme_of_larger_magnitude, sum_curves
 from camopt.scene.machine import Machine
 from camopt.scene.motors import MotorData
 from camopt.solve.machine.stations import ResolvedStation
@@ -70,7 +70,7 @@ class Shaft:
     @property
     def peak_angle(self) -> float:
         """The angle of the largest magnitude [rad]."""
-        return larger_magnitude(self.largest, self.least).angle
+        return extreme_of_larger_magnitude(self.largest, self.least).angle
 
     @property
     def mean(self) -> float:
@@ -111,7 +111,7 @@ def shaft_of_machine(machine: Machine, stations: Sequence[ResolvedStation]) -> S
     torques = [torque for station in stations if (torque := station.torque) is not None]
     if machine.shaft_rpm is None or not torques:
         return None
-    inertia = sum_curves([each for station in stations if (each := station.inertia) is not None])
+    inertia = sum_curves([each for station in stations if (each := station.reflected_inertia) is not None])
     cams = sum(station.cam_inertia * station.station.ratio**2 for station in stations)
     return Shaft(sum_curves(torques), machine.shaft_rpm, inertia, cams)
 

@@ -50,10 +50,10 @@ class ResolvedStation:
         return displacement_unit(angular=self.tool_turns)
 
     @cached_property
-    def own_lift(self) -> TurnCurve:
+    def lift_by_cam_angle(self) -> TurnCurve:
         """Lift of the tool above its lowest position by the cam angle [mm or deg]."""
         programme = self.problem.programme.tool
-        return programme.lift_curve * (1.0 / programme.unit)
+        return programme.lift_curve * (1.0 / programme.unit_in_mm_or_rad)
 
     @cached_property
     def lift(self) -> TurnCurve:
@@ -62,10 +62,10 @@ class ResolvedStation:
 
     def lift_at_phase(self, phase: float) -> TurnCurve:
         """The lift with another phase [deg]."""
-        return self.own_lift.sped_up(self.station.ratio).shifted(radians(phase))
+        return self.lift_by_cam_angle.sped_up(self.station.ratio).shifted(radians(phase))
 
     @cached_property
-    def why_no_torque(self) -> str:
+    def missing_torque_reason(self) -> str:
         """Why the station has no torque, or an infinite one; empty if it has a torque."""
         if missing := missing_keys_by_quantity(self.problem.setup).get(TORQUE, ()):
             return f"its scene lacks {', '.join(missing)}"
@@ -74,12 +74,12 @@ class ResolvedStation:
         return "it is infinite, since the motion has corners or the follower jams in its guide"
 
     @cached_property
-    def own_torque(self) -> TurnCurve | None:
-        """Torque of the station on the machine's shaft by the cam angle [N·m]; None if ``why_no_torque`` says why.
+    def shaft_torque_by_cam_angle(self) -> TurnCurve | None:
+        """Torque on the machine's shaft by the cam angle [N·m]; None if ``missing_torque_reason`` says why.
 
         The torque of the cam times the ratio, since both have the same power.
         """
-        if self.why_no_torque:
+        if self.missing_torque_reason:
             return None
         problem, error = self.problem, TORQUE_ERROR
         if has_guide_friction(problem.setup):
@@ -94,16 +94,18 @@ class ResolvedStation:
                 torque_polynomials_by_panel(problem.programme, factors)[:, 0],
             )
         to_shaft = 1e-3 * self.station.ratio
-        return TurnCurve(panel_ends(half_width), series * to_shaft, error * to_shaft * float(np.abs(series).max()))
+        return TurnCurve(
+            panel_end_angles(half_width), series * to_shaft, error * to_shaft * float(np.abs(series).max())
+        )
 
     @cached_property
-    def inertia(self) -> TurnCurve | None:
+    def reflected_inertia(self) -> TurnCurve | None:
         """Moment of inertia that the moving masses have at the shaft, by its angle [kg·m²]; None without torque.
 
         The masses have the kinetic energy I·ω²/2 at a speed ω of the shaft. Their torque is ω²·C with
         C = (dI/dθ)/2, so I = 2·∫C dθ, and I = 0 where the follower stands still.
         """
-        if self.why_no_torque:
+        if self.missing_torque_reason:
             return None
         programme, (_, _, mass, _) = (
             self.problem.programme,
@@ -135,7 +137,7 @@ class ResolvedStation:
 
     def torque_at_phase(self, phase: float) -> TurnCurve | None:
         """The torque with another phase [deg]."""
-        own = self.own_torque
+        own = self.shaft_torque_by_cam_angle
         return None if own is None else own.sped_up(self.station.ratio).shifted(radians(phase))
 
 
@@ -145,9 +147,9 @@ def peak_torque(problem: Problem) -> float:
     return float(columns.column(TORQUE)[0])
 
 
-def panel_ends(half_width: FloatArray) -> FloatArray:
+def panel_end_angles(panel_half_widths: FloatArray) -> FloatArray:
     """The ends of panels of a turn [rad]."""
-    ends = np.concatenate([[0.0], np.cumsum(2.0 * half_width)])
+    ends = np.concatenate([[0.0], np.cumsum(2.0 * panel_half_widths)])
     assert abs(ends[-1] - TURN) < 1e3 * EQUAL_ENDS
     ends[-1] = TURN
     return np.asarray(ends)

@@ -58,12 +58,12 @@ class _PolynomialSpan(NamedTuple):
         return moves * PROOF_ROUNDING * sum(map(abs, _scale_coefficients(self.powers, length)), Decimal(0))
 
 
-def _scale_coefficients(powers: list[Decimal], length: Decimal) -> list[Decimal]:
+def _scale_coefficients(coefficients: list[Decimal], length: Decimal) -> list[Decimal]:
     """Coefficients for a variable that is ``length`` times smaller."""
     return [
         c * scale
         for c, scale in zip(
-            powers, accumulate(powers[1:], lambda by, _: by * length, initial=Decimal(1)), strict=True
+            coefficients, accumulate(coefficients[1:], lambda by, _: by * length, initial=Decimal(1)), strict=True
         )
     ]
 

@@ -72,7 +72,7 @@ class TableReadingOptions:
     """Layer of the profile in a drawing."""
 
     @property
-    def turn_angle(self) -> float:
+    def full_turn_angle(self) -> float:
         """Angle of a whole turn of the cam, in the unit of the angles."""
         return self.turn or TURN_IN_UNIT[self.angle_unit]
 
@@ -102,7 +102,7 @@ class TableReadingOptions:
 
 
 def find_columns_and_unit(
-    name: str, table: NumberTable, columns: TableReadingOptions, default_unit: str
+    file: str, table: NumberTable, reading_options: TableReadingOptions, default_unit: str
 ) -> tuple[int | None, int, str]:
     """Places of the two columns, and the unit of the second; the first is None if a table has only lifts.
 
@@ -111,95 +111,102 @@ def find_columns_and_unit(
     BadInput
         If the columns are unknown, or if their headings name another meaning or unit.
     """
-    first, second = _places_by_choice_heading_or_order(name, table, columns)
-    if first is None and columns.kind is XY_TABLE:
-        raise file_mistake(name, "columns", None, "has one column, and points need both x and y")
+    first, second = _choose_column_indices(file, table, reading_options)
+    if first is None and reading_options.kind is XY_TABLE:
+        raise file_mistake(file, "columns", None, "has one column, and points need both x and y")
     heading = table.names[second]
-    unit = columns.lift_unit or next((unit for unit in _units_in_heading(heading) & {*MM_PER_UNIT}), default_unit)
-    _check_units(name, table.names, first, second, columns, unit)
+    unit = reading_options.lift_unit or next(
+        (unit for unit in _units_in_heading(heading) & {*MM_PER_UNIT}), default_unit
+    )
+    _check_units(file, table.names, first, second, reading_options, unit)
     return first, second, unit
 
 
-def _places_by_choice_heading_or_order(
-    name: str, table: NumberTable, columns: TableReadingOptions
+def _choose_column_indices(
+    file: str, table: NumberTable, reading_options: TableReadingOptions
 ) -> tuple[int | None, int]:
     """Places of the two columns, by choice, by headings, or by order."""
-    kind, width = columns.kind, len(table.names)
-    if columns.chosen is not None:
-        if len(columns.chosen) not in (1, 2):
+    kind, width = reading_options.kind, len(table.names)
+    if reading_options.chosen is not None:
+        if len(reading_options.chosen) not in (1, 2):
             what = f"those of {kind.first} and {kind.second}, or of {kind.second}"
-            raise BadInput([Mistake("camopt", "columns", list(columns.chosen), what)])
-        places = [_place_of_column(name, table.names, column) for column in columns.chosen]
+            raise BadInput([Mistake("camopt", "columns", list(reading_options.chosen), what)])
+        places = [_column_index(file, table.names, column) for column in reading_options.chosen]
         return (None, places[0]) if len(places) == 1 else (places[0], places[1])
     if kind is LIFT_TABLE:
-        _check_not_profile_headings(name, table.names)
+        _check_not_profile_headings(file, table.names)
     if width == 1:
         return None, 0
-    first, second = _places_by_heading_words(kind, table.names)
+    first, second = _column_indices_by_headings(kind, table.names)
     if first is not None and second is not None:
         return first, second
     if width == 2:
         return (0, 1) if second is None else (1 - second, second)
     named = ", ".join(words or str(k) for k, words in enumerate(table.names, start=1))
     raise file_mistake(
-        name, "columns", named, f"which are {kind.first} and {kind.second}? Give their columns, such as 1,2"
+        file, "columns", named, f"which are {kind.first} and {kind.second}? Give their columns, such as 1,2"
     )
 
 
-def _places_by_heading_words(kind: TableKind, names: Sequence[str]) -> tuple[int | None, int | None]:
+def _column_indices_by_headings(kind: TableKind, headings: Sequence[str]) -> tuple[int | None, int | None]:
     """Places of the columns whose headings say what they are."""
-    second = next((k for k, words in enumerate(names) if kind.second_words.search(words)), None)
-    first = next((k for k, words in enumerate(names) if kind.first_words.search(words) and k != second), None)
+    second = next((k for k, words in enumerate(headings) if kind.second_words.search(words)), None)
+    first = next((k for k, words in enumerate(headings) if kind.first_words.search(words) and k != second), None)
     return first, second
 
 
-def _check_not_profile_headings(name: str, names: Sequence[str]) -> None:
+def _check_not_profile_headings(file: str, headings: Sequence[str]) -> None:
     """BadInput if headings are those of a profile and no other column has lifts."""
     for form, kind in PROFILE_KINDS.items():
-        first, second = _places_by_heading_words(kind, names)
+        first, second = _column_indices_by_headings(kind, headings)
         if first is not None and second is not None:
-            others = (words for k, words in enumerate(names) if k != second)
+            others = (words for k, words in enumerate(headings) if k != second)
             if not any(LIFT_TABLE.second_words.search(words) for words in others):
                 what = (
                     f"are points of a profile? Then say so (profile {form}); if not, give the columns, such as 1,2"
                 )
-                raise file_mistake(name, "columns", f"{names[first]}, {names[second]}", what)
+                raise file_mistake(file, "columns", f"{headings[first]}, {headings[second]}", what)
 
 
-def _place_of_column(name: str, names: Sequence[str], chosen: str | int) -> int:
+def _column_index(file: str, headings: Sequence[str], chosen: str | int) -> int:
     """Place of a column, by its name or number."""
     word = str(chosen).strip()
-    if word in names:
-        return names.index(word)
-    if word.isdecimal() and 1 <= int(word) <= len(names):
+    if word in headings:
+        return headings.index(word)
+    if word.isdecimal() and 1 <= int(word) <= len(headings):
         return int(word) - 1
-    known = join_words([words for words in names if words])
-    numbers = f"a number from 1 to {len(names)}" + (f", or one of: {known}" if known else "")
-    raise BadInput([Mistake(name, "columns", chosen, numbers)])
+    known = join_words([words for words in headings if words])
+    numbers = f"a number from 1 to {len(headings)}" + (f", or one of: {known}" if known else "")
+    raise BadInput([Mistake(file, "columns", chosen, numbers)])
 
 
 def _check_units(
-    name: str, names: Sequence[str], first: int | None, second: int, columns: TableReadingOptions, lift_unit: str
+    file: str,
+    headings: Sequence[str],
+    first: int | None,
+    second: int,
+    reading_options: TableReadingOptions,
+    lift_unit: str,
 ) -> None:
     """BadInput if a heading names another unit than the one in use."""
     lengths = (
         lift_unit,
         "unit of the lifts",
-        LIFT_UNITS if columns.kind is LIFT_TABLE else tuple(MM_PER_UNIT),
+        LIFT_UNITS if reading_options.kind is LIFT_TABLE else tuple(MM_PER_UNIT),
     )
     places = [(second, *lengths)]
     if first is not None:
-        angles = columns.angle_unit, "unit of the angles", ANGLE_UNITS
-        places.insert(0, (first, *(lengths if columns.kind is XY_TABLE else angles)))
+        angles = reading_options.angle_unit, "unit of the angles", ANGLE_UNITS
+        places.insert(0, (first, *(lengths if reading_options.kind is XY_TABLE else angles)))
     for place, unit, option, allowed in places:
-        units = _units_in_heading(names[place])
+        units = _units_in_heading(headings[place])
         if units and unit not in units:
             (other, *_) = sorted(units)
             remedy = (
                 f"give the {option} as {other}" if other in allowed else f"only {', '.join(allowed)} can be read"
             )
             raise file_mistake(
-                name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {remedy}"
+                file, f"column {headings[place]!r}", None, f"is in {other}, and {unit} is taken; {remedy}"
             )
 
 

@@ -24,7 +24,7 @@ def is_drawing(points: Any) -> "TypeGuard[str | PathLike[str]]":
     return isinstance(points, (str, PathLike)) and Path(fsdecode(points)).suffix.lower() == DXF_SUFFIX
 
 
-def read_drawing(path: Path, columns: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
+def read_drawing(path: Path, reading_options: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
     """Points x, y [mm] of the profile that a DXF file draws, and columns that say so.
 
     Raises
@@ -32,21 +32,25 @@ def read_drawing(path: Path, columns: TableReadingOptions) -> tuple[NumberTable,
     ValueError
         If the file cannot be read, or if it is not clear which of its curves is the profile.
     """
-    if columns.kind is not XY_TABLE:
+    if reading_options.kind is not XY_TABLE:
         raise ValueError("draws a profile, with points x and y")
-    outlines, unit_mm = read_dxf_outlines(path, columns.layer, with_splines=True)
-    size = MM_PER_UNIT[columns.lift_unit] if columns.lift_unit else unit_mm or MM_PER_UNIT[shown_system()]
+    outlines, unit_mm = read_dxf_outlines(path, reading_options.layer, with_splines=True)
+    size = (
+        MM_PER_UNIT[reading_options.lift_unit]
+        if reading_options.lift_unit
+        else unit_mm or MM_PER_UNIT[shown_system()]
+    )
     profiles = [each for each in outlines if _is_profile(each.outline, LEAST_RISE / size)]
     if not profiles:
         raise ValueError("has no closed curve round the axis at x = 0, y = 0 other than circles about it")
     if len(profiles) > 1:
         remedy = "give the layer of the profile, or keep one of them"
-        raise ValueError(f"has {_describe(profiles, size)} about the axis; {remedy}")
+        raise ValueError(f"has {_describe_outlines(profiles, size)} about the axis; {remedy}")
     points = points_on_outline(profiles[0].outline) * size
     if points.size > TABLE_ROWS:
         raise ValueError(f"draws the profile with {points.size:,} points; at most {TABLE_ROWS:,} are allowed")
     table = NumberTable(np.column_stack([points.real, points.imag]), np.arange(1, points.size + 1), ("", ""))
-    return table, replace(columns, chosen=None, lift_unit="mm")
+    return table, replace(reading_options, chosen=None, lift_unit="mm")
 
 
 def points_on_outline(outline: DrawnOutline) -> ComplexArray:
@@ -69,19 +73,19 @@ def points_on_outline(outline: DrawnOutline) -> ComplexArray:
     return np.concatenate(parts)
 
 
-def _is_profile(outline: DrawnOutline, least_rise: float) -> bool:
+def _is_profile(outline: DrawnOutline, least_radius_range: float) -> bool:
     """Whether an outline goes round the axis, and is no circle about it."""
     points = np.column_stack([outline.vertices, outline.arc_middles]).ravel()
     distances = np.abs(points)
     if not distances.min() > 0.0:
         return False
     turn = np.angle(np.roll(points, -1) / points).sum()
-    return bool(abs(turn) > np.pi and np.ptp(distances) > least_rise)
+    return bool(abs(turn) > np.pi and np.ptp(distances) > least_radius_range)
 
 
-def _describe(outlines: list[LayerOutline], size: float) -> str:
+def _describe_outlines(outlines: list[LayerOutline], mm_per_unit: float) -> str:
     """The outlines, each with its layer and largest radius."""
-    radii = [float(np.abs(points_on_outline(each.outline)).max()) * size for each in outlines]
+    radii = [float(np.abs(points_on_outline(each.outline)).max()) * mm_per_unit for each in outlines]
     return join_words(
         [
             f"a curve on the layer {each.layer!r} (largest radius {radius:.4g} mm)"

@@ -58,11 +58,15 @@ def likeliest_dwell(window: FlatWindow, noise: float, likelihood_drop: float, ce
     before = np.searchsorted(angles, starts)
     after = np.searchsorted(angles, ends, "right")
     left = [
-        _log_likelihood_beside_dwell(starts[k] - angles[:count], variances[:count], whitened[:count], levels)
+        _log_likelihood_of_points_beside_dwell(
+            starts[k] - angles[:count], variances[:count], whitened[:count], levels
+        )
         for k, count in enumerate(before)
     ]
     right = [
-        _log_likelihood_beside_dwell(angles[count:] - ends[k], variances[count:], whitened[count:], levels)
+        _log_likelihood_of_points_beside_dwell(
+            angles[count:] - ends[k], variances[count:], whitened[count:], levels
+        )
         for k, count in enumerate(after)
     ]
     squares = (whitened[:, 1] - np.multiply.outer(levels, whitened[:, 0])) ** 2
@@ -91,25 +95,25 @@ def _binned_angles_lifts_variances(window: FlatWindow, noise: float) -> tuple[Fl
     return angles, lifts, noise**2 / counts
 
 
-def integrated_noise_covariance(x: FloatArray, order: int) -> FloatArray:
+def integrated_noise_covariance(positions: FloatArray, order: int) -> FloatArray:
     """Covariance of a multiple integral of white noise from 0, over its largest variance."""
-    nearer, distances = np.minimum.outer(x, x), np.abs(np.subtract.outer(x, x))
+    nearer, distances = np.minimum.outer(positions, positions), np.abs(np.subtract.outer(positions, positions))
     powers = range(order)
     covariance = sum(
         comb(order - 1, k) * distances ** (order - 1 - k) * nearer ** (order + k) / (order + k) for k in powers
     )
-    return np.asarray(covariance * (2 * order - 1) / x.max() ** (2 * order - 1))
+    return np.asarray(covariance * (2 * order - 1) / positions.max() ** (2 * order - 1))
 
 
-def _log_determinants_and_whitened(
-    x: FloatArray, variances: FloatArray, columns: FloatArray, order: int
+def _log_determinants_and_whitened_columns(
+    positions: FloatArray, variances: FloatArray, columns: FloatArray, order: int
 ) -> tuple[FloatArray, FloatArray]:
     """Log-determinant of the covariance in units of the errors, and the columns divided by its root.
 
     Both are for each size. The columns are rows of the factor of a larger matrix that has them below.
     """
-    count, largest = x.size, np.abs(columns[:, -1] * np.sqrt(variances)).max()
-    integral = integrated_noise_covariance(x, order) / np.sqrt(np.multiply.outer(variances, variances))
+    count, largest = positions.size, np.abs(columns[:, -1] * np.sqrt(variances)).max()
+    integral = integrated_noise_covariance(positions, order) / np.sqrt(np.multiply.outer(variances, variances))
     matrices = np.zeros((INTEGRAL_SIZES.size, count + columns.shape[1], count + columns.shape[1]))
     matrices[:, :count, :count] = np.eye(count) + np.multiply.outer((INTEGRAL_SIZES * largest) ** 2, integral)
     matrices[:, count:, :count] = columns.T
@@ -119,15 +123,17 @@ def _log_determinants_and_whitened(
     return 2.0 * np.log(diagonal).sum(axis=1), root[:, count:, :count]
 
 
-def _log_likelihood_beside_dwell(
-    x: FloatArray, variances: FloatArray, whitened: FloatArray, levels: FloatArray
+def _log_likelihood_of_points_beside_dwell(
+    angles_from_dwell: FloatArray, variances: FloatArray, whitened: FloatArray, levels: FloatArray
 ) -> FloatArray:
     """Log-likelihood of the points beside a dwell by its level, for the best order and size."""
-    if not x.size:
+    if not angles_from_dwell.size:
         return np.zeros_like(levels)
     likelihoods = []
     for order in INTEGRAL_ORDERS:
-        size, whitened_columns = _log_determinants_and_whitened(x, variances, whitened, order)
+        size, whitened_columns = _log_determinants_and_whitened_columns(
+            angles_from_dwell, variances, whitened, order
+        )
         square = whitened_columns @ whitened_columns.swapaxes(1, 2)
         squares = square[:, 1, 1] + levels[:, None] * (levels[:, None] * square[:, 0, 0] - 2.0 * square[:, 0, 1])
         likelihoods.append((-(squares + size) / 2.0).max(axis=1))
@@ -143,7 +149,7 @@ def _log_likelihood_without_dwell(angles: FloatArray, variances: FloatArray, lif
         columns = np.column_stack([powers, lifts])
         logs, squares = [], []
         for part in (offsets < 0.0, offsets >= 0.0):
-            size, whitened_columns = _log_determinants_and_whitened(
+            size, whitened_columns = _log_determinants_and_whitened_columns(
                 np.abs(offsets[part]), variances[part], columns[part], order
             )
             logs.append(size)

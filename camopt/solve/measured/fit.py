@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
+from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, escape_unprintable
 from camopt.model.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.mapping import MOTION_AT_FOLLOWER, is_motion_given_at_follower
@@ -42,7 +42,7 @@ from camopt.solve.measured.noise import (
     noise_band_factor,
     noise_from_neighbours,
 )
-from camopt.solve.measured.outline import LIKELY_DROP, find_outline_and_doubts
+from camopt.solve.measured.outline import LIKELY_DROP, find_outline_and_doubtful_dwells
 from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_on_profile
 
 BAND_MARGINS = (1e-6, 1e-2)  # least and largest margin for rounding and solver error, as a share of the band
@@ -188,7 +188,7 @@ def fit(  # noqa: PLR0913
         else read_points(points, table_columns)
     )
     measured = replace(measured, unit_said=measured.unit_said or lift_unit is not None)
-    tables.setdefault("name", printable(Path(measured.file).stem))
+    tables.setdefault("name", escape_unprintable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
     if profile and tables.get("train"):
         tables["motion_at"] = MOTION_AT_FOLLOWER
@@ -228,11 +228,11 @@ def _fitted_tables(
     motion = {"motion": parts.motion, "laws": parts.laws}
     if followed is None:
         return motion
-    radius = round(followed.base_radius(parts.zero), LEVEL_DIGITS)
+    radius = round(followed.base_radius_at_lowest_position(parts.zero), LEVEL_DIGITS)
     return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
 
 
-def _problem_of_unknown_motion(tables: Mapping[str, Any], base_radius: float, file: str) -> Problem:
+def _problem_with_placeholder_motion(tables: Mapping[str, Any], base_radius: float, file: str) -> Problem:
     """The cam and follower of a profile before its motion is known, nearly at rest on the least radius [mm]."""
     given_tables = {key: tables[key] for key in ("cam", "follower") if key in tables}
     complete_tables = {key: dict(table) for key, table in given_tables.items() if isinstance(table, Mapping)}
@@ -256,7 +256,7 @@ def follow_measured_profile(
 ) -> FollowedProfile:
     """The follower of a scene at the points of a profile."""
     profile.check(points)
-    problem = _problem_of_unknown_motion(tables, float(points.lifts.min()) - profile.probe, file)
+    problem = _problem_with_placeholder_motion(tables, float(points.lifts.min()) - profile.probe, file)
     outlier_places = (
         []
         if keep_outliers
@@ -270,14 +270,14 @@ def follow_measured_profile(
 
 def complete_scene_from_options(
     scene: SceneSource | Mapping[str, Any] | None,
-    numbers: Mapping[str, float | None],
+    cam_numbers: Mapping[str, float | None],
     follower: str | None,
     roller_radius: float | None,
     *,
     of_profile: bool,
 ) -> Scene | Mapping[str, Any]:
     """The cam and follower of a measured motion: a scene, or tables completed by options."""
-    cam = {name: value for name, value in numbers.items() if value is not None}
+    cam = {name: value for name, value in cam_numbers.items() if value is not None}
     options = {"follower": follower, "roller_radius": roller_radius}
     if of_profile and "base_radius" in cam:
         why = "belongs to lifts: the profile itself has a base radius"
@@ -402,7 +402,9 @@ def _fit_gentlest_outline(
         least_jerk = least_jerk_curve(points, tried)
         fits: list[Fit] = []
         for band, drop in product(bands or [allowed.band], (LIKELY_DROP, 4.0 * LIKELY_DROP, 16.0 * LIKELY_DROP)):
-            outline, doubts = find_outline_and_doubts(points, band, max(band, allowed.band), noise, drop, segments)
+            outline, doubts = find_outline_and_doubtful_dwells(
+                points, band, max(band, allowed.band), noise, drop, segments
+            )
             if len(outline) <= MOST_OUTLINE_NODES:
                 nodes = outline_nodes(points, outline, least_jerk)
                 if result := _certified_fit(points, nodes, tried, least_jerk, build_scene):
@@ -437,7 +439,7 @@ def _certified_fit(
 ) -> Fit | None:
     """The fit whose scene is proved to be within the band; None if these nodes have none."""
     for margin in _trial_band_margin_shares(allowed.band / float(np.ptp(points.lifts))):
-        motion = least_jerk_motion(points, nodes, allowed.reduce_by(margin), least_jerk.rms_jerk)
+        motion = least_jerk_motion(points, nodes, allowed.reduced_by_share(margin), least_jerk.rms_jerk)
         if motion is None:
             return None
         parts = fitted_segments(motion)
@@ -458,10 +460,10 @@ def _certified_fit(
 
 
 def _unmet_band_error(
-    points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, jerk: float
+    points: MeasuredPoints, nodes: Sequence[OutlineNode], allowed: AllowedDeviation, usual_jerk: float
 ) -> Exception:
     """The error for dwells and turns without a motion within the allowed deviation."""
-    least, places = least_band_and_active_points(points, nodes, jerk)
+    least, places = least_band_and_active_points(points, nodes, usual_jerk)
     if least < allowed.band:
         return Unsolved("the convex solver is not accurate enough for the band")
     rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (

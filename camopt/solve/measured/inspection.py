@@ -346,7 +346,7 @@ def inspect(
 def inspect_discs(
     profiles: Sequence[MeasuredProfile],
     scene: Scene,
-    columns: TableReadingOptions,
+    reading_options: TableReadingOptions,
     keep_outliers: bool,
     aligned: bool,
 ) -> "list[InspectedDisc]":
@@ -356,8 +356,8 @@ def inspect_discs(
         raise BadInput(
             [Mistake(problem.file, "cam.form", scene.cam.form, "disc: a measured profile needs a disc cam")]
         )
-    if columns.lift_unit not in (*MM_PER_UNIT, None):
-        raise BadInput([Mistake("camopt", "lift_unit", columns.lift_unit, "mm or inch for a profile")])
+    if reading_options.lift_unit not in (*MM_PER_UNIT, None):
+        raise BadInput([Mistake("camopt", "lift_unit", reading_options.lift_unit, "mm or inch for a profile")])
     discs = cam_discs(problem)
     if len(discs) > 1:  # one disc moves the follower, not the tool that both drive
         discs = tuple(
@@ -366,7 +366,7 @@ def inspect_discs(
     if len(profiles) != len(discs):
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
-    points = [read_points(each.points, each.with_profile_kind_and_layer(columns)) for each in profiles]
+    points = [read_points(each.points, each.with_profile_kind_and_layer(reading_options)) for each in profiles]
     drawn_discs = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
     measured = list(zip(profiles, points, strict=True))
     followed = [
@@ -375,13 +375,13 @@ def inspect_discs(
     ]
     zero = _best_trial_zero_angle(followed)
     fitted = [replace(each, zero=refine_zero_angle([each], zero)) for each in followed]
-    if len(fitted) > 1 and any(each.is_far_off for each in fitted):  # no common angle fits all discs
+    if len(fitted) > 1 and any(each.is_far_from_drawing for each in fitted):  # no common angle fits all discs
         fitted = [
             replace(each, zero=refine_zero_angle([each], _best_trial_zero_angle([each]))) for each in followed
         ]
     return [
         replace(each, likely=drawn.likely_mistake(measured[number:] + measured[:number], aligned))
-        if each.is_far_off
+        if each.is_far_from_drawing
         else each
         for number, (drawn, each) in enumerate(zip(drawn_discs, fitted, strict=True))
     ]
@@ -409,7 +409,9 @@ class _DrawnDisc(NamedTuple):
                 profile, points = measured[disc_number]
                 try:
                     disc = self.follow_points(profile, profile.mirrored(points) if is_mirrored else points, False)
-                    if not replace(disc, zero=refine_zero_angle([disc], _best_trial_zero_angle([disc]))).is_far_off:
+                    if not replace(
+                        disc, zero=refine_zero_angle([disc], _best_trial_zero_angle([disc]))
+                    ).is_far_from_drawing:
                         return sentence
                 except (BadInput, Unsolved):
                     continue  # the follower cannot run on them
@@ -444,7 +446,7 @@ def _best_trial_zero_angle(discs: "Sequence[InspectedDisc]") -> float:
 def refine_zero_angle(discs: "Sequence[InspectedDisc]", zero_angle: float) -> float:
     """The angle near ``zero_angle`` that fits all discs best [rad]."""
     for _ in range(PHASE_FITS):
-        all_columns = [disc.responses_to_error_causes(zero_angle) for disc in discs]
+        all_columns = [disc.responses_to_phase_size_and_bore(zero_angle) for disc in discs]
         own_columns = block_diag(*(columns[:, 1:] for columns in all_columns))
         columns = np.column_stack([np.concatenate([columns[:, 0] for columns in all_columns]), own_columns])
         errors = np.concatenate([disc.raw_motion_errors_at(zero_angle) for disc in discs])
@@ -485,7 +487,7 @@ class InspectedDisc:
         )
 
     @cached_property
-    def is_far_off(self) -> bool:
+    def is_far_from_drawing(self) -> bool:
         """Whether the error is so large that this is hardly a cam of the drawing."""
         return float(np.abs(self.smooth_motion_errors).max()) > WRONG_CAM_SHARE * float(
             np.ptp(self.problem.programme.motion_at(self.cam_angles)[0])
@@ -508,52 +510,61 @@ class InspectedDisc:
             self.noise,
             used,
             self.waves.waves,
-            (float(self.fitted_error_causes[2]), self.disc.mirror * float(self.fitted_error_causes[3])),
-            float(self.fitted_error_causes[1]),
+            (
+                float(self.fitted_phase_size_and_bore[2]),
+                self.disc.mirror * float(self.fitted_phase_size_and_bore[3]),
+            ),
+            float(self.fitted_phase_size_and_bore[1]),
             np.degrees(self.cam_angles),
             unit * tool_errors,
             self.outliers,
             tuple(self._missing_angle_ranges_deg()),
             tuple(self.followed_profile.unreached.tolist()),
             tuple(self._uninspected_tolerance_keys()),
-            self.is_far_off,
+            self.is_far_from_drawing,
             self.likely,
             "follower" if self.scene.train and self.problem.setup.train is None else "tool",
         )
 
-    def _tolerance_uses(self, place: int, tool_error: float, largest_tool_error: float) -> Iterator[ToleranceUse]:
+    def _tolerance_uses(
+        self, point_index: int, tool_error: float, largest_tool_error: float
+    ) -> Iterator[ToleranceUse]:
         """The use of each tolerance.
 
-        ``tool_error`` is the tool error at ``place``, ``largest_tool_error`` the largest one.
+        ``tool_error`` is the tool error at ``point_index``, ``largest_tool_error`` the largest one.
         """
         tolerances, unit = self.scene.tolerances, float(motion_unit_factor(self.problem.setup, 0))
-        response, bore = self.profile_and_bore_responses[0][place], self.motion_errors_from_bore
+        response, bore = self.profile_and_bore_responses[0][point_index], self.motion_errors_from_bore
         is_bore_separate = bool(tolerances.bore_eccentricity)
         deviations = (
             self.smooth_normal_deviations - bore / self.profile_and_bore_responses[0]
             if is_bore_separate
             else self.smooth_normal_deviations
         )
-        rate = float(self._train_ratios[place]) * unit
+        rate = float(self._train_ratios[point_index]) * unit
         outlier_distances = (
             self._outlier_rows_and_distances[1] - self._outlier_rows_and_distances[2] * is_bore_separate
         )
         largest = float(np.abs([*deviations, *outlier_distances]).max())
         most = self.scene.whole_part.profile_tolerance
-        yield ToleranceUse("profile", "mm", largest, most, rate * float(deviations[place] * response))
+        yield ToleranceUse("profile", "mm", largest, most, rate * float(deviations[point_index] * response))
         if tolerances.profile and (self.waves.waves or tolerances.waves):
             allowed = None if tolerances.waves is None else float(tolerances.waves)
             yield ToleranceUse("waves", "", self.waves.equivalent_wave_count(tolerances.profile), allowed, None)
         if is_bore_separate:
-            eccentricity = float(np.hypot(*self.fitted_error_causes[2:]))
+            eccentricity = float(np.hypot(*self.fitted_phase_size_and_bore[2:]))
             yield ToleranceUse(
-                "bore_eccentricity", "mm", eccentricity, tolerances.bore_eccentricity, rate * float(bore[place])
+                "bore_eccentricity",
+                "mm",
+                eccentricity,
+                tolerances.bore_eccentricity,
+                rate * float(bore[point_index]),
             )
         if tolerances.phase is not None and self.aligned:
             zone = tolerance_zone(tolerances.phase, "phase", 0.0)
             end = zone.upper if self.phase_deg >= 0.0 else -zone.lower
             phase_errors = self.raw_motion_errors_at(0.0) - self.raw_motion_errors_at(self.zero)
-            yield ToleranceUse("phase", "deg", abs(self.phase_deg), end, rate * float(phase_errors[place]))
+            yield ToleranceUse("phase", "deg", abs(self.phase_deg), end, rate * float(phase_errors[point_index]))
         if tolerances.profile or is_bore_separate:
             bound = (
                 make_worst_cam_search(TurnErrors(self._scene_with_profile_tolerances, self.problem))
@@ -569,7 +580,7 @@ class InspectedDisc:
         return self.followed_profile.positions.drop_places(self.followed_profile.outlier_places)
 
     @cached_property
-    def base_position(self) -> float:
+    def base_circle_position(self) -> float:
         """Position of the follower on the base circle of the drawing [mm or rad]."""
         return float(follower_position_on_base_circle(self.problem, self.problem.design)[0])
 
@@ -583,7 +594,7 @@ class InspectedDisc:
         """Measured less nominal positions [mm or rad], with cam angle 0 at ``zero_angle`` of the points."""
         return np.asarray(
             self.measured_follower_positions
-            - self.base_position
+            - self.base_circle_position
             - self.problem.programme.motion_at(self.cam_angles_at(zero_angle))[0]
         )
 
@@ -591,7 +602,7 @@ class InspectedDisc:
     def turn_angle(self) -> float:
         return self.problem.programme.strokes[-1].end
 
-    def responses_to_error_causes(self, zero_angle: float) -> FloatArray:
+    def responses_to_phase_size_and_bore(self, zero_angle: float) -> FloatArray:
         """Responses of the errors to phase, size and the two directions of the bore (points, 4)."""
         without_train = replace(self.problem, setup=replace(self.problem.setup, train=None))
         response = ToolResponse(without_train, self.cam_angles_at(zero_angle))
@@ -610,11 +621,11 @@ class InspectedDisc:
         return (180.0 - degrees(self.zero)) % 360.0 - 180.0
 
     @cached_property
-    def fitted_error_causes(self) -> FloatArray:
+    def fitted_phase_size_and_bore(self) -> FloatArray:
         """Causes of the errors: phase, size and the two directions of the bore."""
         return np.asarray(
             np.linalg.lstsq(
-                self.responses_to_error_causes(self.zero), self.raw_motion_errors_at(self.zero), rcond=None
+                self.responses_to_phase_size_and_bore(self.zero), self.raw_motion_errors_at(self.zero), rcond=None
             )[0]
         )
 
@@ -630,15 +641,15 @@ class InspectedDisc:
     @cached_property
     def profile_and_bore_responses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Response of the follower to the profile, and to the two directions of the bore."""
-        _, *columns = self.responses_to_error_causes(self.zero).T
+        _, *columns = self.responses_to_phase_size_and_bore(self.zero).T
         return columns[0], columns[1], columns[2]
 
     @cached_property
     def motion_errors_from_bore(self) -> FloatArray:
         """Errors that the axis of the bore causes [mm or rad]."""
         return np.asarray(
-            self.profile_and_bore_responses[1] * self.fitted_error_causes[2]
-            + self.profile_and_bore_responses[2] * self.fitted_error_causes[3]
+            self.profile_and_bore_responses[1] * self.fitted_phase_size_and_bore[2]
+            + self.profile_and_bore_responses[2] * self.fitted_phase_size_and_bore[3]
         )
 
     @cached_property

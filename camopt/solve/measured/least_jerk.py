@@ -55,9 +55,9 @@ class AllowedDeviation(NamedTuple):
     band: float
     rms: float | None = None
 
-    def reduce_by(self, margin: float) -> "AllowedDeviation":
+    def reduced_by_share(self, share: float) -> "AllowedDeviation":
         """The deviation reduced by a share."""
-        factor = 1.0 - margin
+        factor = 1.0 - share
         return AllowedDeviation(factor * self.band, None if self.rms is None else factor * self.rms)
 
     def deviation_constraints(self, deviations: Any, unit: float) -> list[Any]:
@@ -103,8 +103,8 @@ class OutlineMotion:
 class _SplineVariables:
     """Coefficients c₀ … c₃ of a spline by x as variables, in units of 1, u^⅓, u^⅔ and u, an ample jerk."""
 
-    def __init__(self, chain: SplineChain, jerk: float) -> None:
-        self.chain, self.unit = chain, AMPLE_JERK * jerk
+    def __init__(self, chain: SplineChain, usual_jerk: float) -> None:
+        self.chain, self.unit = chain, AMPLE_JERK * usual_jerk
         scaled = [cp.Variable(chain.coefficient_count - k) for k in range(JOINED_ORDERS)]
         self.c = [self.unit ** (k / 3.0) * c for k, c in enumerate(scaled)]
         orders = zip(chain.difference_factors, scaled[:-1], scaled[1:], strict=True)
@@ -268,13 +268,15 @@ def least_band_and_active_points(
 class _OutlineModel:
     """The variables of an outline, their joints, and the deviations of its points."""
 
-    def __init__(self, points: MeasuredPoints, nodes: Sequence[OutlineNode], jerk: float) -> None:
+    def __init__(self, points: MeasuredPoints, nodes: Sequence[OutlineNode], usual_jerk: float) -> None:
         self.points, self.nodes, self.strokes = points, nodes, spline_strokes(points, nodes)
         self.unit, self.middle = float(np.ptp(points.lifts)), _mid_range_lift(points)
         self.levels = cp.Variable(len(nodes))
         angles = [radians(stroke.angle) for stroke in self.strokes]
         moving = list(zip(self.strokes, angles, strict=True))
-        self.motions = [_SplineVariables(stroke.chain, jerk * angle**3 / self.unit) for stroke, angle in moving]
+        self.motions = [
+            _SplineVariables(stroke.chain, usual_jerk * angle**3 / self.unit) for stroke, angle in moving
+        ]
         self.square = sum(a * motion.square for a, motion in zip(angles, self.motions, strict=True))
         self.variation = sum(a * motion.variation for a, motion in zip(angles, self.motions, strict=True))
         self.limits = [limit for motion in self.motions for limit in motion.limits]
@@ -285,7 +287,7 @@ class _OutlineModel:
             way = 1.0 if lift >= 0.0 else -1.0
             least = LEAST_LIFT_SHARE * abs(lift) + LEAST_RANGE_SHARE
             self.limits += [
-                *self._joint_constraints(k),
+                *self._node_constraints(k),
                 way * self.motions[k].c[1] >= 0,
                 way * (self.levels[following] - self.levels[k]) >= least,
             ]
@@ -297,21 +299,21 @@ class _OutlineModel:
         self.deviations = cp.hstack(deviations)
         self.places = np.concatenate([*(s.places for s in self.strokes), *(node.places for node in nodes)])
 
-    def _joint_constraints(self, k: int) -> list[Any]:
+    def _node_constraints(self, node_index: int) -> list[Any]:
         """Constraints at a node: its level and no velocity.
 
         Beside a dwell there is no acceleration. At a turning point, acceleration and jerk are continuous.
         """
-        before, after = self.motions[k - 1].c, self.motions[k].c
+        before, after = self.motions[node_index - 1].c, self.motions[node_index].c
         limits = [
-            before[0][-1] == self.levels[k],
-            after[0][0] == self.levels[k],
+            before[0][-1] == self.levels[node_index],
+            after[0][0] == self.levels[node_index],
             before[1][-1] == 0,
             after[1][0] == 0,
         ]
-        if self.nodes[k].is_dwell:
+        if self.nodes[node_index].is_dwell:
             return [*limits, before[2][-1] == 0, after[2][0] == 0]
-        ratio = self.strokes[k].angle / self.strokes[k - 1].angle
+        ratio = self.strokes[node_index].angle / self.strokes[node_index - 1].angle
         return [*limits, *(ratio**order * before[order][-1] == after[order][0] for order in (2, 3))]
 
     def motion_with_exact_joints(self) -> OutlineMotion:
@@ -323,29 +325,32 @@ class _OutlineModel:
             nodes, self.strokes, tuple(self._stroke_coefficients(k, levels) for k in range(len(nodes)))
         )
 
-    def _stroke_coefficients(self, k: int, levels: Sequence[float]) -> FloatArray:
+    def _stroke_coefficients(self, stroke_index: int, levels: Sequence[float]) -> FloatArray:
         """Coefficients of a stroke from 0 to 1, at rest beside a dwell and with y'' of a turning point."""
-        following = (k + 1) % len(levels)
-        lift = (levels[following] - levels[k]) / self.unit
-        chain, jerk = self.motions[k].chain, np.asarray(self.motions[k].c[3].value) / lift
-        accelerations = [self._node_acceleration(j) * self.strokes[k].angle ** 2 / lift for j in (k, following)]
+        following = (stroke_index + 1) % len(levels)
+        lift = (levels[following] - levels[stroke_index]) / self.unit
+        chain, jerk = self.motions[stroke_index].chain, np.asarray(self.motions[stroke_index].c[3].value) / lift
+        accelerations = [
+            self._node_acceleration(j) * self.strokes[stroke_index].angle ** 2 / lift
+            for j in (stroke_index, following)
+        ]
         start = (0.0, 0.0, accelerations[0])
         coefficients = chain.integrate_jerk(
             chain.adjust_jerk_to_end_state(jerk, start, np.array([1.0, 0.0, accelerations[1]])), start
         )[0]
         coefficients[:2], coefficients[-2:] = 0.0, 1.0
-        if self.nodes[k].is_dwell:
+        if self.nodes[stroke_index].is_dwell:
             coefficients[2] = 0.0
         if self.nodes[following].is_dwell:
             coefficients[-3] = 1.0
         return np.asarray(np.maximum.accumulate(np.clip(coefficients, 0.0, 1.0)))
 
-    def _node_acceleration(self, k: int) -> float:
+    def _node_acceleration(self, node_index: int) -> float:
         """y'' at a node, in units of the lift by the angle in deg: the mean of both sides."""
-        if self.nodes[k].is_dwell:
+        if self.nodes[node_index].is_dwell:
             return 0.0
         sides = (
-            (self.motions[k - 1].c[2].value[-1], self.strokes[k - 1]),
-            (self.motions[k].c[2].value[0], self.strokes[k]),
+            (self.motions[node_index - 1].c[2].value[-1], self.strokes[node_index - 1]),
+            (self.motions[node_index].c[2].value[0], self.strokes[node_index]),
         )
         return float(np.mean([acceleration / stroke.angle**2 for acceleration, stroke in sides]))

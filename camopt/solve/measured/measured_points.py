@@ -25,7 +25,7 @@ from camopt.solve.measured.columns import (
 from camopt.solve.measured.delimited_text import decode_text, text_rows
 from camopt.solve.measured.drawing_points import is_drawing, read_drawing
 from camopt.solve.measured.number_table import NumberTable, file_mistake, number_table
-from camopt.solve.measured.s96 import S96_SUFFIX, lobe_of_s96
+from camopt.solve.measured.s96 import S96_SUFFIX, lifts_of_s96_turn
 from camopt.solve.measured.workbook import WORKBOOK_STARTS, workbook_rows
 
 TURN_DEG = 360.0
@@ -69,7 +69,7 @@ def forward_angle_deg(start: FloatArray | float, end: FloatArray | float) -> Flo
     return np.mod(np.mod(np.asarray(end) - start, TURN_DEG), TURN_DEG)
 
 
-def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableReadingOptions) -> MeasuredPoints:
+def read_points(source: str | os.PathLike[str] | ArrayLike, reading_options: TableReadingOptions) -> MeasuredPoints:
     """The points of a file (text or a workbook), or of an array of rows (angle, lift) or lifts.
 
     Points of a profile have distances from the cam's axis in place of lifts. The angle of a point x, y is the one
@@ -82,29 +82,29 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableReadin
     OSError
         If the file cannot be read.
     """
-    columns.check_options()
+    reading_options.check_options()
     default_unit = MM
     if isinstance(source, (str, os.PathLike)):
         name, default_unit = os.fsdecode(source), shown_system()
-        table, columns = _table_of_file(name, columns)
+        table, reading_options = _table_of_file(name, reading_options)
     else:
         name = "points"
         table = _table_of_array(name, source)
-    place, second_place, unit = find_columns_and_unit(name, table, columns, default_unit)
+    place, second_place, unit = find_columns_and_unit(name, table, reading_options, default_unit)
     lifts = table.numbers[:, second_place]
     if place is None:
         count = lifts.size - (lifts.size in CLOSED_COUNTS)
-        angles = np.arange(lifts.size, dtype=np.float64) * (columns.turn_angle / count)
+        angles = np.arange(lifts.size, dtype=np.float64) * (reading_options.full_turn_angle / count)
     else:
         angles = table.numbers[:, place]
-    _check_numbers(name, table, {columns.kind.first: angles, columns.kind.second: lifts})
-    step, unit_size, turn_angle = _rounding_step(lifts), MM_PER_UNIT.get(unit, 1.0), columns.turn_angle
-    if columns.kind is XY_TABLE:
+    _check_numbers(name, table, {reading_options.kind.first: angles, reading_options.kind.second: lifts})
+    step, unit_size, turn_angle = _rounding_step(lifts), MM_PER_UNIT.get(unit, 1.0), reading_options.full_turn_angle
+    if reading_options.kind is XY_TABLE:
         angles, lifts = _polar_coordinates(name, table, angles + 1j * lifts)
         turn_angle = TURN_DEG
     _check_within_one_turn(name, table, angles, turn_angle)
     if lifts.max() == lifts.min():
-        what = "distance" if columns.kind is XY_TABLE else columns.kind.second
+        what = "distance" if reading_options.kind is XY_TABLE else reading_options.kind.second
         raise file_mistake(
             name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: the follower does not move"
         )
@@ -116,23 +116,27 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: TableReadin
     )
 
 
-def _table_of_file(name: str, columns: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
+def _table_of_file(file: str, reading_options: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
     """The numbers of a file, and its columns, of which some kinds of files leave nothing to say."""
     try:
-        data = read_bytes(name)
+        data = read_bytes(file)
     except BadInput as error:
-        raise file_mistake(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
+        raise file_mistake(file, "file", None, f"must be {error.mistakes[0].allowed}") from None
     try:
-        if is_drawing(name):
-            return read_drawing(Path(name), columns)
+        if is_drawing(file):
+            return read_drawing(Path(file), reading_options)
         rows = workbook_rows(data) if data.startswith(WORKBOOK_STARTS) else text_rows(decode_text(data))
     except ValueError as trouble:
-        raise file_mistake(name, "file", None, str(trouble)) from None
-    table = number_table(name, rows)
-    return lobe_of_s96(name, table, columns) if Path(name).suffix.lower() == S96_SUFFIX else (table, columns)
+        raise file_mistake(file, "file", None, str(trouble)) from None
+    table = number_table(file, rows)
+    return (
+        lifts_of_s96_turn(file, table, reading_options)
+        if Path(file).suffix.lower() == S96_SUFFIX
+        else (table, reading_options)
+    )
 
 
-def _table_of_array(name: str, source: Any) -> NumberTable:
+def _table_of_array(file: str, source: Any) -> NumberTable:
     try:
         columns = _named_columns(source)
         numbers = np.array(
@@ -140,10 +144,10 @@ def _table_of_array(name: str, source: Any) -> NumberTable:
         )
         numbers = numbers.astype(float) if columns is None else numbers.T
     except (TypeError, ValueError):
-        raise file_mistake(name, "rows", None, ROWS_ALLOWED) from None
+        raise file_mistake(file, "rows", None, ROWS_ALLOWED) from None
     numbers = numbers[:, None] if numbers.ndim == 1 else numbers
     if numbers.ndim != 2 or not numbers.size:
-        raise file_mistake(name, "rows", None, ROWS_ALLOWED)
+        raise file_mistake(file, "rows", None, ROWS_ALLOWED)
     names = [""] * numbers.shape[1] if columns is None else [values_ for values_, _ in columns]
     return NumberTable(numbers, np.arange(1, len(numbers) + 1), tuple(names))
 
@@ -176,22 +180,22 @@ def _is_default_row_index(index: Any) -> bool:
 # ----------------------------------------------------------------------------------------------------- points
 
 
-def _check_numbers(name: str, table: NumberTable, columns: Mapping[str, FloatArray]) -> None:
+def _check_numbers(file: str, table: NumberTable, columns: Mapping[str, FloatArray]) -> None:
     """BadInput for too few numbers, or for one that is too large."""
     for what, values in columns.items():
         far = np.flatnonzero(~(np.abs(values) <= LARGEST_MEASURED))
         if far.size:
             raise file_mistake(
-                name,
+                file,
                 f"row {table.rows[far[0]]}",
                 float(values[far[0]]),
                 f"the {what} must be within ±{LARGEST_MEASURED:g}",
             )
     if len(table.rows) < FEWEST_MEASURED:
-        raise file_mistake(name, "rows", len(table.rows), f"must be at least {FEWEST_MEASURED} points")
+        raise file_mistake(file, "rows", len(table.rows), f"must be at least {FEWEST_MEASURED} points")
 
 
-def _check_within_one_turn(name: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
+def _check_within_one_turn(file: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
     """BadInput if angles are not those of one turn."""
     low, high = int(angles.argmin()), int(angles.argmax())
     if angles[high] - angles[low] > turn * (1.0 + 1e-9):
@@ -199,22 +203,22 @@ def _check_within_one_turn(name: str, table: NumberTable, angles: FloatArray, tu
             f"the angles go from {angles[low]:g} (row {table.rows[low]}) to {angles[high]:g}, more than a turn"
         )
         hint = "give 720 as the turn if they are of a crankshaft" if turn == TURN_DEG else f"a turn is {turn:g}"
-        raise file_mistake(name, f"row {table.rows[high]}", float(angles[high]), f"{problem_text}; {hint}")
+        raise file_mistake(file, f"row {table.rows[high]}", float(angles[high]), f"{problem_text}; {hint}")
     if angles[high] == angles[low]:
-        raise file_mistake(name, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")
+        raise file_mistake(file, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")
 
 
-def _polar_coordinates(name: str, table: NumberTable, points: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _polar_coordinates(file: str, table: NumberTable, points: ComplexArray) -> tuple[FloatArray, FloatArray]:
     """Angles [deg, from 0 to a turn] and distances of points x + iy, which must surround the axis at 0, 0."""
     for place in np.flatnonzero(points == 0.0):
         raise file_mistake(
-            name, f"row {table.rows[place]}", None, "is on the axis of the cam, which is at x = 0, y = 0"
+            file, f"row {table.rows[place]}", None, "is on the axis of the cam, which is at x = 0, y = 0"
         )
     angles = np.mod(TURN_DEG / 4.0 - np.degrees(np.angle(points)), TURN_DEG)
     steps = np.diff(np.sort(angles), append=angles.min() + TURN_DEG)
     if steps.max() >= TURN_DEG / 2.0:
         what = f"do not go round the axis of the cam, which is at x = 0, y = 0: none over {steps.max():.4g} deg"
-        raise file_mistake(name, "points", None, what)
+        raise file_mistake(file, "points", None, what)
     return angles, np.abs(points)
 
 

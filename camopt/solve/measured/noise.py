@@ -78,17 +78,17 @@ def _neighbour_deviations(points: MeasuredPoints) -> FloatArray:
     return np.where(np.abs(deviations) > EQUAL_LIFTS * np.ptp(points.lifts), deviations, 0.0)
 
 
-def noise_band_factor(count: int) -> float:
+def noise_band_factor(point_count: int) -> float:
     """Band that contains all normal errors in 19 of 20 files, in standard deviations of the noise."""
-    return NormalDist().inv_cdf(1.0 - 1.0 / (2.0 * FILES_PER_BAND_BREAK * count))
+    return NormalDist().inv_cdf(1.0 - 1.0 / (2.0 * FILES_PER_BAND_BREAK * point_count))
 
 
-def noise_rms_bound_factor(count: float) -> float:
+def noise_rms_bound_factor(error_count: float) -> float:
     """Bound of the root mean square of normal errors in 19 of 20 files, in standard deviations.
 
     By the cube root of χ², which is nearly normal (Wilson and Hilferty, The distribution of chi-square, 1931).
     """
-    spread = 2.0 / (9.0 * count)
+    spread = 2.0 / (9.0 * error_count)
     return float((1.0 - spread + NormalDist().inv_cdf(1.0 - 1.0 / FILES_PER_BAND_BREAK) * sqrt(spread)) ** 1.5)
 
 
@@ -100,15 +100,19 @@ def find_outliers(points: MeasuredPoints, noise: float, least_deviation: float =
     """
     kept = np.arange(points.angles.size)
     while kept.size > 8 * NEIGHBOURS and (
-        outliers := _furthest_outlier(points, kept, noise, max(OUTLIER_OFF * noise, least_deviation))
+        outliers := _furthest_outlier_places(points, kept, noise, max(OUTLIER_OFF * noise, least_deviation))
     ):
         kept = np.setdiff1d(kept, outliers)
     return list(map(int, np.setdiff1d(np.arange(points.angles.size), kept)))
 
 
-def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, least_deviation: float) -> list[int]:
+def _furthest_outlier_places(
+    points: MeasuredPoints, kept_places: IndexArray, noise: float, least_deviation: float
+) -> list[int]:
     """The furthest outlier among the remaining points, or two near outliers; empty if there is none."""
-    deviations = np.abs(scaled_deviations_from_neighbours(points.angles[kept], points.lifts[kept], TURN_DEG))
+    deviations = np.abs(
+        scaled_deviations_from_neighbours(points.angles[kept_places], points.lifts[kept_places], TURN_DEG)
+    )
     candidates = [int(place) for place in np.argsort(-deviations) if deviations[place] > least_deviation]
     pairs = [
         [first, second]
@@ -117,22 +121,24 @@ def _furthest_outlier(points: MeasuredPoints, kept: IndexArray, noise: float, le
         if 0 < min((first - second) % deviations.size, (second - first) % deviations.size) <= 2 * NEIGHBOURS
     ]
     for outliers in [[place] for place in candidates] + pairs:
-        rest = np.delete(kept, outliers)
+        rest = np.delete(kept_places, outliers)
         if _neighbours_agree(
             points,
             rest,
-            int(kept[outliers[0]]),
+            int(kept_places[outliers[0]]),
             max(EXPLAINED_SHARE * deviations[outliers[0]], NEIGHBOURS_OFF * noise),
         ):
-            return list(map(int, kept[outliers]))
+            return list(map(int, kept_places[outliers]))
     return []
 
 
-def _neighbours_agree(points: MeasuredPoints, rest: IndexArray, place: int, largest_deviation: float) -> bool:
+def _neighbours_agree(
+    points: MeasuredPoints, kept_places: IndexArray, omitted_place: int, largest_deviation: float
+) -> bool:
     """Whether the points near an omitted place deviate by no more than ``largest_deviation``."""
-    after = int(np.searchsorted(rest, place))
-    around = rest[np.arange(after - 4 * NEIGHBOURS, after + 4 * NEIGHBOURS) % rest.size]
-    angles = forward_angle_deg(points.angles[place] - TURN_DEG / 2.0, points.angles[around])
+    after = int(np.searchsorted(kept_places, omitted_place))
+    around = kept_places[np.arange(after - 4 * NEIGHBOURS, after + 4 * NEIGHBOURS) % kept_places.size]
+    angles = forward_angle_deg(points.angles[omitted_place] - TURN_DEG / 2.0, points.angles[around])
     middle = slice(3 * NEIGHBOURS, 5 * NEIGHBOURS)
     return bool(
         np.abs(scaled_deviations_from_neighbours(angles, points.lifts[around], TURN_DEG)[middle]).max()

@@ -67,9 +67,9 @@ def number_table(file: str, rows: Sequence[NumberedRow]) -> NumberTable:
     )
 
 
-def file_mistake(file: str, key: str, value: object, what: str) -> BadInput:
+def file_mistake(file: str, key: str, value: object, message: str) -> BadInput:
     """A mistake in a file of points: its place, the value there, and what is wrong."""
-    return BadInput([Mistake(file, key, value, what, bare=True)])
+    return BadInput([Mistake(file, key, value, message, bare=True)])
 
 
 def _row_fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
@@ -84,8 +84,8 @@ def _row_fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
     return None
 
 
-def _column_headings(above: Sequence[NumberedRow], width: int) -> Iterator[str]:
+def _column_headings(rows_above: Sequence[NumberedRow], width: int) -> Iterator[str]:
     """The heading of each column, from the lines with one cell for each."""
-    lines = [row.cells for row in above if len(row.cells) == width and not row.is_numeric]
+    lines = [row.cells for row in rows_above if len(row.cells) == width and not row.is_numeric]
     for column in range(width):
         yield " ".join(str(cells[column]) for cells in lines).strip()

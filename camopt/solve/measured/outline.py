@@ -72,7 +72,7 @@ MotionOutline = tuple[Dwell | TurningPoint, ...]
 """Dwells and turning points in order, from a dwell if there is one, else from the lowest turning point."""
 
 
-def find_outline_and_doubts(
+def find_outline_and_doubtful_dwells(
     points: MeasuredPoints,
     band: float,
     turning_band: float,
@@ -302,11 +302,15 @@ def places_before_gaps(points: MeasuredPoints) -> list[int]:
     return np.flatnonzero(steps > sparse).tolist()
 
 
-def gap_mistake(points: MeasuredPoints, place: int, why: str) -> BadInput:
+def gap_mistake(points: MeasuredPoints, place_before_gap: int, reason: str) -> BadInput:
     """The mistake of a gap after a place."""
-    after = (place + 1) % points.angles.size
-    where = f"from {points.angles[place]:g} to {points.angles[after]:g} deg (up to row {points.rows[after]})"
-    return file_mistake(points.file, f"row {points.rows[place]}", None, f"no points {where}, and {why}")
+    after = (place_before_gap + 1) % points.angles.size
+    where = (
+        f"from {points.angles[place_before_gap]:g} to {points.angles[after]:g} deg (up to row {points.rows[after]})"
+    )
+    return file_mistake(
+        points.file, f"row {points.rows[place_before_gap]}", None, f"no points {where}, and {reason}"
+    )
 
 
 # ------------------------------------------------------------------------------------------------------ turns

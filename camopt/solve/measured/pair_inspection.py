@@ -115,7 +115,7 @@ class PairInspection(Result):
     @property
     def least(self) -> Extreme:
         """Least deviation of the contacts' distance, and its cam angle."""
-        return self._least_extreme(self.off)
+        return self._smallest_value_with_cam_angle(self.off)
 
     @property
     def most(self) -> Extreme:
@@ -136,16 +136,16 @@ class PairInspection(Result):
     @property
     def left(self) -> Extreme:
         """Least remaining interference, deg or mm; below 0 the largest clearance."""
-        return self._least_extreme(self.interference + self.off)
+        return self._smallest_value_with_cam_angle(self.interference + self.off)
 
     @property
     def spare(self) -> Extreme | None:
         """Least preload beyond the needed one, N (N·m); below 0 a contact lets go. None if it is unknown."""
         if self.preload is None or self.needed is None:
             return None
-        return self._least_extreme(self.preload - self.needed)
+        return self._smallest_value_with_cam_angle(self.preload - self.needed)
 
-    def _least_extreme(self, values: FloatArray) -> Extreme:
+    def _smallest_value_with_cam_angle(self, values: FloatArray) -> Extreme:
         place = int(np.argmin(values))
         return Extreme(float(values[place]), float(self.angles[place]))
 
@@ -366,10 +366,10 @@ class _ContactPair:
             if tolerance is None
             else unit * tolerance * float(self._sum_over_contacts_at_all_cam_angles(profile_responses).max()),
             np.degrees(self.all_cam_angles),
-            unit * self.distance_errors + (np.nan if self._mismatch_reason else 0.0),
+            unit * self.contact_distance_errors + (np.nan if self._mismatch_reason else 0.0),
             self.scene.drive.interference or 0.0,
             None if self._mismatch_reason else self._preload_with_distance_errors,
-            self._needed_preload,
+            self._preload_required_at_cam_angles,
             self._mismatch_reason,
         )
 
@@ -382,11 +382,11 @@ class _ContactPair:
     @property
     def _mismatch_reason(self) -> str:
         """Why the discs do not hold one follower; empty if they do."""
-        far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.is_far_off]
+        far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.is_far_from_drawing]
         if far:
             matches = "do not match" if len(far) > 1 else "does not match"
             return f"disc {' and disc '.join(far)} {matches} this drawing"
-        if np.abs(self.distance_errors).max() > WRONG_CAM_SHARE * self.problem.programme.lift:
+        if np.abs(self.contact_distance_errors).max() > WRONG_CAM_SHARE * self.problem.programme.lift:
             turned = f"disc 2 is turned by {number_text(self.phase_difference)} deg against disc 1"
             return f"{turned}: their points have not one angle 0"
         return ""
@@ -414,7 +414,7 @@ class _ContactPair:
         return np.asarray(sum(np.interp(self.all_cam_angles, *each, period=2.0 * np.pi) for each in both))
 
     @cached_property
-    def distance_errors(self) -> FloatArray:
+    def contact_distance_errors(self) -> FloatArray:
         """Errors of the distance between both contacts at all cam angles [mm or rad]."""
         return self._sum_over_contacts_at_all_cam_angles(
             [disc.smooth_motion_errors_at(self.shared_zero_angle) for disc in self.discs]
@@ -439,11 +439,12 @@ class _ContactPair:
         if dynamics.pair_stiffness is None or dynamics.pair_preload is None:
             return None
         return np.asarray(
-            (dynamics.pair_preload + dynamics.pair_stiffness * self.distance_errors) * self._force_unit_factor
+            (dynamics.pair_preload + dynamics.pair_stiffness * self.contact_distance_errors)
+            * self._force_unit_factor
         )
 
     @property
-    def _needed_preload(self) -> FloatArray | None:
+    def _preload_required_at_cam_angles(self) -> FloatArray | None:
         problem = self.problem
         if force.missing_force_keys(problem.setup):
             return None

@@ -186,7 +186,7 @@ class FollowedProfile(NamedTuple):
     rows: IntArray
     unreached: IntArray
 
-    def base_radius(self, position: float) -> float:
+    def base_radius_at_lowest_position(self, position: float) -> float:
         """Base radius at which the follower is lowest at a position [mm]. The position is in mm, or deg."""
         return base_radius_at(self.problem, np.radians(position) if self.problem.setup.angular else position)
 
@@ -200,8 +200,8 @@ class FollowedProfile(NamedTuple):
         centres = self.probe_centres_at(problem, start_angle_deg, rows)
         angles = np.linspace(0.0, 2.0 * np.pi, CURVE_POINTS + 1)
         profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)
-        ring = shapely.linearrings(_as_coordinates(profile))
-        away = shapely.distance(ring, shapely.points(_as_coordinates(centres)))
+        ring = shapely.linearrings(_xy_coordinates(profile))
+        away = shapely.distance(ring, shapely.points(_xy_coordinates(centres)))
         inside = shapely.contains_xy(shapely.polygons(ring), centres.real, centres.imag)
         return np.asarray(np.where(inside, -away, away) - self.probe)
 
@@ -305,7 +305,7 @@ def _cutting_depth(
     if not problem.setup.mechanism.flat_faced:
         radius = problem.design.roller_radius[0]
         centres = profile + radius * normals
-        nearest, _ = cKDTree(_as_coordinates(other_profile_points)).query(_as_coordinates(centres))
+        nearest, _ = cKDTree(_xy_coordinates(other_profile_points)).query(_xy_coordinates(centres))
         return np.asarray(radius - nearest)
     furthest = [
         np.max((other_profile_points * directions[:, None].conjugate()).real, axis=1)
@@ -314,5 +314,5 @@ def _cutting_depth(
     return np.concatenate(furthest) - (profile * normals.conjugate()).real
 
 
-def _as_coordinates(points: ComplexArray) -> FloatArray:
+def _xy_coordinates(points: ComplexArray) -> FloatArray:
     return np.column_stack([points.real, points.imag])

@@ -100,10 +100,10 @@ def _letters_to_column(letters: bytes) -> int:
     return number
 
 
-def _check_cell_count(row: int, column: int) -> None:
+def _check_cell_count(last_row: int, last_column: int) -> None:
     """Refuse a sheet whose last cell is far from the first: calamine allocates memory for all cells between."""
-    if row * column > MOST_CELLS:
-        where = f"has a sheet up to row {row} and column {column}"
+    if last_row * last_column > MOST_CELLS:
+        where = f"has a sheet up to row {last_row} and column {last_column}"
         raise ValueError(f"{where}; at most {MOST_CELLS} cells are allowed: save the table as CSV")
 
 

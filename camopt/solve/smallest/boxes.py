@@ -152,7 +152,7 @@ class Bisection(ABC):
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
 
-    def bisect(self, boxes: DesignBoxes, budget: Budget) -> float:
+    def size_bound_by_bisection(self, boxes: DesignBoxes, budget: Budget) -> float:
         """Lower bound of the size over all boxes [mm], by as many cuts as the budget allows."""
         examined = 0
         while len(boxes) and examined < self.most_boxes and not budget.is_spent:
@@ -160,11 +160,11 @@ class Bisection(ABC):
                 boxes = boxes.halve_boxes()
             batch, rest = self.select_batch(boxes)
             examined += len(batch)
-            budget.spend(self.problem.work(0, len(batch)))
+            budget.spend(self.problem.evaluation_work(0, len(batch)))
             boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 
-    def drop_finished_and_lower_floor(self, boxes: DesignBoxes, done: Any) -> DesignBoxes:
+    def drop_finished_and_lower_floor(self, boxes: DesignBoxes, is_finished: Any) -> DesignBoxes:
         """The boxes without the finished ones, whose least size goes into ``floor``."""
-        self.floor = float(np.min(boxes.least_sizes[done], initial=self.floor))
-        return boxes.take(~done)
+        self.floor = float(np.min(boxes.least_sizes[is_finished], initial=self.floor))
+        return boxes.take(~is_finished)

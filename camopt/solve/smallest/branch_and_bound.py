@@ -29,7 +29,7 @@ from camopt.solve.smallest.enclosure import (
     assemblable_design_of_each_box,
     enclose_limits,
     middle_designs_at_size_share,
-    size_constraints_with_variants,
+    size_constraints_with_error_variants,
     size_dependent_mean_constraints,
 )
 from camopt.solve.smallest.excesses import Excesses, choose_cut_side, feasible_box_ends_and_empty_boxes
@@ -95,11 +95,11 @@ def branch_and_bound(
     )
     crossings = empty_known_crossings(problem)
     constraints: list[ProblemConstraint[AnyConstraint]] = [
-        *size_constraints_with_variants(problem),
+        *size_constraints_with_error_variants(problem),
         *size_dependent_mean_constraints(problem),
     ]
     search = BoxSearch(problem, constraints, crossings, look.design, budget, discs)
-    bound = search.bisect(boxes, budget)
+    bound = search.size_bound_by_bisection(boxes, budget)
     return SmallestCam(search.incumbent, max(bound, floor), look.nearest, discs)
 
 
@@ -119,7 +119,7 @@ class BoxSearch(Bisection):
     discs: tuple[str, ...] = ("size",)
     """The fields of the sizes whose maximum is minimised."""
 
-    def sizes_of(self, designs: Designs) -> Any:
+    def design_sizes(self, designs: Designs) -> Any:
         """Size of each design [mm]."""
         return largest_base_radii(designs, self.discs)
 
@@ -136,7 +136,7 @@ class BoxSearch(Bisection):
         boxes = self.cut_self_crossing_parts(boxes)
         self.improve_incumbent(boxes.take(boxes.side == UNKNOWN_SIDE))
         if self.incumbent is not None:
-            least = self.sizes_of(self.incumbent)[0]
+            least = self.design_sizes(self.incumbent)[0]
             boxes = self.drop_finished_and_lower_floor(
                 boxes, boxes.least_sizes >= least - allowed_proof_gap(self.incumbent)
             ).cap_sizes(least)
@@ -159,7 +159,7 @@ class BoxSearch(Bisection):
         index = np.flatnonzero(undecided)
         undecided[index[feasible_designs(problem, state.inside.take(index))]] = False
         inside = state.inside.take(undecided)
-        inside = inside.take(np.argsort(self.sizes_of(inside), kind="stable"))
+        inside = inside.take(np.argsort(self.design_sizes(inside), kind="stable"))
         first = bisect_first_design_where(
             inside,
             lambda design: not self.budget.is_spent and is_provably_feasible(problem, design, self.budget),
@@ -168,7 +168,7 @@ class BoxSearch(Bisection):
             return undecided
         if not self.problem.has_deferred_limits or is_provably_feasible(self.problem, first, self.budget):
             self.incumbent = first
-        return undecided & (self.sizes_of(state.inside) < self.sizes_of(first))
+        return undecided & (self.design_sizes(state.inside) < self.design_sizes(first))
 
     def cut_self_crossing_parts(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes without parts in which every cam is proved to cross itself, with the side to cut.
@@ -208,9 +208,9 @@ class BoxSearch(Bisection):
                 nudge = NUDGES[-1] * points.prime_radius
                 points = points.with_values({d: np.minimum(points.sizes[d] + nudge, high[d]) for d in self.discs})
             points = points.take(
-                self.sizes_of(points) < (inf if self.incumbent is None else self.sizes_of(self.incumbent))
+                self.design_sizes(points) < (inf if self.incumbent is None else self.design_sizes(self.incumbent))
             )
-            points = points.take(np.argsort(self.sizes_of(points), kind="stable"))
+            points = points.take(np.argsort(self.design_sizes(points), kind="stable"))
             design = first_feasible_design(self.problem, points, self.crossings, self.budget)
             self.incumbent = design or self.incumbent
 
@@ -240,9 +240,11 @@ def disc_size_lower_bound(
     ends[disc] = max(bounds[disc][0], negligible_size(problem, bounds)), float(pair.sizes[disc][0])
     if ends[disc][0] >= ends[disc][1]:
         return ends[disc][0]
-    constraints = size_constraints_with_variants(problem, lambda limit: limit.constraints_at_contact(int(second)))
+    constraints = size_constraints_with_error_variants(
+        problem, lambda limit: limit.constraints_at_contact(int(second))
+    )
     search = DiscSearch(problem, constraints, None, pair, budget, (disc,))
-    return search.bisect(
+    return search.size_bound_by_bisection(
         DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), budget
     )
 

@@ -78,7 +78,7 @@ def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism.moves_as(translating.MECHANISM):
         roller = bounds["roller_radius"][1]
-        lead, prime = _least_lead_and_prime_radius(problem, bounds["offset"], slopes, low + roller)
+        lead, prime = _signed_offset_and_least_prime_radius(problem, bounds["offset"], slopes, low + roller)
         size = max(prime - roller, low)
         middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
     elif mechanism.moves_as(translating_flat.MECHANISM):
@@ -100,7 +100,7 @@ def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
     return problem.design.with_values({**fields, "size": np.array([size])})
 
 
-def _least_lead_and_prime_radius(
+def _signed_offset_and_least_prime_radius(
     problem: Problem,
     offset_range: tuple[float, float],
     pressure_tangents: list[tuple[float, int]],
@@ -113,7 +113,9 @@ def _least_lead_and_prime_radius(
     """
     ends = sorted(problem.design.sense * e for e in offset_range)
     if problem.robust_errors:
-        return _robust_lead_and_prime_radius(problem, (ends[0], ends[1]), pressure_tangents, least_prime_radius)
+        return _robust_offset_and_least_prime_radius(
+            problem, (ends[0], ends[1]), pressure_tangents, least_prime_radius
+        )
     lines = _pressure_angle_lines(problem.programme, pressure_tangents)
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
@@ -135,7 +137,7 @@ def _pressure_angle_lines(
     return lines
 
 
-def _robust_lead_and_prime_radius(
+def _robust_offset_and_least_prime_radius(
     problem: Problem,
     offset_range: tuple[float, float],
     pressure_tangents: list[tuple[float, int]],
@@ -156,11 +158,11 @@ def _robust_lead_and_prime_radius(
         for variant, errors in ((problem, {}), *problem.error_variants)
     ]
 
-    def prime_radii(leads: FloatArray) -> FloatArray:
-        radii = [np.full_like(leads, least_prime_radius)]
+    def prime_radii(signed_offsets: FloatArray) -> FloatArray:
+        radii = [np.full_like(signed_offsets, least_prime_radius)]
         for lines, lead_error, radius_error in variants:
-            heights = np.max(lines[:, 0] + lines[:, 1] * (leads + lead_error), axis=0, initial=0.0)
-            radii.append(np.hypot(leads + lead_error, heights) - radius_error)
+            heights = np.max(lines[:, 0] + lines[:, 1] * (signed_offsets + lead_error), axis=0, initial=0.0)
+            radii.append(np.hypot(signed_offsets + lead_error, heights) - radius_error)
         return np.asarray(np.max(radii, axis=0))
 
     low, high = offset_range

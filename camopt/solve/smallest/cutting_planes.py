@@ -73,7 +73,7 @@ def cutting_plane_optimum(problem: Problem, bounds: SizeBounds, budget: Budget =
     for done in range(PLANE_ROUNDS):
         if done and budget.is_spent:
             break
-        budget.spend(LINEAR_WORK * problem.work(1))
+        budget.spend(LINEAR_WORK * problem.evaluation_work(1))
         point = form.least_point(np.concatenate([ranges, planes]), bounds)
         if point is None:
             return LinearOptimum(None, inf)
@@ -96,12 +96,12 @@ def _feasible_smallest_cam_in_planes(
     problem: Problem,
     form: LinearForm,
     bounds: SizeBounds,
-    planes: tuple[Planes, Planes],
+    range_and_limit_planes: tuple[Planes, Planes],
     excess: float,
     floor: float,
 ) -> Designs | None:
     """The smallest cam a little inside the planes, if it is feasible and no larger than the gap allows."""
-    ranges, limits = planes
+    ranges, limits = range_and_limit_planes
     for times in EASING_FACTORS if excess < RELATIVE_GAP else ():
         inner = limits.copy()
         inner[:, 3] += times * max(excess, PLANE_ROUNDING) * floor

@@ -32,13 +32,13 @@ from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.excesses import (
     Excesses,
     append_size_bounding_weighted_sum,
-    chained_excesses,
     choose_cut_side,
+    concatenate_excesses,
     feasible_box_ends_and_empty_boxes,
 )
 from camopt.solve.verdicts.constraint_boxes import relative_excess
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess
-from camopt.solve.verdicts.sloped_designs import sloped_boxes
+from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 
 ConstraintType = TypeVar("ConstraintType", bound=AnyConstraint, covariant=True)
 
@@ -50,7 +50,7 @@ class ProblemConstraint(NamedTuple, Generic[ConstraintType]):
     constraint: ConstraintType
 
 
-def size_constraints_with_variants(
+def size_constraints_with_error_variants(
     problem: Problem,
     constraints_of_limit: Callable[[Limit], Sequence[Constraint]] = lambda limit: limit.constraints,
 ) -> list[ProblemConstraint[Constraint]]:
@@ -164,7 +164,7 @@ def enclose_limits(
             with_sums = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
                 with_sums = append_size_bounding_weighted_sum(with_sums, span, free.index(disc))
-            level[index] = over.boxes_within_rounding
+            level[index] = over.boxes_feasible_within_rounding
             side[index] = choose_cut_side(over, span)
             low[:, index], high[:, index], empty[index] = feasible_box_ends_and_empty_boxes(
                 with_sums, low[:, index], high[:, index], point
@@ -196,16 +196,16 @@ def _box_excesses(
             block.extremes(constraint.curve, goals).where, constraint.kinds
         ).ravel()
         rows = angles.size // count
-        designs, like = sloped_boxes(box, inside, free, rows)
-        state = state_with_rounding(problem.programme.state(angles), problem.programme)
+        designs, like = designs_of_sloped_intervals(box, inside, free, rows)
+        state = state_enclosing_rounding(problem.programme.state(angles), problem.programme)
         value = curve_value(constraint.curve(designs, problem.programme), ..., state)
         sides = np.tile(np.repeat(constraint.side_signs, count), 2)
         excess = as_sloped_interval(relative_excess(constraint, sides, as_quotient(value), designs), like)
         parts.append(Excesses.from_sloped_value(excess, rows))
-    return chained_excesses(parts)
+    return concatenate_excesses(parts)
 
 
-def state_with_rounding(state: State, programme: Programme) -> State:
+def state_enclosing_rounding(state: State, programme: Programme) -> State:
     """A state at cam angles as intervals that cover the rounding of laws and of the train's forces."""
     table = programme.table
     errors = table.error.max(axis=0)[:4]

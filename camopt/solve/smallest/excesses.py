@@ -47,47 +47,47 @@ class Excesses(NamedTuple):
         return cls(least, most, at, excess.slopes.reshape(-1, angle_count, at.shape[1]), rounding)
 
     @property
-    def boxes_surely_exceeded(self) -> Any:
+    def boxes_surely_infeasible(self) -> Any:
         """Which boxes are empty: every design exceeds some limit (n,)."""
         return np.any(self.least > 0.0, axis=0)
 
     @property
-    def boxes_within_rounding(self) -> Any:
+    def boxes_feasible_within_rounding(self) -> Any:
         """Over which boxes no limit is exceeded by more than rounding (n,)."""
         return np.all(self.most <= np.fmin(self.rounding, EXCESS_ROUNDING), axis=0)
 
 
-def chained_excesses(parts: list[Excesses]) -> Excesses:
+def concatenate_excesses(parts: list[Excesses]) -> Excesses:
     """Excesses of the same boxes, one after the other."""
     least, most, at, rounding = (np.concatenate([getattr(c, name) for c in parts]) for name in ARRAY_FIELDS)
     slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
     return Excesses(least, most, at, slopes, rounding)
 
 
-def choose_cut_side(over: Excesses, span: Interval) -> Any:
+def choose_cut_side(excesses: Excesses, span: Interval) -> Any:
     """The side across which the excess over the worst limit changes the most."""
-    worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
-    steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
+    worst = np.argmax(np.nan_to_num(excesses.at, nan=-np.inf), axis=0)
+    steepest = np.take_along_axis(excesses.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
     width = span.high - span.low
     return np.argmax(np.where(np.isfinite(steepest), steepest, UNBOUNDED_SLOPE) * width, axis=0)
 
 
-def feasible_span(over: Excesses, span: Interval) -> Interval:
+def feasible_span(excesses: Excesses, span: Interval) -> Interval:
     """The part (d, n) of each side, relative to the point, in which every limit may be met.
 
     Let e be the excess at the point, less the most that the other variables can take off it. A feasible design at
     the distance t along the side has G·t ≤ −e.
     """
-    changes = over.slopes * Interval(span.low[:, None], span.high[:, None])
-    slack = SIDE_ROUNDING * (np.abs(over.at) + changes.largest_magnitude.sum(axis=0))
+    changes = excesses.slopes * Interval(span.low[:, None], span.high[:, None])
+    slack = SIDE_ROUNDING * (np.abs(excesses.at) + changes.largest_magnitude.sum(axis=0))
     low, high = span.low.copy(), span.high.copy()
     for k in range(len(low)):
         others = np.delete(changes.low, k, axis=0).sum(axis=0)
-        rest = over.at + others - slack
+        rest = excesses.at + others - slack
         is_cut = rest > 0.0
-        below, above = -rest / over.slopes.high[k], -rest / over.slopes.low[k]
-        smaller = ~is_cut | ((over.slopes.high[k] > 0.0) & (below >= span.low[k]))
-        larger = ~is_cut | ((over.slopes.low[k] < 0.0) & (above <= span.high[k]))
+        below, above = -rest / excesses.slopes.high[k], -rest / excesses.slopes.low[k]
+        smaller = ~is_cut | ((excesses.slopes.high[k] > 0.0) & (below >= span.low[k]))
+        larger = ~is_cut | ((excesses.slopes.low[k] < 0.0) & (above <= span.high[k]))
         most = np.where(larger, span.high[k], np.where(smaller, below, -np.inf))
         least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
         low[k], high[k] = least.max(axis=0), most.min(axis=0)
@@ -95,43 +95,46 @@ def feasible_span(over: Excesses, span: Interval) -> Interval:
 
 
 def feasible_box_ends_and_empty_boxes(
-    over: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
+    excesses: Excesses, low: FloatArray, high: FloatArray, point: FloatArray
 ) -> tuple[FloatArray, FloatArray, Any]:
     """The ends (d, n) of boxes cut to ``feasible_span``, rounded outwards, and which boxes are empty (n,).
 
     The excesses are expanded about one point of each box.
     """
     span = Interval(low - point, high - point)
-    part, rounding = feasible_span(over, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
+    part, rounding = feasible_span(excesses, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
     low, high = np.maximum(low, point + part.low - rounding), np.minimum(high, point + part.high + rounding)
-    return low, high, over.boxes_surely_exceeded | np.any(low > high, axis=0)
+    return low, high, excesses.boxes_surely_infeasible | np.any(low > high, axis=0)
 
 
-def append_size_bounding_weighted_sum(over: Excesses, span: Interval, size_index: int) -> Excesses:
+def append_size_bounding_weighted_sum(excesses: Excesses, span: Interval, size_index: int) -> Excesses:
     """Excesses (m, n), followed by their weighted sum that best bounds a size in the first box.
 
     The weights are valid for all boxes, and best for those near the first. ``span`` is each box relative to its
     middle (d, n).
     """
-    weights = _constraint_multipliers(over, span, size_index)
+    weights = _constraint_multipliers(excesses, span, size_index)
     active = np.flatnonzero(weights)
     if active.size < 2:
-        return over
+        return excesses
     weights = weights[active]
-    ends = [np.tensordot(weights, end[:, active], (0, 1))[:, None] for end in (over.slopes.low, over.slopes.high)]
-    at = (weights @ over.at[active])[None]
-    rounding, bound = (weights @ over.rounding[active])[None], np.full(at.shape, inf)
-    at = at - SIDE_ROUNDING * (weights @ np.abs(over.at[active]))
-    return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
+    ends = [
+        np.tensordot(weights, end[:, active], (0, 1))[:, None]
+        for end in (excesses.slopes.low, excesses.slopes.high)
+    ]
+    at = (weights @ excesses.at[active])[None]
+    rounding, bound = (weights @ excesses.rounding[active])[None], np.full(at.shape, inf)
+    at = at - SIDE_ROUNDING * (weights @ np.abs(excesses.at[active]))
+    return concatenate_excesses([excesses, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
-def _constraint_multipliers(over: Excesses, span: Interval, size_index: int) -> FloatArray:
+def _constraint_multipliers(excesses: Excesses, span: Interval, size_index: int) -> FloatArray:
     """The multiplier of each constraint when the linear programme minimises the size over the first box."""
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
-    rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0
+    rows = width * (excesses.slopes.low + excesses.slopes.high)[..., 0].T / 2.0
     scale = np.abs(rows).max(axis=1)  # near 1, for the residuals of the solver
-    usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(over.at[:, 0]))
+    usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(excesses.at[:, 0]))
     weights = np.zeros(scale.size)
     if usable.size:
         ends = np.array([span.low[:, 0], span.high[:, 0]]).T / width[:, None]
@@ -140,7 +143,7 @@ def _constraint_multipliers(over: Excesses, span: Interval, size_index: int) -> 
         solution = scipy.optimize.linprog(
             np.arange(width.size) == size_index,
             rows[usable] / scale[:, None],
-            -over.at[usable, 0] / scale,
+            -excesses.at[usable, 0] / scale,
             bounds=ends,
         )
         if solution.status == 0:

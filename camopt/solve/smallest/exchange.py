@@ -22,7 +22,7 @@ from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.result import SmallestCam, allowed_proof_gap
 from camopt.solve.verdicts.effect_runs import columns_for_limits
 from camopt.solve.verdicts.feasible_filter import feasible_designs
-from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, nominal_numbers, tolerance_ranges
+from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, nominal_toleranced_numbers, tolerance_ranges
 from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
@@ -63,19 +63,19 @@ def violating_cam_errors(problem: Problem, design: Designs, errors: Sequence[Num
 
 def certify_over_tolerances(problem: Problem, design: Designs, budget: Budget) -> tuple[str, list[NumberErrors]]:
     """The verdict on all cams within a design's tolerances, and the errors of one cam for each broken limit."""
-    ends, nominal = tolerance_ranges(problem, design), nominal_numbers(problem, design)
+    ends, nominal = tolerance_ranges(problem, design), nominal_toleranced_numbers(problem, design)
     verdicts, violating = [], list[NumberErrors]()
     for limit in problem.limits:
         limit_verdict = limit_verdict_over_box(problem, limit, design, ends, budget)
         if limit_verdict.verdict == BROKEN and limit_verdict.witness is not None:
             values = limit_verdict.witness.values
             errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
-            violating.append(_worsen_violation(problem, limit, design, errors))
+            violating.append(_worsen_violating_errors(problem, limit, design, errors))
         verdicts.append(limit_verdict.verdict)
     return worst_verdict(verdicts), violating
 
 
-def _worsen_violation(problem: Problem, limit: Limit, design: Designs, errors: NumberErrors) -> NumberErrors:
+def _worsen_violating_errors(problem: Problem, limit: Limit, design: Designs, errors: NumberErrors) -> NumberErrors:
     """Errors that break a limit more: each number in turn goes to an end of its zone if that is worse."""
     most = _cam_excess(problem, limit, design, errors)
     for field, zone in problem.zones.items():

@@ -55,7 +55,7 @@ def find_infeasibility(problem: Problem, bounds: SizeBounds, budget: Budget = UN
     """
     problem = with_rounding_relative_error(problem)
     return replace(
-        _infeasibility_with_cam_beyond(problem, bounds, budget),
+        _infeasibility_with_cam_beyond_range(problem, bounds, budget),
         cause=_blocking_limits_in_words(problem, bounds, budget),
     )
 
@@ -81,9 +81,11 @@ def _blocking_limits_in_words(problem: Problem, bounds: SizeBounds, budget: Budg
     if not problem.setup.mechanism.can_assemble(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}"
     limits = problem.without_deferred_limits.limits  # deferred limits need designs that meet all others
-    if alone := [limit.name for limit in limits if _limits_exclude_all([limit], problem, bounds, budget)]:
+    if alone := [limit.name for limit in limits if _limits_exclude_all_designs([limit], problem, bounds, budget)]:
         return ", ".join(alone)
-    together = irreducible_set(problem.limits, lambda rest: not _limits_exclude_all(rest, problem, bounds, budget))
+    together = irreducible_set(
+        problem.limits, lambda rest: not _limits_exclude_all_designs(rest, problem, bounds, budget)
+    )
     names = [limit.name for limit in together]
     if len(names) == 1:
         return names[0]
@@ -91,7 +93,7 @@ def _blocking_limits_in_words(problem: Problem, bounds: SizeBounds, budget: Budg
     return f"{join_names(names)} together{late}"
 
 
-def _infeasibility_with_cam_beyond(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
+def _infeasibility_with_cam_beyond_range(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
     """The range of the size, if there is one and a cam beyond it is feasible; without a cause."""
     low, high = bounds["size"]
     answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, budget) if high < inf else None
@@ -112,7 +114,9 @@ def round_size_up(size: float) -> float:
     return ceil(size / unit * (1.0 - 1e-9)) * unit
 
 
-def _limits_exclude_all(limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, budget: Budget) -> bool:
+def _limits_exclude_all_designs(
+    limits: Sequence[Limit], problem: Problem, bounds: SizeBounds, budget: Budget
+) -> bool:
     relaxed = replace(problem, limits=tuple(limits))
     if search_coarse_grid(relaxed, bounds, FEW_GRID_VALUES, budget).design is not None:
         return False

@@ -22,8 +22,8 @@ from camopt.solve.smallest.boxes import Bisection, DesignBoxes
 from camopt.solve.smallest.excesses import (
     Excesses,
     append_size_bounding_weighted_sum,
-    chained_excesses,
     choose_cut_side,
+    concatenate_excesses,
     feasible_box_ends_and_empty_boxes,
 )
 from camopt.solve.smallest.grid_search import size_scale
@@ -34,7 +34,7 @@ from camopt.solve.smallest.result import (
     first_feasible_design,
 )
 from camopt.solve.smallest.smallest import solve_small_cam_unproved
-from camopt.solve.verdicts.sloped_designs import sloped_boxes
+from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 
 MOTION_BATCH = 256  # boxes examined together, at most, so that the search can stop
 SEARCHED_MIDDLES = 2  # boxes whose middle is searched: another local optimum may be better
@@ -92,7 +92,7 @@ class MotionSearch(Bisection):
         floor, most = ends["size"]  # most often floor exceeds most, and no smaller cam exists
         if most > floor:
             scale = size_scale(self.problem, self.bounds, self.lift)
-            floor = self.bisect(
+            floor = self.size_bound_by_bisection(
                 DesignBoxes.single_box(ends, scale, self.problem.search_space.variables), self.budget
             )
         return replace(self.best, floor=floor)
@@ -112,7 +112,7 @@ class MotionSearch(Bisection):
         if not len(boxes):
             return boxes
         self.batch_count += 1
-        self.try_middle_of_first_box(boxes, closely=self.batch_count <= SEARCHED_MIDDLES)
+        self.try_middle_of_first_box(boxes, with_grid_search=self.batch_count <= SEARCHED_MIDDLES)
         return self.contract_by_limits(boxes)
 
     def contract_by_limits(self, boxes: DesignBoxes) -> DesignBoxes:
@@ -125,7 +125,9 @@ class MotionSearch(Bisection):
         if not len(boxes):
             return boxes
         inside = boxes.middle_designs(self.problem.design)
-        sloped, like = sloped_boxes(boxes.as_interval_designs(self.problem.design), inside, list(boxes.free), 1)
+        sloped, like = designs_of_sloped_intervals(
+            boxes.as_interval_designs(self.problem.design), inside, list(boxes.free), 1
+        )
         middle = np.array([inside.values[name] for name in boxes.free])
         low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
         with np.errstate(all="ignore"):
@@ -133,16 +135,16 @@ class MotionSearch(Bisection):
             limits, others, guides = self.box_excesses(sloped, inside, like)
             if not limits:
                 return boxes.with_ends_and_cut_side({}, {}, np.argmax(reach.high, axis=0))
-            over = chained_excesses([*limits, *others])
+            over = concatenate_excesses([*limits, *others])
             low, high, empty = feasible_box_ends_and_empty_boxes(
                 append_size_bounding_weighted_sum(over, reach, boxes.free.index("size")), low, high, middle
             )
-            side = choose_cut_side(chained_excesses([*limits, *guides]), reach)
+            side = choose_cut_side(concatenate_excesses([*limits, *guides]), reach)
         new_low, new_high = (dict(zip(boxes.free, end, strict=True)) for end in (low, high))
         boxes = boxes.with_ends_and_cut_side(new_low, new_high, side).take(~empty)
         return self.drop_finished_and_lower_floor(boxes, boxes.too_narrow_to_cut)
 
-    def try_middle_of_first_box(self, boxes: DesignBoxes, *, closely: bool) -> None:
+    def try_middle_of_first_box(self, boxes: DesignBoxes, *, with_grid_search: bool) -> None:
         """Try cams in the middle of the first box, and store where they exceed limits the most."""
         design = boxes.take(slice(1)).middle_designs(self.problem.design)
         problem, motion = self.problem_and_motion_at_box_middle(boxes)
@@ -150,7 +152,7 @@ class MotionSearch(Bisection):
         if problem.setup.mechanism.has_no_assembly:
             return
         design = design.without_numbers(self.motion_fields)
-        if closely:
+        if with_grid_search:
             low, high = self.bounds["size"]
             bounds = {**self.bounds, "size": (low, max(low, min(high, self.best.size)))}
             self.update_best(solve_small_cam_unproved(problem, bounds, self.best.design, self.budget), motion)

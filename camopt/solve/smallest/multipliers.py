@@ -67,39 +67,44 @@ ZERO_RATES = PriceRates(0.0, 0.0)
 """The rates of a bound that the cam meets by chance, and which does not limit its size."""
 
 
-def active_constraints(freedom: FreeVariables) -> list[ActiveConstraint]:
+def active_constraints(free_variables: FreeVariables) -> list[ActiveConstraint]:
     """The active bounds of a cam, from limits and from ``[search]``; limits without a value are left out."""
-    problem = freedom.problem
+    problem = free_variables.problem
     limits = problem.without_deferred_limits.limits
     cams, columns, excesses = zip(*excesses_of_variants(problem, limits, problem.design), strict=True)
     excess = np.array(excesses)[:, :, 0]
     worst, most = excess.argmax(axis=0), excess.max(axis=0)
     active = [number for number, over in enumerate(most) if over > -ACTIVE_DISTANCE]
     bounds = []
-    for number, gradients in zip(active, _excess_gradients(freedom, [limits[k] for k in active]), strict=True):
+    for number, gradients in zip(
+        active, _excess_gradients(free_variables, [limits[k] for k in active]), strict=True
+    ):
         limit, cam = limits[number], worst[number]
         unit = limit.quantity.unit if limit.quantity else "mm"
         by_value = float(limit.excess_derivative_by_bound(columns[cam], cams[cam])[0])
         bounds.append(ActiveConstraint(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
-    return [*bounds, *_active_range_ends(freedom)]
+    return [*bounds, *_active_range_ends(free_variables)]
 
 
-def _active_range_ends(freedom: FreeVariables) -> Iterator[ActiveConstraint]:
-    for end in freedom.range_ends:
-        if end.side * (freedom.values[end.variable] - end.value) > -ACTIVE_DISTANCE * freedom.scales[end.variable]:
-            gradient = end.side * freedom.independent_change_directions[[end.variable]]
+def _active_range_ends(free_variables: FreeVariables) -> Iterator[ActiveConstraint]:
+    for end in free_variables.range_ends:
+        if (
+            end.side * (free_variables.values[end.variable] - end.value)
+            > -ACTIVE_DISTANCE * free_variables.scales[end.variable]
+        ):
+            gradient = end.side * free_variables.independent_change_directions[[end.variable]]
             yield ActiveConstraint(end.key, end.value, end.unit, end.relation, gradient, -end.side)
 
 
-def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterator[FloatArray]:
+def _excess_gradients(free_variables: FreeVariables, limits: Sequence[Limit]) -> Iterator[FloatArray]:
     """The gradients of each limit's excess by central differences: at the cam, or around it if there is a kink."""
-    count = freedom.independent_change_directions.shape[1]
+    count = free_variables.independent_change_directions.shape[1]
     around = np.random.default_rng(0).normal(size=(KINK_LINES * count, count))
     around *= KINK_STEPS * EXCESS_STEP / np.linalg.norm(around, axis=1, keepdims=True)
     centres = np.vstack([np.zeros(count), around, -around])
     steps = EXCESS_STEP * np.vstack([np.zeros(count), np.eye(count), -np.eye(count)])
     points = (centres[:, None] + steps).reshape(-1, count)
-    for values in freedom.excesses_at_steps(limits, points).reshape(len(limits), len(centres), len(steps)):
+    for values in free_variables.excesses_at_steps(limits, points).reshape(len(limits), len(centres), len(steps)):
         middle, ahead, behind = values[:, :1], values[:, 1 : count + 1], values[:, count + 1 :]
         with np.errstate(invalid="ignore"):  # excesses are infinite beyond an undercut
             slopes, bends = (
@@ -111,18 +116,22 @@ def _excess_gradients(freedom: FreeVariables, limits: Sequence[Limit]) -> Iterat
 
 
 def price_rates(
-    freedom: FreeVariables,
+    free_variables: FreeVariables,
     bounds: Sequence[ActiveConstraint],
     other_derivatives: Mapping[str, FloatArray] | None = None,
 ) -> dict[str, PriceRates]:
     """The price of each bound, by its key, and of the numbers in ``other_derivatives`` (derivatives of each c)."""
     names, slopes = dict.fromkeys(bound.key for bound in bounds), dict(other_derivatives or {})
-    larger, *other = freedom.indices_of_disc_sizes
-    goal = freedom.independent_change_directions[larger]
-    if other and freedom.values[larger] - freedom.values[other[0]] <= ACTIVE_DISTANCE * freedom.scales[larger]:
+    larger, *other = free_variables.indices_of_disc_sizes
+    goal = free_variables.independent_change_directions[larger]
+    if (
+        other
+        and free_variables.values[larger] - free_variables.values[other[0]]
+        <= ACTIVE_DISTANCE * free_variables.scales[larger]
+    ):
         bounds = [
             *bounds,
-            ActiveConstraint("", 0.0, "mm", "≤", freedom.independent_change_directions[other] - goal, 0.0),
+            ActiveConstraint("", 0.0, "mm", "≤", free_variables.independent_change_directions[other] - goal, 0.0),
         ]  # the other disc is not the larger one
         slopes = {key: np.append(by_bound, 0.0) for key, by_bound in slopes.items()}
     slopes = {

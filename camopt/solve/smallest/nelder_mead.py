@@ -75,7 +75,7 @@ class NelderMead:
             SmallestCam(None, 0.0), turns.angles_at_shares(np.full(len(turns.freed_segments), 0.5), self.box)
         )
 
-    def try_few_turns(self) -> TurnOptimum:
+    def best_of_few_turns(self) -> TurnOptimum:
         """The best turn by the closed form, if it decides; else the best of the middle, corner and scene turns."""
         self.solve_small_cam_of_turn(self.best.freed_angles)
         if self.free.size > 1 and self.descend_by_closed_form():
@@ -90,25 +90,29 @@ class NelderMead:
     def find_best_turn(self) -> TurnOptimum:
         """The best turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
-            self.descend_from_best(self.size_of_turn, 0.05, ROUGH_END)
-            self.trade_angles_between_segments(self.size_of_turn, self.best.freed_angles)
-            self.descend_from_best(partial(self.size_of_turn, closely=True), 1e-3, FINE_END)
+            self.descend_from_best_turn(self.small_cam_size_of_turn, 0.05, ROUGH_END)
+            self.trade_angles_between_segments(self.small_cam_size_of_turn, self.best.freed_angles)
+            self.descend_from_best_turn(partial(self.small_cam_size_of_turn, with_fine_grids=True), 1e-3, FINE_END)
         return self.best
 
-    def solve_small_cam_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> SmallestCam:
+    def solve_small_cam_of_turn(self, freed_angles: FloatArray, *, with_fine_grids: bool = False) -> SmallestCam:
         """A small cam for a turn, kept if it is the best so far."""
         best, problem = self.best.answer.design, self.turns.problem_with_angles(freed_angles)
-        answer = solve_small_cam_unproved(problem, self.bounds, best, self.turns.budget, closely=closely)
+        answer = solve_small_cam_unproved(
+            problem, self.bounds, best, self.turns.budget, with_fine_grids=with_fine_grids
+        )
         if answer.design is None and best is None:
             self.best = TurnOptimum(answer, freed_angles)
         self.best = better_turn(self.best, TurnOptimum(answer, freed_angles))
         return answer
 
-    def size_of_turn(self, freed_angles: FloatArray, *, closely: bool = False) -> float:
+    def small_cam_size_of_turn(self, freed_angles: FloatArray, *, with_fine_grids: bool = False) -> float:
         """Size of a small cam for a turn [mm]; ``INFEASIBLE_COST`` if there is none or the budget is spent."""
         if self.turns.budget.is_spent:
             return INFEASIBLE_COST
-        return min(self.solve_small_cam_of_turn(freed_angles, closely=closely).size, INFEASIBLE_COST)
+        return min(
+            self.solve_small_cam_of_turn(freed_angles, with_fine_grids=with_fine_grids).size, INFEASIBLE_COST
+        )
 
     def closed_form_size(self, freed_angles: FloatArray) -> float:
         """Size by the closed form alone [mm]; most often no other limit needs a larger one."""
@@ -119,7 +123,7 @@ class NelderMead:
         """Descend by the closed form; True if the cam at the end meets all other limits too."""
         for reach in (0.05, 1e-3):
             turn = self.trade_angles_between_segments(
-                self.closed_form_size, self.descend_from_best(self.closed_form_size, reach, FINE_END)
+                self.closed_form_size, self.descend_from_best_turn(self.closed_form_size, reach, FINE_END)
             )
             least, answer = self.closed_form_size(turn), self.solve_small_cam_of_turn(turn)
             decided = (
@@ -129,7 +133,9 @@ class NelderMead:
             )
         return decided
 
-    def shifted_turn(self, start: FloatArray, segment_order: IndexArray, steps: FloatArray) -> FloatArray:
+    def turn_with_shifted_angles(
+        self, start: FloatArray, segment_order: IndexArray, steps: FloatArray
+    ) -> FloatArray:
         """A turn with free segments longer by shares of their ranges; the last in order makes up the total."""
         shifted, lengths = start.copy(), steps * (self.box.high - self.box.low)[segment_order[:-1]]
         shifted[segment_order[:-1]] += lengths
@@ -157,7 +163,7 @@ class NelderMead:
             step = step if least < before * (1.0 - TRADE_GAIN) else step / 4.0
         return turn
 
-    def descend_from_best(
+    def descend_from_best_turn(
         self, cost: Callable[[FloatArray], float], first_step: float, end_tolerance: float
     ) -> FloatArray:
         """The turn of least cost that a simplex reaches from the best one; ``first_step`` is its first step."""
@@ -167,7 +173,7 @@ class NelderMead:
         inwards = np.where(self.box.high - start >= start - self.box.low, first_step, -first_step)[order[:-1]]
 
         def cost_at_steps(steps: FloatArray) -> float:
-            turn = self.shifted_turn(start, order, steps)
+            turn = self.turn_with_shifted_angles(start, order, steps)
             outside = float(np.maximum(self.box.low - turn, turn - self.box.high).max(initial=0.0))
             return cost(turn) if outside <= 0.0 else INFEASIBLE_COST * (1.0 + outside)
 
@@ -179,4 +185,4 @@ class NelderMead:
             DESCENT_MOVES,
             self.turns.budget,
         )
-        return self.shifted_turn(start, order, steps)
+        return self.turn_with_shifted_angles(start, order, steps)

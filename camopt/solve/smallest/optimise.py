@@ -15,7 +15,7 @@ from camopt.core.quantities import in_column_order
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
-from camopt.scene.problem.limits import unset_build_limits
+from camopt.scene.problem.limits import keys_of_unset_build_limits
 from camopt.scene.problem.problem import Problem, resolve, with_rounding_relative_error
 from camopt.scene.problem.settings import (
     given_profile_mistakes,
@@ -33,10 +33,10 @@ from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.result import RELATIVE_GAP, SmallestCam
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.smallest.smallest_train import TrainOptimiser, free_train_numbers, listed_train_combinations
-from camopt.solve.smallest.smallest_turn import smallest_over_turns
+from camopt.solve.smallest.smallest_turn import smallest_cam_over_turns
 from camopt.solve.smallest.turns import SegmentAngles
 from camopt.solve.tables.designs import Design, DesignsByLaw, joined_laws
-from camopt.solve.verdicts.design_warnings import warnings_of
+from camopt.solve.verdicts.design_warnings import warnings_of_design
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.limit_verdicts import (
     LAST_DESIGNS_AT_ONCE,
@@ -141,7 +141,9 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
             continue
         obstacles[laws] = _infeasibility_in_words(answers, end.share(len(programmes) - done))
         misses += [
-            _miss_rank_and_quantities(each.problem, each.answer.nearest) for each in answers if each.answer.nearest
+            _excess_rank_and_quantities(each.problem, each.answer.nearest)
+            for each in answers
+            if each.answer.nearest
         ]
     order = sorted(quantities, key=lambda laws: sizes[laws])
     ranked = DesignsByLaw((laws, Design(quantities[laws], scene)) for laws in order)
@@ -231,7 +233,7 @@ def _solve_each_box(problem: Problem, turns: SegmentAngles, budget: Budget) -> I
         if not turns.freed_segments:
             yield BoxOptimum(problem, bounds, solve_smallest_cam(problem, bounds, end), turns.scene_angles, {})
             continue
-        answer, freed = smallest_over_turns(replace(turns, budget=end), bounds)
+        answer, freed = smallest_cam_over_turns(replace(turns, budget=end), bounds)
         angles = {"angles_deg": turns.all_segment_angles(freed)}
         yield BoxOptimum(turns.problem_with_angles(freed), bounds, answer, freed, angles)
 
@@ -299,7 +301,7 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
     all built in, none from ``[limits]``.
     """
     reduced, design = problem.absorb_design_numbers(problem.design)
-    yield from warnings_of(replace(reduced, design=design))
+    yield from warnings_of_design(replace(reduced, design=design))
     if (ranges := free_train_numbers(problem)) and not best["proved"]:
         numbers = join_names(number.key for number in ranges)
         yield f"this is the best of the trains tried in the ranges of {numbers}; no proof covers the others"
@@ -310,11 +312,11 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
     built_in = {limit.name for limit in problem.limits if not limit.set_by_scene}
     if best["binding"] and built_in.issuperset(best["binding"]):
         holds = f"only built-in limits hold the size of this cam: {join_names(best['binding'])}"
-        unset = unset_build_limits(problem.limits, problem.setup)
+        unset = keys_of_unset_build_limits(problem.limits, problem.setup)
         yield f"{holds}; if you want to make it, also set [limits] such as {join_names(unset)}" if unset else holds
 
 
-def _miss_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
+def _excess_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
     """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
     rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_quantity_names)
     excess = worst_excesses_over_variants(problem, problem.limits, design)
@@ -339,7 +341,7 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -
         for limit, over in zip(problem.limits, excess, strict=True)
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
-    clear = _size_above_which_cams_hold(problem, answer, budget)
+    clear = _size_above_which_cams_are_feasible(problem, answer, budget)
     return {
         **quantities,
         "binding": binding,
@@ -359,7 +361,7 @@ def _nominal_optimum(problem: Problem, turns: SegmentAngles, budget: Budget) -> 
     return least and least.answer
 
 
-def _size_above_which_cams_hold(problem: Problem, answer: SmallestCam, budget: Budget) -> float:
+def _size_above_which_cams_are_feasible(problem: Problem, answer: SmallestCam, budget: Budget) -> float:
     """Least size above which no larger cam of a geometric grid breaks a limit [mm]; infinite if the largest does.
 
     The other sizes are those of the optimum. If both discs of a pair are free, both grow by the same length, and
@@ -372,7 +374,7 @@ def _size_above_which_cams_hold(problem: Problem, answer: SmallestCam, budget: B
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, CLEARANCE_SIZES)
 
     def holds_limits(sizes: FloatArray) -> Any:
-        budget.spend(problem.work(sizes.size))
+        budget.spend(problem.evaluation_work(sizes.size))
         return feasible_designs(problem, answer.with_larger_sizes(sizes - size), include_undecided=True)
 
     if not holds_limits(sizes[-1:])[0]:

@@ -109,12 +109,12 @@ def nonzero_tolerances(problem: Problem) -> Iterator[PricedTolerance]:
     for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
         if size := getattr(bands, name):
             yield PricedTolerance(
-                f"tolerances.{key}", ErrorBand(-size, size), *MICRON, partial(_with_error_field, name)
+                f"tolerances.{key}", ErrorBand(-size, size), *MICRON, partial(_with_angle_or_distance_band, name)
             )
     for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
         band = getattr(bands, name)
         if band.low or band.high:
-            yield PricedTolerance(f"tolerances.{key}", band, *DEGREE, partial(_with_error_field, name))
+            yield PricedTolerance(f"tolerances.{key}", band, *DEGREE, partial(_with_angle_or_distance_band, name))
 
 
 def _with_number_band(key: str, field: str, bands: ToleranceBands, band: ErrorBand) -> ToleranceBands:
@@ -129,7 +129,7 @@ def _with_number_band(key: str, field: str, bands: ToleranceBands, band: ErrorBa
     return replace(bands, sizes=sizes, second=second, links=links)
 
 
-def _with_error_field(name: str, bands: ToleranceBands, band: ErrorBand) -> ToleranceBands:
+def _with_angle_or_distance_band(name: str, bands: ToleranceBands, band: ErrorBand) -> ToleranceBands:
     """The tolerances with another one of an angle, or of a distance, which has a single number."""
     value: Any = band if isinstance(getattr(bands, name), ErrorBand) else band.high
     return replace(bands, **{name: value})

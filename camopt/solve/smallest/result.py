@@ -82,13 +82,13 @@ def first_feasible_design(
     as many, and so on. Once a design crosses itself, all others that cross at the same place are dropped.
     ``crossings`` remembers these places; it is None if no limit is deferred.
     """
-    budget.spend(problem.work(len(designs)))
+    budget.spend(problem.evaluation_work(len(designs)))
     designs = designs.take(feasible_designs(problem.without_deferred_limits, designs))
     if crossings is None:
         return designs.take([0]) if len(designs) else None
     count = 1
     while len(designs) and not budget.is_spent:
-        designs = designs.take(~crossings.cross_at_known_angles(designs))
+        designs = designs.take(~crossings.designs_crossing_at_known_angles(designs))
         block, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
         budget.spend(DEFERRED_WORK * len(block))
         held = np.flatnonzero(feasible_designs(problem, block))

@@ -52,20 +52,20 @@ def solve_smallest_cam(problem: Problem, bounds: SizeBounds, budget: Budget = UN
         and not feasible_designs(problem, answer.design)[0]
     ):
         answer = branch_and_bound(problem, bounds, min(answer.floor, answer.size), budget, discs=answer.discs)
-    return _shrink_other_disc(problem, bounds, answer, budget) if len(answer.discs) > 1 else answer
+    return _shrink_smaller_disc(problem, bounds, answer, budget) if len(answer.discs) > 1 else answer
 
 
 def solve_small_cam_unproved(
     problem: Problem,
     bounds: SizeBounds,
-    near: Designs | None = None,
+    nearby_design: Designs | None = None,
     budget: Budget = UNLIMITED,
     *,
-    closely: bool = False,
+    with_fine_grids: bool = False,
 ) -> SmallestCam:
     """A small design within bounds that meets every limit: much sooner than ``solve_smallest_cam``, without proof.
 
-    If the linear limits alone decide, it is the smallest one. Otherwise grids search near the design ``near``, if
+    If the linear limits alone decide, it is the smallest one. Otherwise grids search near ``nearby_design``, if
     there is one and it can be made feasible, else around the best design of a coarse grid.
     """
     problem, bounds = with_rounding_relative_error(problem), _tighten_size_range(problem, bounds)
@@ -74,8 +74,8 @@ def solve_small_cam_unproved(
     if linear.design is not None or linear.floor == inf:
         return SmallestCam(linear.design, linear.floor, discs=discs)
     bounds = {**bounds, "size": (linear.floor, bounds["size"][1])}
-    zooms = CLOSE_ZOOMS if closely else NEAR_ZOOMS
-    design = None if near is None else shrink_on_grids(problem, bounds, near, zooms, budget)
+    zooms = CLOSE_ZOOMS if with_fine_grids else NEAR_ZOOMS
+    design = None if nearby_design is None else shrink_on_grids(problem, bounds, nearby_design, zooms, budget)
     if design is None:
         look = search_coarse_grid(problem, bounds, budget=budget)
         if look.design is None:
@@ -93,7 +93,7 @@ def _solve_without_deferred_limits(problem: Problem, bounds: SizeBounds, budget:
         return _shrink_unproved_on_grids(
             problem, bounds, branch_and_bound(problem, bounds, linear.floor, budget, discs=discs), budget
         )
-    floor, start = linear.floor, smallest_equal_pair(problem, bounds, budget.share(2))
+    floor, start = linear.floor, smallest_pair_of_equal_discs(problem, bounds, budget.share(2))
     for disc in discs:
         if start is None:
             break
@@ -129,7 +129,7 @@ def _shrink_unproved_on_grids(
     return answer if design is answer.design else replace(answer, design=design)
 
 
-def smallest_equal_pair(problem: Problem, bounds: SizeBounds, budget: Budget) -> Designs | None:
+def smallest_pair_of_equal_discs(problem: Problem, bounds: SizeBounds, budget: Budget) -> Designs | None:
     """The smallest pair with equal discs; None if there is none, or if the two ranges do not overlap."""
     low, high = (pick(bounds[name][k] for name in ("size", SECOND_SIZE)) for k, pick in enumerate((max, min)))
     if low > high:
@@ -141,7 +141,7 @@ def smallest_equal_pair(problem: Problem, bounds: SizeBounds, budget: Budget) ->
     return None if design is None else design.with_values({SECOND_SIZE: design.size})
 
 
-def _shrink_other_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam, budget: Budget) -> SmallestCam:
+def _shrink_smaller_disc(problem: Problem, bounds: SizeBounds, answer: SmallestCam, budget: Budget) -> SmallestCam:
     """The smallest pair, with the smaller disc minimised beside the larger one by its own sizes alone.
 
     If the discs are equal, each is tried.
@@ -179,7 +179,7 @@ def _tighten_size_range(problem: Problem, bounds: SizeBounds) -> SizeBounds:
 
 
 def _solve_linear_limits(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> LinearOptimum:
-    budget.spend(LINEAR_WORK * problem.work(1))
+    budget.spend(LINEAR_WORK * problem.evaluation_work(1))
     start = closed_form_design(problem, bounds)
     if start is None:
         return cutting_plane_optimum(problem, bounds, budget) or LinearOptimum(None, bounds["size"][0])

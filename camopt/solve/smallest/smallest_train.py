@@ -138,16 +138,16 @@ class TrainOptimiser:
         """The smallest cam of all trains tried, with the lower bound over all trains."""
         spread, rough, boxes = (self.budget.share(1.0 / part) for part in PHASE_SHARES)
         for shares in self._trial_train_shares():
-            self.size_of_train(shares, solve_small_cam_unproved, spread)
+            self.cam_size_of_train(shares, solve_small_cam_unproved, spread)
         stopped_early = spread.is_spent
-        for start in self._range_positions_of_best_tried_trains(TRAIN_DESCENTS):
+        for start in self._shares_of_best_tried_trains(TRAIN_DESCENTS):
             self.descend_from_train(start, ROUGH_DESCENT, rough)
         stopped_early |= rough.is_spent
         bounded = self._bound_all_trains(boxes)
         if bounded.answer.is_proved:
             return bounded
         stopped_early |= boxes.is_spent
-        for start in self._range_positions_of_best_tried_trains(1):
+        for start in self._shares_of_best_tried_trains(1):
             self.descend_from_train(start, FINE_DESCENT, self.budget)
         best = min(bounded, self._best_train_optimum, key=lambda train: train.answer.size)
         return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=stopped_early)
@@ -178,7 +178,7 @@ class TrainOptimiser:
             self.optima.values(), key=lambda each: (each.answer.size, each.problem.setup.mechanism.has_no_assembly)
         )
 
-    def size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], budget: Budget) -> float:
+    def cam_size_of_train(self, shares: FloatArray, solve: Callable[..., SmallestCam], budget: Budget) -> float:
         """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the budget is spent."""
         if self.optima and budget.is_spent:
             return INFEASIBLE_COST
@@ -197,12 +197,12 @@ class TrainOptimiser:
 
     def descend_from_train(self, start: FloatArray, descent: Descent, budget: Budget) -> None:
         """Descend from a train by the simplex method; all trains tried go into ``optima``."""
-        cost = partial(self.size_of_train, solve=descent.solve, budget=budget)
+        cost = partial(self.cam_size_of_train, solve=descent.solve, budget=budget)
         steps = np.where(start > 0.5, -descent.reach, descent.reach)
         closest = descent.share, descent.size
         descend_simplex(cost, start, steps, closest, descent.moves, budget, variable_range=(0.0, 1.0))
 
-    def _range_positions_of_best_tried_trains(self, count: int) -> list[FloatArray]:
+    def _shares_of_best_tried_trains(self, count: int) -> list[FloatArray]:
         feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
         return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
 

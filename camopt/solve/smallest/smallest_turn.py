@@ -28,17 +28,17 @@ from camopt.solve.smallest.turns import SegmentAngles, TurnOptimum, better_turn
 NEIGHBOUR_STEP = 1e-4  # deg between the points near the optimum that prove it
 
 
-def smallest_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum:
+def smallest_cam_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOptimum:
     """The smallest design over sizes and angles, with its proved lower bound."""
     best = TurnOptimum(SmallestCam(None, 0.0), turns.scene_angles)
     best = reduce(
         better_turn,
-        (NelderMead(kind, bounds).try_few_turns() for kind in turns.with_and_without_lowest_dwell),
+        (NelderMead(kind, bounds).best_of_few_turns() for kind in turns.with_and_without_lowest_dwell),
         best,
     )
     floors = []
     for kind in turns.with_and_without_lowest_dwell:
-        best = _with_size_lower_bound(best, size_bound_if_convex(kind, bounds, best))
+        best = _with_size_lower_bound(best, size_lower_bound_if_convex(kind, bounds, best))
         if not best.answer.is_proved:
             search = TurnBoxSearch(kind, bounds, best)
             best = TurnOptimum(search.find_smallest_cam(), search.best_motion)
@@ -64,7 +64,7 @@ def _with_size_lower_bound(turn: TurnOptimum, floor: float) -> TurnOptimum:
     return TurnOptimum(replace(turn.answer, floor=floor), turn.freed_angles)
 
 
-def size_bound_if_convex(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> float:
+def size_lower_bound_if_convex(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> float:
     """Lower bound of the size from sizes near the best turn [mm]; 0 if the size may not be convex."""
     box, total = turns.angle_box, turns.scene_angles.sum()
     laws = [stroke.law for stroke in turns.programme_with_angles(box.high).strokes if stroke.law is not None]

@@ -24,7 +24,7 @@ from camopt.core.numerics.sloped_interval import (
     as_quotient,
     as_sloped_interval,
     narrow_by_mean_value,
-    value_at_point,
+    value_at_box_point,
 )
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.mean import Mean
@@ -49,8 +49,8 @@ from camopt.solve.verdicts.driven_boxes import (
     driven_motion_over_boxes,
     driven_motion_over_ranges,
 )
-from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_power
-from camopt.solve.verdicts.train_means import has_chosen_kind, mean_power_of_designs
+from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_of_curve_power
+from camopt.solve.verdicts.train_means import is_of_chosen_stroke_kind, mean_of_curve_power_of_designs
 
 TRAIN_IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
 STROKE_PLACES = 17  # evenly spaced places of each stroke at which every box is evaluated
@@ -76,10 +76,10 @@ def _derivative_order(constraint: Constraint) -> int:
     return curve.order if isinstance(curve, MotionDerivative) and curve.at_follower else 0
 
 
-def _largest_derivative_angle(turn: Programme, order: int, side: float, kinds: int) -> float:
+def _cam_angle_of_largest_derivative(turn: Programme, order: int, side: float, stroke_kinds: int) -> float:
     """The cam angle at which a derivative of a follower's motion, times a side, is largest over some strokes."""
     return _cam_angle_of_largest_value(
-        lambda at: np.where(turn.kinds_at(at) & kinds, side * turn.motion_at(at)[order], -np.inf)
+        lambda at: np.where(turn.kinds_at(at) & stroke_kinds, side * turn.motion_at(at)[order], -np.inf)
     )
 
 
@@ -138,7 +138,7 @@ class TrainLimits:
                 for constraint in constraints_on_present_strokes(variant, self.constraints):
                     if order := _derivative_order(constraint):
                         angles = [
-                            _largest_derivative_angle(programme, order, side, constraint.kinds)
+                            _cam_angle_of_largest_derivative(programme, order, side, constraint.kinds)
                             for side in constraint.side_signs
                         ]
                     else:
@@ -265,17 +265,17 @@ def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, desi
     return relative_excess(constraint, side, as_quotient(value), designs)
 
 
-def _unbounded_where_unknown(over: Excesses, known: Any) -> Excesses:
+def _unbounded_where_unknown(excesses: Excesses, is_known: Any) -> Excesses:
     """Excesses that are unbounded for boxes where they are not known."""
-    unbounded = np.full(known.shape, np.inf)
-    least, at = (np.where(known, excess, -unbounded) for excess in (over.least, over.at))
-    return over._replace(least=least, at=at, most=np.where(known, over.most, unbounded))
+    unbounded = np.full(is_known.shape, np.inf)
+    least, at = (np.where(is_known, excess, -unbounded) for excess in (excesses.least, excesses.at))
+    return excesses._replace(least=least, at=at, most=np.where(is_known, excesses.most, unbounded))
 
 
-def _assembly_excess(margin: SlopedInterval, rows: int) -> Excesses:
-    """The excess of a margin of assembly, which must be above 0, at ``rows`` places one after the other."""
-    scale = value_at_point(margin).largest_magnitude
-    return Excesses.from_sloped_value(-margin / np.where(scale > 0.0, scale, 1.0), rows)
+def _assembly_excess(margin: SlopedInterval, place_count: int) -> Excesses:
+    """The excess of a margin of assembly, which must be above 0, at ``place_count`` places one after the other."""
+    scale = value_at_box_point(margin).largest_magnitude
+    return Excesses.from_sloped_value(-margin / np.where(scale > 0.0, scale, 1.0), place_count)
 
 
 def enclosable_mean_constraints(problem: Problem) -> list[TurnMeanConstraint]:
@@ -318,11 +318,11 @@ def mean_excess_and_known_boxes(
         for number in range(len(constraint.mean.curves))
     ]
     value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    at = mean_power_of_designs(
+    at = mean_of_curve_power_of_designs(
         problem, constraint.mean, inside, table.centre, table.half_width, _stroke_kinds_of_panels(problem)
     )
     mean = narrow_by_mean_value(value, at, slopes, template_interval)
-    return Excesses.from_sloped_value(excess_from_mean_power(constraint, mean, boxes)), known
+    return Excesses.from_sloped_value(excess_from_mean_of_curve_power(constraint, mean, boxes)), known
 
 
 def _stroke_kinds_of_panels(problem: Problem) -> Any:
@@ -347,5 +347,7 @@ def _mean_range_and_slopes_of_curve(
     power = np.square(sloped) if mean.power == 2 else sloped
     weights = np.repeat(problem.programme.tool.table.half_width / np.pi, box_count)
     panel_kinds = np.repeat(_stroke_kinds_of_panels(problem), box_count)
-    shares = np.where(has_chosen_kind(panel_kinds, kinds, driven.sense), weights, 0.0).reshape(-1, box_count)
+    shares = np.where(is_of_chosen_stroke_kind(panel_kinds, kinds, driven.sense), weights, 0.0).reshape(
+        -1, box_count
+    )
     return enclose_weighted_sums(shares, power.value), enclose_weighted_sums(shares, power.slopes)

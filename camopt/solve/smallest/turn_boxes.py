@@ -33,7 +33,7 @@ from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import size_lower_bound
-from camopt.solve.smallest.enclosure import size_constraints_with_variants, state_with_rounding
+from camopt.solve.smallest.enclosure import size_constraints_with_error_variants, state_enclosing_rounding
 from camopt.solve.smallest.excesses import SIDE_ROUNDING, Excesses
 from camopt.solve.smallest.grid_search import largest_possible_size
 from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
@@ -68,7 +68,12 @@ class StrokeLimit:
         stroke = replace(stroke, start=0.0)
         shares = np.linspace(0.0, 1.0, STROKE_SHARES if stroke.law else 1)
         return cls(
-            constraint, stroke, turn, name, _one_sided_motion(stroke, shares, constraint.kinds), np.empty((4, 0))
+            constraint,
+            stroke,
+            turn,
+            name,
+            _motion_on_both_sides_of_shares(stroke, shares, constraint.kinds),
+            np.empty((4, 0)),
         )
 
     def add_worst_excess_place(self, problem: Problem, design: Designs) -> None:
@@ -83,7 +88,7 @@ class StrokeLimit:
             .extremes(lambda designs, _: self.constraint.curve(designs, self.turn), goals)
             .where[:, 0]
         )
-        new = _one_sided_motion(stroke, where / angle, kinds)
+        new = _motion_on_both_sides_of_shares(stroke, where / angle, kinds)
         self.added_motion = np.concatenate([self.added_motion, new], axis=1)[:, -ADDED_PLACES:]
 
     def box_excesses(self, box: Designs, inside: Designs, template_interval: SlopedInterval) -> Iterator[Excesses]:
@@ -99,7 +104,7 @@ class StrokeLimit:
             excess = np.nan_to_num(excess + np.zeros(len(points)), nan=-np.inf).reshape(-1, count)
             if np.max(excess) < STROKE_IDLE_EXCESS:
                 continue
-            worst = state_with_rounding(
+            worst = state_enclosing_rounding(
                 State(*places[:, np.argmax(excess, axis=0)]), _unit_angle_programme(self.stroke)
             )
             yield Excesses.from_sloped_value(
@@ -118,10 +123,10 @@ class StrokeLimit:
         return relative_excess(self.constraint, np.full(y.size, side), as_quotient(value), designs)
 
 
-def _one_sided_motion(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
+def _motion_on_both_sides_of_shares(stroke: Stroke, shares: FloatArray, stroke_kinds: int) -> FloatArray:
     """The motion and its derivatives by the share of a stroke, on both sides of some shares with these kinds."""
     unit_stroke = _unit_angle_programme(stroke)
-    return np.asarray(unit_stroke.motion_at(unit_stroke.one_sided_angles(shares, kinds).ravel()))
+    return np.asarray(unit_stroke.motion_at(unit_stroke.one_sided_angles(shares, stroke_kinds).ravel()))
 
 
 def _unit_angle_programme(stroke: Stroke) -> Programme:
@@ -143,7 +148,8 @@ class TurnBoxSearch(MotionSearch):
     def _stroke_limits(self) -> Iterator[tuple[Problem, StrokeLimit]]:
         """The limits on strokes, each with the problem (of the nominal cam or a robust variant) that moves them."""
         for variant, group in groupby(
-            size_constraints_with_variants(self.problem_without_load), lambda item: item.problem
+            size_constraints_with_error_variants(self.problem_without_varying_load_limits),
+            lambda item: item.problem,
         ):
             longest = self.longest
             if variant.programme is not self.problem.programme:
@@ -155,7 +161,7 @@ class TurnBoxSearch(MotionSearch):
                         yield variant, limit
 
     @cached_property
-    def problem_without_load(self) -> Problem:
+    def problem_without_varying_load_limits(self) -> Problem:
         """The problem without limits that depend on where in the turn a stroke lies."""
         if self.longest.load is None:
             return self.problem

@@ -116,9 +116,9 @@ class SegmentAngles:
         """The problem with the turn of these freed angles."""
         return self.problem.with_programme(self.programme_with_angles(freed_angles))
 
-    def angles_at_shares(self, share: FloatArray, box: AngleRanges) -> FloatArray:
+    def angles_at_shares(self, shares: FloatArray, box: AngleRanges) -> FloatArray:
         """A turn of a box near these shares of the segments' ranges; the shares give way to keep the total."""
-        angles, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
+        angles, total = box.low + shares * (box.high - box.low), self.scene_angles.sum()
         excess = angles.sum() - total
         room = angles - box.low if excess > 0.0 else box.high - angles
         return np.asarray(np.clip(angles - excess * room / (room.sum() or 1.0), box.low, box.high))

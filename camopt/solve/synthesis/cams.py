@@ -189,7 +189,9 @@ def strokes_with_laws(problem: SynthesisProblem, iterate: "Iterate") -> tuple[St
 def programme_with_laws(problem: SynthesisProblem, iterate: "Iterate") -> Programme:
     """The motion of a turn with free laws: of the tool, if there is a train."""
     own_programme, strokes = problem.scene_problem.programme.tool, strokes_with_laws(problem, iterate)
-    return replace(own_programme, strokes=strokes, start=strokes[0].low / own_programme.unit).on_base_circle()
+    return replace(
+        own_programme, strokes=strokes, start=strokes[0].low / own_programme.unit_in_mm_or_rad
+    ).on_base_circle()
 
 
 def motion_holds_limits(problem: SynthesisProblem, programme: Programme) -> bool:

@@ -36,7 +36,7 @@ class DisplacementOrigin(NamedTuple):
 
 def origin_at_lowest_position(scene_problem: Problem) -> DisplacementOrigin:
     """The lowest position that the scene gives, or else that of the scene's own motion."""
-    programme, unit = scene_problem.programme.tool, scene_problem.programme.tool.unit
+    programme, unit = scene_problem.programme.tool, scene_problem.programme.tool.unit_in_mm_or_rad
     zero = start_position(scene_problem.segments) - programme.start
     levels = _displacements_given_by_scene(programme)
     lowest = min(levels.given_levels)

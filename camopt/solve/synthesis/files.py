@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import INCH, MM, shown_in
-from camopt.core.storage.files import whole_file, write_text
+from camopt.core.storage.files import atomically_written_file, write_text
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.scene.scene_file import write_scene
@@ -48,7 +48,10 @@ def write_scene_and_laws(result: "Synthesis", folder: str | os.PathLike[str]) ->
     out.mkdir(parents=True, exist_ok=True)
     write_scene(out / SCENE_FILE, result.scene)
     x = np.linspace(0.0, 1.0, LAW_POINTS)
-    with whole_file(out / LAWS_FILE) as partial, partial.open("w", newline="", encoding="utf-8") as text:
+    with (
+        atomically_written_file(out / LAWS_FILE) as partial,
+        partial.open("w", newline="", encoding="utf-8") as text,
+    ):
         rows = csv.writer(text)
         rows.writerow(("law", "x", "s", "velocity", "acceleration", "jerk"))
         for name, law in result.laws.items():

@@ -237,7 +237,7 @@ def _contact_force_constraint(scene_problem: Problem, name: str, least: LeastFor
 
 def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) -> SynthesisProblem:
     """The problem with linear constraints that all error variants meet, near an optimum of these sizes [mm]."""
-    nominal = problem.scene_problem.without_error_limits
+    nominal = problem.scene_problem.without_motion_error_limits
     shifts = {id(nominal): (nominal, [(0.0, 0.0)])}
     for scene_problem, errors in problem.scene_problem.error_variants:
         _, size_shifts = shifts.setdefault(id(scene_problem), (scene_problem, []))

@@ -157,7 +157,7 @@ class SampledConstraints:
         if load is None:
             return State(y, y1, y2, y3)
         angles = np.tile(self.angles, y.size // self.angles.size)
-        return State(y, y1, y2, y3, load.state(angles, motion, np.sign(y1)))
+        return State(y, y1, y2, y3, load.load_state(angles, motion, np.sign(y1)))
 
     def _limits_outward_and_inward(self, constraint: Constraint) -> tuple[bool, bool]:
         """Whether a constraint applies to motion outward, and to motion inward, in this stroke."""

@@ -74,7 +74,9 @@ def follower_states(scene_problem: Problem, zero: float, state: FloatArray) -> F
         return state
     z, z1, z2, z3 = state
     with np.errstate(all="ignore"):
-        follower = train.follower_displacement(Taylor([zero * programme.tool.unit + z, z1, z2 / 2.0, z3 / 6.0]))
+        follower = train.follower_displacement(
+            Taylor([zero * programme.tool.unit_in_mm_or_rad + z, z1, z2 / 2.0, z3 / 6.0])
+        )
     states = np.array([np.broadcast_to(follower.derivative(order), z.shape) for order in range(len(state))])
     states[0] -= train.follower_displacement_at(np.array(tool_travel_range(programme))).min()
     return states

@@ -7,7 +7,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any, Literal
 
-from camopt.core.mistakes import BAD_INPUT, FILE_TROUBLE, BadInput, Mistake, printable
+from camopt.core.mistakes import BAD_INPUT, FILE_TROUBLE, BadInput, Mistake, escape_unprintable
 from camopt.core.storage.files import open_regular_file
 from camopt.core.storage.manifest import (
     MANIFEST,
@@ -71,7 +71,7 @@ class FileChecks(Result, tuple[FileCheck, ...]):
 
     def sections(self) -> Iterator[FileLine]:
         """One line for each file, with its state."""
-        return (FileLine(printable(f"{check.file}: {check.told}")) for check in self)
+        return (FileLine(escape_unprintable(f"{check.file}: {check.told}")) for check in self)
 
     def document(self) -> dict[str, Any]:
         """Whether all files are whole, and the state of each."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from camopt.core.quantities import Quantity
-from camopt.core.storage.files import attribute_errors_to, whole_file
+from camopt.core.storage.files import atomically_written_file, attribute_errors_to
 from camopt.scene.problem.rows import DesignRows
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def import_table_module() -> Any:
 @contextmanager
 def table_file(path: Path, quantities: Iterable[Quantity], scene: str) -> Iterator["TableWriter"]:
     """Open a Parquet file of some quantities that grows batch by batch and gets its name when it is complete."""
-    with whole_file(path) as partial, ExitStack() as open_file:
+    with atomically_written_file(path) as partial, ExitStack() as open_file:
         writer = TableWriter(path, partial, open_file, quantities, {"camopt_scene": scene})
         with writer.thread:
             yield writer

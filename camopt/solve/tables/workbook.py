@@ -7,7 +7,7 @@ from typing import Any
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
-from camopt.core.storage.files import whole_file
+from camopt.core.storage.files import atomically_written_file
 from camopt.scene.scene import Scene
 
 SheetColumns = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
@@ -23,7 +23,7 @@ def write_rows(path: str | os.PathLike[str], name: str, rows: Sequence[Sequence[
     """Write rows of texts and numbers, the first of them headings, to a workbook with one sheet."""
     from xlsxwriter import Workbook
 
-    with whole_file(path) as partial, Workbook(partial) as book:
+    with atomically_written_file(path) as partial, Workbook(partial) as book:
         book.set_properties({"created": FIXED_TIME})
         sheet = book.add_worksheet(name)
         for number, row in enumerate(rows):
@@ -52,7 +52,7 @@ def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, SheetColum
         raise BadInput(
             [Mistake("camopt", "file", os.fspath(path), f"of at most {SHEET_ROWS:,} rows; it has {longest:,}")]
         )
-    with whole_file(path) as partial, Workbook(partial) as book:
+    with atomically_written_file(path) as partial, Workbook(partial) as book:
         book.set_properties({"created": FIXED_TIME})
         bold = book.add_format({"bold": True})
         formats = {unit: book.add_format({"num_format": shown}) for unit, shown in NUMBERS_SHOWN.items()}

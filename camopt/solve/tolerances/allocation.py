@@ -41,7 +41,7 @@ from camopt.scene.arguments import SceneSource, allow_positional_options, scene_
 from camopt.scene.csv_columns import csv_column_names, read_csv_columns
 from camopt.scene.iso286 import GRADE_WIDTHS, limit_deviations
 from camopt.scene.problem.problem import Problem, resolve_design
-from camopt.scene.problem.tolerance_zones import number_zones
+from camopt.scene.problem.tolerance_zones import tolerance_zones_of_numbers
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import RADIUS_KEYS, does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
@@ -435,7 +435,7 @@ class _GradeSearch:
         key = "drive.interference"
         if not (self.problem.setup.mechanism.further_contacts and self.problem.nominal_numbers.get(key)):
             return 0.0
-        zone = number_zones(self.scene, self.problem.nominal_numbers).get(key)
+        zone = tolerance_zones_of_numbers(self.scene, self.problem.nominal_numbers).get(key)
         return self.problem.nominal_numbers[key] + (zone.lower if zone else 0.0)
 
     @cached_property
@@ -543,7 +543,7 @@ def _read_grade_costs(file: Path, keys: tuple[str, ...]) -> CostsByKey:
     """Costs from a CSV file with a column of grades, and one of costs or one for each key."""
     try:
         names = csv_column_names(file.parent, file.name)
-        read = partial(read_csv_columns, file.parent, file.name, prefixes={"grade": "IT"})
+        read = partial(read_csv_columns, file.parent, file.name, allowed_prefixes={"grade": "IT"})
         by_key = {key: read(("grade", key if key in names else "cost")) for key in keys}
     except ValueError as trouble:
         raise BadInput([Mistake(str(file), "costs", None, str(trouble), bare=True)]) from None

@@ -35,7 +35,7 @@ from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
-from camopt.scene.problem.tolerance_zones import number_and_angle_zones
+from camopt.scene.problem.tolerance_zones import tolerance_zones_of_numbers_and_angles
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
@@ -432,7 +432,7 @@ def sample_cams(
     )
     ends = {
         key: (zone.lower, zone.upper)
-        for key, zone in number_and_angle_zones(scene, problem.nominal_numbers).items()
+        for key, zone in tolerance_zones_of_numbers_and_angles(scene, problem.nominal_numbers).items()
     }
     ends |= error_ranges_at_one_contact(scene, problem)
     ends = {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in sampled.errors}

@@ -28,9 +28,9 @@ import numpy as np
 from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.motion_ranges import slopes_nonzero_by_angle_only
+from camopt.core.numerics.motion_ranges import slopes_of_function_of_angle
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_sloped_interval, box_variables
-from camopt.core.numerics.stretches import part_ranges
+from camopt.core.numerics.stretches import motion_ranges_over_parts
 from camopt.model.motion.programme import Jump
 from camopt.scene.problem.problem import Problem
 from camopt.solve.tolerances.enclosures import LAST_DERIVATIVE, JumpRanges, PartMotion
@@ -199,7 +199,7 @@ class BoundSearch:
         low, high = slopes.low.copy(), slopes.high.copy()
         for both, _ in self._vector_rows_and_lengths:
             low[both], high[both] = -1.0, 1.0  # keeps both ends
-        reduced = parts.reduce_monotone(Interval(low, high))
+        reduced = parts.reduce_monotone_variables_to_ends(Interval(low, high))
         low, high = reduced.low.copy(), reduced.high.copy()
         for (
             both,
@@ -290,9 +290,12 @@ class BoundSearch:
 
     def _motion_over_parts(self, parts: BoxParts, u: FloatArray, angle: SlopedInterval) -> PartMotion:
         table = self.problem.programme.table
-        half, ranges = table.half_width[parts.panel], part_ranges(table, parts.panel, u, angle.span.high[0])
+        half, ranges = (
+            table.half_width[parts.panel],
+            motion_ranges_over_parts(table, parts.panel, u, angle.span.high[0]),
+        )
         motion = [
-            replace(angle, value=whole, at=middle, slopes=slopes_nonzero_by_angle_only(angle, slope))
+            replace(angle, value=whole, at=middle, slopes=slopes_of_function_of_angle(angle, slope))
             for middle, whole, slope in zip(
                 ranges.middle[: LAST_DERIVATIVE + 1], ranges.whole, ranges.whole[1:], strict=False
             )
@@ -401,7 +404,7 @@ class EnclosedParts(NamedTuple):
         """The parts divided along their steepest variable, or whole if that is impossible; and their corners."""
         wide = _can_be_cut(self.parts, self.steepness)
         divisible, whole = self.take_parts(np.flatnonzero(wide)), self.take_parts(np.flatnonzero(~wide))
-        parts = divisible.parts.cut_steepest(divisible.steepness) if wide.any() else divisible.parts
+        parts = divisible.parts.cut_across_steepest_variable(divisible.steepness) if wide.any() else divisible.parts
         return _join_parts(parts, whole.parts), np.hstack(
             [np.tile(divisible.corner, CONSTRAINT_PART_CUTS), whole.corner]
         )

@@ -45,9 +45,9 @@ from camopt.core.numerics.sloped_interval import (
     apply_chain_rule,
     as_sloped_interval,
     range_of,
-    value_at_point,
+    value_at_box_point,
 )
-from camopt.core.numerics.stretches import StretchRanges, stretch_ranges
+from camopt.core.numerics.stretches import StretchRanges, motion_ranges_over_stretches
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.motion.programme import Programme, find_jumps
 from camopt.scene.problem.problem import Problem
@@ -112,9 +112,13 @@ class MotionAhead:
         return self._derivative_changes[order]
 
     def _enclose_derivative_change(self, order: int) -> SlopedInterval:
-        a, at_p, last = self.angle_ahead, value_at_point(self.angle_ahead), self._slope_of_change_by_place(order)
+        a, at_p, last = (
+            self.angle_ahead,
+            value_at_box_point(self.angle_ahead),
+            self._slope_of_change_by_place(order),
+        )
         value = range_of(a) * self._ranges_on_way_ahead.ranges[order + 1]
-        point = self._ranges_at_angle_ahead_of_middle.ranges[order] - value_at_point(self.place.motion[order])
+        point = self._ranges_at_angle_ahead_of_middle.ranges[order] - value_at_box_point(self.place.motion[order])
         if order == 2:
             value = _widen_range(value, self.programme.acceleration_jump_rounding)
             cut = self._ranges_on_way_from_middle.pieces & bool(find_jumps(self.programme, (2,)))
@@ -138,7 +142,10 @@ class MotionAhead:
             self._ranges_at_angle_ahead.ranges[LAST_DERIVATIVE + 1],
         )
         value = range_of(y3) + range_of(a) * self._ranges_on_way_ahead.ranges[LAST_DERIVATIVE + 1]
-        point = value_at_point(y3) + value_at_point(a) * self._ranges_on_way_from_middle.ranges[LAST_DERIVATIVE + 1]
+        point = (
+            value_at_box_point(y3)
+            + value_at_box_point(a) * self._ranges_on_way_from_middle.ranges[LAST_DERIVATIVE + 1]
+        )
         place = replace(self.place.y, slopes=_unit_slopes_by_cam_angle(self.place.y))
         return apply_chain_rule(value, point, [(a, slope), (place, slope)]) + self.jumps.y3_jump
 
@@ -173,14 +180,14 @@ class MotionAhead:
         """Stretches at the angle ahead, and on the way to it; over whole parts, and from their middles."""
         place, table = self.place, self.programme.table
         whole = place.low, place.high, range_of(self.angle_ahead)
-        middle = place.middle, place.middle, value_at_point(self.angle_ahead)
+        middle = place.middle, place.middle, value_at_box_point(self.angle_ahead)
         ways = [(low, high, way) for low, high, a in (whole, middle) for way in (a, hull_with_zero(a))]
         columns = zip(*((low, high, way.low, way.high) for low, high, way in ways), strict=True)
         start, end, back, forward = (np.concatenate(each) for each in columns)
         panel = np.tile(place.panel, len(ways))
         rounding = INPUT_ROUNDOFF * table.half_width[panel]
         start, end = start + back - rounding * (back < 0.0), end + forward + rounding * (forward > 0.0)
-        return stretch_ranges(table, panel, start, end).split(len(ways))
+        return motion_ranges_over_stretches(table, panel, start, end).split(len(ways))
 
 
 class DwellAhead(MotionAhead):
@@ -351,7 +358,7 @@ def tool_position_difference(
     if (ratio := _ratio_of_exact_constant_train(problem, links)) is not None:
         return difference * ratio
     step, link_ranges, link_points = range_of(difference), _scaled_link_error_ranges(links), _link_midpoints(links)
-    ends = [(value_at_point(each), link_points) for each in (start + difference, start)]
+    ends = [(value_at_box_point(each), link_points) for each in (start + difference, start)]
     (slopes, first_at, second_at), by_link = _train_derivatives(
         problem, [(range_of(start) + hull_with_zero(step), link_ranges), *ends], 3
     )
@@ -418,11 +425,11 @@ class RealTrain:
         """
         position, at, no_errors = (
             range_of(self.nominal_position),
-            value_at_point(self.nominal_position),
+            value_at_box_point(self.nominal_position),
             _scaled_link_error_ranges(self.links, 0.0),
         )
         from_nominal = {key: hull_with_zero(each) for key, each in _scaled_link_error_ranges(self.links).items()}
-        real = at + value_at_point(self.error), _link_midpoints(self.links)
+        real = at + value_at_box_point(self.error), _link_midpoints(self.links)
         between = position + hull_with_zero(range_of(self.error)), from_nominal
         blocks = [between, (position, no_errors), (at, no_errors), real]
         return _train_derivatives(self.problem, blocks, self.order + 3)
@@ -437,7 +444,7 @@ def _scaled_link_error_ranges(links: Mapping[str, SlopedInterval], share: float 
 
 
 def _link_midpoints(links: Mapping[str, SlopedInterval]) -> dict[str, Interval]:
-    return {key: value_at_point(each) for key, each in links.items()}
+    return {key: value_at_box_point(each) for key, each in links.items()}
 
 
 def _train_derivatives(
@@ -488,4 +495,4 @@ def hull_with_zero(x: Interval) -> Interval:
 def without_slopes(x: Interval) -> LinkageInterval:
     """Ranges without slopes, for the formulas of links."""
     zero = as_interval(np.zeros((1, x.size)))
-    return LinkageInterval.from_interval(SlopedInterval(x, x, zero, zero), [])
+    return LinkageInterval.from_sloped_interval(SlopedInterval(x, x, zero, zero), [])

@@ -37,7 +37,7 @@ from camopt.model.effects.error_response import RESPONSE_ORDERS
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.sample import sobol_points
-from camopt.scene.problem.tolerance_zones import NumberErrors, number_and_angle_zones
+from camopt.scene.problem.tolerance_zones import NumberErrors, tolerance_zones_of_numbers_and_angles
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
 from camopt.solve.tolerances.errors import CamErrors, error_keys_at_contacts
@@ -328,7 +328,7 @@ ErrorMaker = tuple[int, Callable[..., FloatArray]]
 
 def _error_samplers(scene: Scene, nominal: NumberErrors) -> Iterator[tuple[str, ErrorMaker]]:
     tolerances = scene.tolerances
-    for key, zone in number_and_angle_zones(scene, nominal).items():
+    for key, zone in tolerance_zones_of_numbers_and_angles(scene, nominal).items():
         unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
         tolerance = tolerances.number_and_angle_tolerances[key]
         yield key, (1, partial(_tolerance_quantile, tolerance, zone, unit))

@@ -21,7 +21,7 @@ from camopt.model.effects.error_response import SECOND_CONTACT_SUFFIX, errors_at
 from camopt.model.mechanisms import FIELDS
 from camopt.model.mechanisms.contact_errors import ContactErrors
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import zones_that_move_tool
+from camopt.scene.problem.tolerance_zones import tolerance_zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key, variables_of_scene
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, does_error_move_tool
@@ -46,7 +46,8 @@ def error_ranges_at_one_contact(scene: Scene, problem: Problem) -> dict[str, tup
     """Least and largest value of each error of cams within the tolerances, mm or rad."""
     tolerances, developed = scene.tolerances, problem.setup.mechanism.body.developed
     ranges = {
-        key: (zone.lower, zone.upper) for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items()
+        key: (zone.lower, zone.upper)
+        for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items()
     }
     if tolerances.profile:
         ranges["profile"] = -tolerances.profile, tolerances.profile
@@ -120,7 +121,7 @@ def repeat_cam_errors(errors: Mapping[str, float], count: int) -> CamErrors:
 def contact_problems(problem: Problem) -> tuple[Problem, ...]:
     """One problem for each contact of the follower, as an ordinary cam without a train."""
     setup, programme = replace(problem.setup, train=None), replace(problem.programme, tool_programme=None)
-    return replace(problem, setup=setup, programme=programme).contact_problems
+    return replace(problem, setup=setup, programme=programme).problem_of_each_contact
 
 
 def reverses_cam_at_second_contact(problem: Problem) -> bool:

@@ -40,7 +40,7 @@ from camopt.scene.problem.tolerance_zones import (
     corner_errors,
     design_copies_with_errors,
     entries_of_train_numbers,
-    number_zones,
+    tolerance_zones_of_numbers,
 )
 from camopt.scene.problem.variables import Variable, variables_of_scene
 from camopt.scene.scene import Scene
@@ -52,7 +52,7 @@ from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, tolerance_ranges
 from camopt.solve.verdicts.limit_verdicts import relative_excesses_by_limit
-from camopt.solve.verdicts.train_boxes import depends_on_train
+from camopt.solve.verdicts.train_boxes import depends_on_train_errors
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 MARGIN_GAPS = (1e-9, 1e-6, 1e-3)
@@ -131,7 +131,7 @@ class ToleranceBox:
 
     @classmethod
     def from_scene(cls, scene: Scene, problem: Problem) -> "ToleranceBox":
-        zones, interference = number_zones(scene, problem.nominal_numbers), None
+        zones, interference = tolerance_zones_of_numbers(scene, problem.nominal_numbers), None
         if INTERFERENCE_KEY in problem.nominal_numbers and problem.setup.mechanism.further_contacts:
             interference = Interference.from_scene(
                 scene, problem, problem.nominal_numbers[INTERFERENCE_KEY], zones.get(INTERFERENCE_KEY)
@@ -284,7 +284,7 @@ class ToleranceBox:
 
     def _depends_on_train(self, limit: Limit) -> bool:
         """Whether errors of the train change a limit."""
-        return bool(self.train_zones) and depends_on_train(self.problem, limit)
+        return bool(self.train_zones) and depends_on_train_errors(self.problem, limit)
 
     def _excess_and_quantity(
         self, limit: Limit, designs: Designs, problem: Problem | None = None

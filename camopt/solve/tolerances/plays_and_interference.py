@@ -32,7 +32,7 @@ from camopt.model.effects.error_response import (
 )
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.scene.problem.problem import Problem, resolve_design
-from camopt.scene.problem.tolerance_zones import number_zones
+from camopt.scene.problem.tolerance_zones import tolerance_zones_of_numbers
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ToleranceZone, does_error_move_tool
 from camopt.solve.tables.cells import with_unit
@@ -104,7 +104,7 @@ def notes_on_preload(scene: Scene) -> Iterator[str]:
 def list_plays(turn: TurnErrors) -> Iterator[Play]:
     """The plays of a scene with tolerances, to first order; none for a follower with one contact."""
     problem = turn.problem
-    zones = number_zones(turn.scene, problem.nominal_numbers)
+    zones = tolerance_zones_of_numbers(turn.scene, problem.nominal_numbers)
     if problem.setup.mechanism.further_contacts:
         yield from _pair_plays(turn, zones)
     elif problem.setup.mechanism.has_flanks_on_both_sides and problem.setup.given["drive.clearance"]:

@@ -41,12 +41,12 @@ from camopt.model.effects.error_response import (
     largest_error_by_profile_zone,
     second_contact_motion_error_sign,
     series_derivatives,
-    tool_response_to_train_number,
+    tool_response_to_train_error,
 )
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.tool_drive import train_ratio_series
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import number_zones, zones_that_move_tool
+from camopt.scene.problem.tolerance_zones import tolerance_zones_of_numbers, tolerance_zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.errors import BORE, contact_problems, reverses_cam_at_second_contact
@@ -120,7 +120,7 @@ class ToolResponse:
         # the series of the tool by the number, whose terms are series by the cam angle
         trains = problem.trains_with_numbers({key: Taylor([problem.nominal_numbers[key], 1.0])})
         return series_derivatives(
-            tool_response_to_train_number(trains, train, problem.programme, self.angles), self.angles.shape
+            tool_response_to_train_error(trains, train, problem.programme, self.angles), self.angles.shape
         )
 
     def _tool_derivatives(self, series: Series) -> FloatArray:
@@ -297,7 +297,8 @@ def separation_responses_by_tolerance(
     """Response of the separation s to each tolerance; for the bore in the direction of the largest response."""
     response, tolerances = PairResponse(problem, angles), scene.tolerances
     zones = {
-        key: (zone.lower, zone.upper) for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items()
+        key: (zone.lower, zone.upper)
+        for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items()
     }
     if tolerances.profile:
         zones["profile"] = -tolerances.profile, tolerances.profile
@@ -311,7 +312,7 @@ def separation_responses_by_tolerance(
     if bore := tolerances.bore_eccentricity:
         most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses_in_two_directions))
         yield SeparationResponse(BORE, most[None], -bore, bore)
-    for key, zone in number_zones(scene, problem.nominal_numbers).items():
+    for key, zone in tolerance_zones_of_numbers(scene, problem.nominal_numbers).items():
         if key in BASE_RADII:
             slope = _separation_slopes_by_base_radius(problem)[key]
             yield SeparationResponse(key, np.full((1, angles.size), slope), zone.lower, zone.upper)
@@ -323,7 +324,7 @@ def largest_separation_slope_at_angles(scene: Scene, problem: Problem, angles: F
     Infinite for a profile without a limit of its waves.
     """
     response, tolerances, speed = PairResponse(problem, angles), scene.tolerances, np.zeros(angles.size)
-    for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
+    for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
         if not is_train_key(key):
             for at in errors_at_contacts_by_key(problem.setup.mechanism, key).values():
                 speed += max(-zone.lower, zone.upper) * np.abs(response.separation_derivatives(at)[1])

@@ -26,7 +26,7 @@ from camopt.model.effects.error_response import (
 )
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.problem.problem import Problem
-from camopt.scene.problem.tolerance_zones import zones_that_move_tool
+from camopt.scene.problem.tolerance_zones import tolerance_zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
@@ -81,7 +81,7 @@ def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) 
         yield from _pair_contributions(scene, problem, angles)
         return
     tolerances, response = scene.tolerances, ToolResponse(problem, angles)
-    for key, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
+    for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
         yield _with_means_of_part_batches(
             _number_contribution(key, response.number_response(key), zone),
             key,
@@ -100,7 +100,7 @@ def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) 
 def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Contributions of all tolerances for a follower with two contacts."""
     tolerances, response, span = scene.tolerances, PairResponse(problem, angles), float(np.ptp(angles))
-    for tolerance, zone in zones_that_move_tool(scene, problem.nominal_numbers).items():
+    for tolerance, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
         if is_train_key(tolerance):
             by_key = {tolerance: ToolResponse(problem, angles).number_response(tolerance)}
         else:

@@ -304,7 +304,7 @@ class WorstSearch:
         if not self.jumps:
             return 0.0
         parts = whole_panel_parts(self.problem, self.box, sides=(1.0,))
-        parts = parts.cut_steepest(np.eye(1, len(parts.low)).T + np.zeros(parts.size))
+        parts = parts.cut_across_steepest_variable(np.eye(1, len(parts.low)).T + np.zeros(parts.size))
         proofs = (
             self.bound_search(angle_ahead_function(self.cam, number)) for number in range(len(self.cam.contacts))
         )

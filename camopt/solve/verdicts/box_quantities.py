@@ -8,7 +8,7 @@ from camopt.scene.problem.rows import QuantityColumns
 from camopt.solve.verdicts.effect_runs import effect_plan
 
 
-def runs_on_ranges(effect: Effect, setup: Setup) -> bool:
+def can_effect_run_on_ranges(effect: Effect, setup: Setup) -> bool:
     """Whether an effect can run on designs whose numbers are ranges."""
     return effect.is_of_sizes or (effect.is_of_motion(setup) and not setup.free)
 

@@ -116,8 +116,10 @@ def _certified_range(
         middle = sqrt(low * high)
         word = verdict_on_bound(middle)
         if word not in {below, above}:
-            low = _bisect_to_undecided(lambda bound: verdict_on_bound(bound) == below, low, middle, accuracy / 4.0)
-            high = _bisect_to_undecided(
+            low = _bisect_to_closest_proved_bound(
+                lambda bound: verdict_on_bound(bound) == below, low, middle, accuracy / 4.0
+            )
+            high = _bisect_to_closest_proved_bound(
                 lambda bound: verdict_on_bound(bound) == above, high, middle, accuracy / 4.0
             )
             break
@@ -125,7 +127,7 @@ def _certified_range(
     return (low, high) if value / FURTHEST_SHARE < low < high < value * FURTHEST_SHARE < inf else None
 
 
-def _bisect_to_undecided(
+def _bisect_to_closest_proved_bound(
     is_proved: Callable[[float], bool], proved: float, undecided: float, least_distance: float
 ) -> float:
     """Proved bound that is nearly as close to an undecided one as can be.

@@ -111,10 +111,10 @@ class Certificate(Result, dict[str, str]):
     @property
     def exit_code(self) -> int:
         """0 if all limits are held, 1 if one is broken, else 4: one is undecided."""
-        return exit_code_of(self.values())
+        return exit_code_of_verdicts(self.values())
 
 
-def exit_code_of(verdicts: Iterable[str]) -> int:
+def exit_code_of_verdicts(verdicts: Iterable[str]) -> int:
     """Exit code for some verdicts."""
     return {BROKEN: NOTHING_FEASIBLE, UNDECIDED: NOT_REACHED, HELD: 0}[worst_verdict(verdicts)]
 
@@ -176,7 +176,7 @@ def certify(scene: SceneSource) -> Certificate:
 
 def certify_limits_and_conditions(problem: Problem) -> dict[str, str]:
     """Certify a scene that is already resolved to a problem."""
-    conditions = conditions_verdict(problem.given_motion)
+    conditions = verdict_on_all_move_conditions(problem.given_motion)
     if conditions and not has_enclosable_laws(problem.programme):
         conditions = UNDECIDED
     return certify_design_and_tolerance_box(problem) | ({} if conditions is None else {CONDITIONS: conditions})
@@ -203,11 +203,11 @@ def certify_tolerance_box(problem: Problem, budget: Budget = UNLIMITED) -> dict[
     }
 
 
-def conditions_verdict(programme: Programme) -> str | None:
+def verdict_on_all_move_conditions(programme: Programme) -> str | None:
     """Verdict on all conditions of the moves together; None without conditions."""
     start = programme.strokes[0].low
     verdicts = [
-        _condition_verdict(condition, stroke)
+        _verdict_on_move_condition(condition, stroke)
         for stroke in programme.strokes
         if stroke.key
         for condition in stroke.conditions_in_mm_or_rad(start)
@@ -215,7 +215,7 @@ def conditions_verdict(programme: Programme) -> str | None:
     return worst_verdict(verdicts) if verdicts else None
 
 
-def _condition_verdict(condition: Condition, stroke: Stroke) -> str:
+def _verdict_on_move_condition(condition: Condition, stroke: Stroke) -> str:
     part, alone = stroke.part_under_condition(condition), Programme((stroke,))
     assert part is not None
     table = alone.table

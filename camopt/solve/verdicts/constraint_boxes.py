@@ -20,7 +20,7 @@ from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.load_tables import LoadTable, TrainLoadTable
-from camopt.core.numerics.motion_ranges import derivative_intervals_over_parts, slopes_nonzero_by_angle_only
+from camopt.core.numerics.motion_ranges import derivative_intervals_over_parts, slopes_of_function_of_angle
 from camopt.core.numerics.piecewise import MotionTable
 from camopt.core.numerics.sloped_interval import (
     Quotient,
@@ -28,7 +28,7 @@ from camopt.core.numerics.sloped_interval import (
     as_quotient,
     as_sloped_interval,
     box_variables,
-    value_at_point,
+    value_at_box_point,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
 from camopt.model.effects.peak import MotionDerivative, NumberKind
@@ -54,13 +54,13 @@ NumberRanges = Mapping[str, tuple[float, float]]
 """Ranges of sizes by field of ``Designs``; other sizes are those of a design."""
 
 
-def _interval(low: float, high: float) -> Any:
+def _interval_of_one_pair(low: float, high: float) -> Any:
     return Interval(np.array([low]), np.array([high]))
 
 
 INTERVAL_NUMBERS = NumberKind(
-    lambda number: _interval(number, number),
-    lambda: _interval(np.pi, np.nextafter(np.pi, 4.0)),
+    lambda number: _interval_of_one_pair(number, number),
+    lambda: _interval_of_one_pair(np.pi, np.nextafter(np.pi, 4.0)),
     lambda angle: np.sin(angle) / np.cos(angle),
 )
 """Intervals as the number type of bounds."""
@@ -71,8 +71,8 @@ def relative_excess(constraint: Constraint, side: FloatArray, curve: Quotient, d
     ranged, bound = isinstance(curve.above, (Interval, SlopedInterval)), constraint.upper_bound_of_each_side()
     value = side * curve.above * constraint.factor(designs)
     allowed = (constraint.upper_bound_of_each_side(INTERVAL_NUMBERS) if ranged else bound) * curve.below
-    scale = sum(value_at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
-    return (value - allowed) / (scale if bound else scale + value_at_point(constraint.unit(designs)).high)
+    scale = sum(value_at_box_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
+    return (value - allowed) / (scale if bound else scale + value_at_box_point(constraint.unit(designs)).high)
 
 
 class BoxVerdict(NamedTuple):
@@ -103,7 +103,7 @@ def constraint_verdict_over_box(
         and limits_curvature_of_given_arcs(problem, constraint)
     ):
         return BoxVerdict(curvature_verdict_over_arcs(problem, constraint, design))
-    box = design.with_values({name: _interval(*limits) for name, limits in number_ranges.items()})
+    box = design.with_values({name: _interval_of_one_pair(*limits) for name, limits in number_ranges.items()})
     for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
             return BoxVerdict(UNDECIDED)
@@ -167,18 +167,18 @@ class BoxParts:
         panel, side = (np.concatenate([column, column[inside]]) for column in (self.panel, self.side))
         return replace(self, panel=panel, side=side, low=low, high=high)
 
-    def reduce_monotone(self, slopes: Interval) -> "BoxParts":
+    def reduce_monotone_variables_to_ends(self, slopes: Interval) -> "BoxParts":
         """Reduce each variable with which the excess is monotone to the end with the larger excess."""
         rises, falls = slopes.low >= 0.0, slopes.high <= 0.0
         return replace(
             self, low=np.where(rises, self.high, self.low), high=np.where(falls & ~rises, self.low, self.high)
         )
 
-    def cut_steepest(self, steepest: FloatArray) -> "BoxParts":
+    def cut_across_steepest_variable(self, slope_magnitudes: FloatArray) -> "BoxParts":
         """Cut each part across the variable that changes the excess the most, unless it is narrow."""
         width = (self.high - self.low) / self.whole
         width = np.where(width > LEAST_PART_SHARE, width, 0.0)
-        steep = np.where(np.isfinite(steepest), steepest * self.whole, LARGEST_SLOPE)
+        steep = np.where(np.isfinite(slope_magnitudes), slope_magnitudes * self.whole, LARGEST_SLOPE)
         which, every = (steep * width).argmax(axis=0), np.arange(self.size)
         ends = np.linspace(self.low[which, every], self.high[which, every], CONSTRAINT_PART_CUTS + 1)
         low, high = (
@@ -238,10 +238,12 @@ class ConstraintSearch:
             open_ = open_[np.argsort(excess.value.high[open_], kind="stable")]  # NaN comes last
             if np.any(parts.too_narrow_to_cut[open_]) or self.budget.is_spent:
                 break
-            parts = parts.take(open_).reduce_monotone(excess.slopes[:, open_])
+            parts = parts.take(open_).reduce_monotone_variables_to_ends(excess.slopes[:, open_])
             steepest = excess.slopes[:, open_].largest_magnitude
             for numbers in np.array_split(np.arange(open_.size), -(-open_.size // self.at_once) or 1):
-                stack += [parts.take(numbers).cut_steepest(steepest[:, numbers])] if numbers.size else []
+                stack += (
+                    [parts.take(numbers).cut_across_steepest_variable(steepest[:, numbers])] if numbers.size else []
+                )
         return BoxVerdict(UNDECIDED)
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
@@ -332,7 +334,7 @@ def _enclose_load(table: MotionTable, panel: IntArray, middle_place: FloatArray,
         straight = angle * load.slope[panel] + Interval(
             *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
         )
-        return Load(replace(straight, slopes=slopes_nonzero_by_angle_only(angle, slope)), slope)
+        return Load(replace(straight, slopes=slopes_of_function_of_angle(angle, slope)), slope)
     if isinstance(load, TrainLoadTable):
         still, carried = (derivative_intervals_over_parts(force, panel, middle_place, angle, 1) for force in load)
         return TrainForces(*still, *carried)

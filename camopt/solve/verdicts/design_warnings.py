@@ -33,7 +33,7 @@ REACHED_SHARE = 1e-6  # share of the lift within which a position counts as reac
 SIDE_NAMES = {1.0: "above", -1.0: "below"}
 
 
-def warnings_of(problem: Problem) -> tuple[str, ...]:
+def warnings_of_design(problem: Problem) -> tuple[str, ...]:
     """Warnings about the problem's own design."""
     checks = (
         _warn_contact_lost_by_elastic_train,
@@ -53,10 +53,14 @@ def _warn_contact_lost_by_elastic_train(problem: Problem) -> Iterator[str]:
         return
     rigid, elastic = _design_quantities(problem, RIGID, ELASTIC)
     if elastic <= 0.0 < rigid:
-        least = f"its smallest force is {_four_digits(elastic, 'N')}" if isfinite(elastic) else "it is in resonance"
+        least = (
+            f"its smallest force is {_text_with_four_digits_and_unit(elastic, 'N')}"
+            if isfinite(elastic)
+            else "it is in resonance"
+        )
         train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
         remedy = "limits.contact_force_elastic = 0 requires contact"
-        yield f"{train}: {least}, that of a rigid train {_four_digits(rigid, 'N')}; {remedy}"
+        yield f"{train}: {least}, that of a rigid train {_text_with_four_digits_and_unit(rigid, 'N')}; {remedy}"
 
 
 def _warn_lost_preload(problem: Problem) -> Iterator[str]:
@@ -81,13 +85,14 @@ def _warn_low_speed_stress_over_limit(problem: Problem) -> Iterator[str]:
         (slowly,), limit = _design_quantities(slow, STRESS), limits[0]
         allowed = limit.bound * (1.0 + NOTICED_SHARE)
         if slowly > allowed and (stress := _design_quantities(problem, STRESS)[0]) <= allowed:
-            at_speed = f"{_four_digits(stress, 'MPa')} at {setup.rpm:g} rev/min, where inertia relieves it"
-            limit_text = f"{limit.key} ({_four_digits(limit.bound, 'MPa')})"
-            beyond = f"is {_four_digits(slowly, 'MPa')} at low speed, above {limit_text}"
+            stress_text = _text_with_four_digits_and_unit(stress, "MPa")
+            at_speed = f"{stress_text} at {setup.rpm:g} rev/min, where inertia relieves it"
+            limit_text = f"{limit.key} ({_text_with_four_digits_and_unit(limit.bound, 'MPa')})"
+            beyond = f"is {_text_with_four_digits_and_unit(slowly, 'MPa')} at low speed, above {limit_text}"
             yield f"the contact stress {beyond}, and {at_speed}"
 
 
-def _four_digits(value: float, unit: str) -> str:
+def _text_with_four_digits_and_unit(value: float, unit: str) -> str:
     return f"{to_shown_unit(value, unit):.4g} {unit_in_shown_system(unit)}"
 
 
@@ -125,9 +130,12 @@ def _warn_overshoot(problem: Problem) -> Iterator[str]:
         extreme, farthest = farthest_point(programme, side), _farthest_given_position(programme, side)
         if _must_start_or_end_moving(programme, extreme.stroke):
             continue
-        start = start_position(problem.segments) - programme.strokes[0].low / programme.unit
+        start = start_position(problem.segments) - programme.strokes[0].low / programme.unit_in_mm_or_rad
         unit = displacement_unit(angular=problem.given_motion_is_angle)
-        at, most = (with_unit(start + position / programme.unit, unit) for position in (extreme.position, farthest))
+        at, most = (
+            with_unit(start + position / programme.unit_in_mm_or_rad, unit)
+            for position in (extreme.position, farthest)
+        )
         reached = f"the motion goes to {at} at {degrees(extreme.angle):.4g}°"
         remedy = _overshoot_remedy(programme, side)
         yield f"{reached}, {SIDE_NAMES[side]} every position in the scene ({most}); {remedy}"

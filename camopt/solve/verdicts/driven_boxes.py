@@ -59,9 +59,9 @@ class ToolPlaces(NamedTuple):
     """Kinds for a follower that moves in as the tool moves out."""
 
     @classmethod
-    def at_angles(cls, turn: Programme, angles: FloatArray, terms: int) -> "ToolPlaces":
+    def at_angles(cls, turn: Programme, angles: FloatArray, term_count: int) -> "ToolPlaces":
         """The tool's motion at some cam angles of a turn."""
-        motion, kinds = turn.tool.motion_at(angles)[:terms], turn.tool.kinds_at(angles)
+        motion, kinds = turn.tool.motion_at(angles)[:term_count], turn.tool.kinds_at(angles)
         motion[0] = tool_position(turn, angles)
         return cls(angles, motion, kinds, reversed_kinds(kinds))
 
@@ -126,15 +126,15 @@ class DrivenMotion:
     def take_trains(self, index: slice) -> "DrivenMotion":
         """The motion for some of the trains."""
         y, y1, y2, y3, load, _ = self.state
-        y, y1, y2, y3 = (_index_number(term, index) for term in (y, y1, y2, y3))
+        y, y1, y2, y3 = (_take_items_unless_float(term, index) for term in (y, y1, y2, y3))
         if load is not None:
-            load = type(load)(*(_index_number(term, index) for term in load))
+            load = type(load)(*(_take_items_unless_float(term, index) for term in load))
         state = State(y, y1, y2, y3, load)
         return replace(
             self,
             state=state,
-            lift=_index_number(self.lift, index),
-            moved=_index_number(self.moved, index),
+            lift=_take_items_unless_float(self.lift, index),
+            moved=_take_items_unless_float(self.moved, index),
             sense=self.sense[index],
         )
 
@@ -220,7 +220,7 @@ def _with_linkage_intervals(problem: Problem, boxes: Designs, radicands: list[Sl
     """Boxes with the numbers of their trains as linkage intervals."""
     numbers: dict[str, Any] = {key: boxes.numbers[key] for key in searched_train_keys(problem)}
     ranges = {
-        key: LinkageInterval.from_interval(number, radicands)
+        key: LinkageInterval.from_sloped_interval(number, radicands)
         for key, number in numbers.items()
         if isinstance(number, SlopedInterval)
     }
@@ -253,5 +253,5 @@ def _drop_radicands(number: Any) -> Any:
     return number.sloped_interval if isinstance(number, LinkageInterval) else number
 
 
-def _index_number(number: Any, index: slice) -> Any:
+def _take_items_unless_float(number: Any, index: slice) -> Any:
     return number if isinstance(number, float) else number[index]

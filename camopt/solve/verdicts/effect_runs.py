@@ -14,12 +14,12 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.rows import DesignRows, QuantityColumns
 
 
-def run_effects(case: EvaluationBlock, wanted: Iterable[str]) -> DesignRows:
+def run_effects(case: EvaluationBlock, wanted_quantities: Iterable[str]) -> DesignRows:
     """Wanted quantities of a block of designs."""
-    wanted, rows = frozenset(wanted), DesignRows({}, len(case.designs))
-    for effect, names in effect_plan(wanted, case.setup):
-        rows = with_effect(rows, case, effect, names)
-    return rows.select_columns(wanted)
+    wanted_quantities, rows = frozenset(wanted_quantities), DesignRows({}, len(case.designs))
+    for effect, names in effect_plan(wanted_quantities, case.setup):
+        rows = with_quantities_of_effect(rows, case, effect, names)
+    return rows.select_columns(wanted_quantities)
 
 
 def columns_for_limits(problem: Problem, limits: Iterable[Limit], designs: Designs) -> QuantityColumns:
@@ -29,19 +29,20 @@ def columns_for_limits(problem: Problem, limits: Iterable[Limit], designs: Desig
     ).columns
 
 
-def effect_plan(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
+def effect_plan(wanted_quantities: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
     """Effects to run, each with the quantities that are wanted or that another effect reads."""
     effects = setup_effects(setup)
     return [
-        (effects[name], frozenset(names)) for name, names in quantities_to_compute_by_effect(wanted, setup).items()
+        (effects[name], frozenset(names))
+        for name, names in quantities_to_compute_by_effect(wanted_quantities, setup).items()
     ]
 
 
-def with_effect(
+def with_quantities_of_effect(
     rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
 ) -> DesignRows:
     """Add some quantities of one more effect to the rows; the effect may read the columns of the rows."""
-    return with_values_beyond_pitch(
+    return with_values_beyond_pitch_curves(
         with_pitch_curve_values_of_designs(rows, case, effect, quantity_names), case, effect, quantity_names
     )
 
@@ -52,40 +53,44 @@ def with_pitch_curve_values_of_designs(
     """Add an effect's quantities that depend only on pitch curves; equal bits for designs with the same curve."""
     if effect.evaluate_pitch_curve_columns is no_columns:
         return rows
-    return with_distinct_pitch_curve_values(
+    return with_values_of_distinct_pitch_curves(
         rows, replace(case, designs=case.setup.mechanism.pitch(case.designs)), effect, quantity_names
     )
 
 
-def with_distinct_pitch_curve_values(
+def with_values_of_distinct_pitch_curves(
     rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
 ) -> DesignRows:
     """Add an effect's quantities of pitch curves to rows of one design for each curve."""
     return (
         rows
         if effect.evaluate_pitch_curve_columns is no_columns
-        else with_quantities(rows, effect.evaluate_pitch_curve_columns(case, quantity_names), quantity_names)
+        else with_values_and_enclosures(
+            rows, effect.evaluate_pitch_curve_columns(case, quantity_names), quantity_names
+        )
     )
 
 
-def with_values_beyond_pitch(
+def with_values_beyond_pitch_curves(
     rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
 ) -> DesignRows:
     """Add an effect's quantities that need more than pitch curves."""
     if effect.evaluate_columns is no_columns:
         return rows
-    return with_quantities(
+    return with_values_and_enclosures(
         rows,
         effect.evaluate_columns(replace(case, columns=rows.columns, outward=rows.outward), quantity_names),
         quantity_names,
     )
 
 
-def with_quantities(rows: DesignRows, values: dict[str, Any], wanted: frozenset[str]) -> DesignRows:
+def with_values_and_enclosures(
+    rows: DesignRows, values: dict[str, Any], wanted_quantities: frozenset[str]
+) -> DesignRows:
     """Add the wanted quantities of an effect to the rows, with their enclosures."""
     columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
     widths = dict[int, tuple[Any, Any]]()  # largest width for each scale
-    for name in (n for n in values if n in wanted):
+    for name in (n for n in values if n in wanted_quantities):
         columns[name] = values[name]
         if isinstance(values[name], EnclosedValue):
             columns[name], width, scale = values[name]

@@ -30,7 +30,7 @@ from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.designs import design_table, is_unsearched_zero_column
 from camopt.solve.tables.result import Cell, Result, Table, table_of
-from camopt.solve.verdicts.design_warnings import farthest_point, warnings_of
+from camopt.solve.verdicts.design_warnings import farthest_point, warnings_of_design
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 from camopt.solve.verdicts.verdict_words import ARM_UNCHECKED
@@ -193,7 +193,10 @@ def _largest_lift_and_angle_sentence(scene: Scene) -> str:
     """Sentence on the largest lift and its cam angle."""
     programme, unit = resolve(scene).programme.tool, displacement_unit(angular=scene.tool_turns)
     angle = np.degrees(farthest_point(programme, 1.0).angle)
-    whose, lift = " of the tool" if scene.train else "", with_unit(programme.lift / programme.unit, unit)
+    whose, lift = (
+        " of the tool" if scene.train else "",
+        with_unit(programme.lift / programme.unit_in_mm_or_rad, unit),
+    )
     return f"Largest lift{whose}: {lift}, reached at {number_text(float(angle))}°."
 
 
@@ -267,7 +270,7 @@ def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
     ).records()
     values = {name: record[name] for name in in_column_order(record)}
     unbounded = {name: _infinity_reason(name, problem) for name, value in values.items() if value in (inf, -inf)}
-    return Evaluation(scene, values, unbounded, warnings_of(problem))
+    return Evaluation(scene, values, unbounded, warnings_of_design(problem))
 
 
 LOAD_EFFECTS = ("force", "torque", "joints", "thrust", "hertz", "surface")
@@ -287,14 +290,14 @@ def _infinite_load_reason(name: str, problem: Problem) -> str:
     return "the contact stands still" if effect == "surface" else "the contact passes the follower's pivot"
 
 
-def _jump_text(problem: Problem, order: int, kinds: int) -> str:
+def _jump_text(problem: Problem, derivative_order: int, stroke_kinds: int) -> str:
     """Cam angles at which a derivative of the motion jumps, next to some kinds of stroke, and the largest jump."""
-    jumps = [j for j in problem.programme.tool.jumps if j.order == order and j.kinds & kinds]
+    jumps = [j for j in problem.programme.tool.jumps if j.order == derivative_order and j.kinds & stroke_kinds]
     if not jumps:
         return ""
     unit, size = (
-        motion_table_unit(problem.setup, order),
-        max(abs(j.size) for j in jumps) * motion_unit_factor(problem.setup, order),
+        motion_table_unit(problem.setup, derivative_order),
+        max(abs(j.size) for j in jumps) * motion_unit_factor(problem.setup, derivative_order),
     )
     most = "at most " if len(jumps) > 1 else ""
     return f"{', '.join(f'{np.degrees(j.at):g}°' for j in jumps)}, by {most}{with_unit(size, unit)}"

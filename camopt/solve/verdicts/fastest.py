@@ -37,7 +37,7 @@ from camopt.solve.verdicts.certify import certify_design_and_tolerance_box
 from camopt.solve.verdicts.limit_boxes import (
     SPEED_KEY,
     limit_verdict_over_box,
-    nominal_numbers,
+    nominal_toleranced_numbers,
     tolerance_ranges,
 )
 from camopt.solve.verdicts.limit_verdicts import excesses_of_variants, worst_excesses_over_variants
@@ -284,23 +284,25 @@ def fastest(scene: SceneSource) -> Fastest:
     if not own.all():
         speeds = np.array([scene.cam.rpm, SLOWEST_RPM, *grid[:SPEED_STEPS][::-1], *grid[SPEED_STEPS + 1 :]])
         held = _limits_held_at_each_speed(searches, speeds)
-    common = _first_held(speeds, held.all(axis=0))
+    common = _lowest_speed_that_holds_limits(speeds, held.all(axis=0))
     limits = [_speed_limit_without_speed(problem, limit) for limit in fixed]
     for search, at_scene_speed, each in zip(searches, own, held, strict=True):
-        start = _first_held(speeds, each) if common is None else common
+        start = _lowest_speed_that_holds_limits(speeds, each) if common is None else common
         limits.append(search.highest_speed_and_gain(start, grid, is_held_at_scene_speed=bool(at_scene_speed)))
     limits.sort(key=lambda limit: -1.0 if limit.rpm is None else limit.rpm)
     return Fastest(scene, common, tuple(limits))
 
 
-def _limits_held_at_each_speed(searches: "Sequence[SpeedSearch]", speeds: FloatArray) -> Any:
+def _limits_held_at_each_speed(searches: "Sequence[SpeedSearch]", speeds_rpm: FloatArray) -> Any:
     """Which limits are held at which speeds (limits, speeds)."""
-    return np.array([search.excesses(speeds) <= 0.0 for search in searches]).reshape(len(searches), len(speeds))
+    return np.array([search.excesses(speeds_rpm) <= 0.0 for search in searches]).reshape(
+        len(searches), len(speeds_rpm)
+    )
 
 
-def _first_held(speeds: FloatArray, held: Any) -> float | None:
+def _lowest_speed_that_holds_limits(speeds_rpm: FloatArray, held: Any) -> float | None:
     """The first of some speeds at which limits are held."""
-    return float(speeds[np.argmax(held)]) if held.any() else None
+    return float(speeds_rpm[np.argmax(held)]) if held.any() else None
 
 
 def _speed_limit_without_speed(problem: Problem, limit: Limit) -> SpeedLimit:
@@ -333,30 +335,34 @@ class SpeedSearch:
         (limit,) = (each for each in freed.limits if each.name == name)
         return cls(problem, replace(freed, limits=(limit,)), limit)
 
-    def designs_at(self, speeds: Sequence[float] | FloatArray) -> Designs:
+    def designs_at(self, speeds_rpm: Sequence[float] | FloatArray) -> Designs:
         """The design at some speeds."""
         design = self.problem.design
-        return design.take(np.zeros(len(speeds), dtype=int)).with_values({SPEED_KEY: np.asarray(speeds, float)})
+        return design.take(np.zeros(len(speeds_rpm), dtype=int)).with_values(
+            {SPEED_KEY: np.asarray(speeds_rpm, float)}
+        )
 
-    def excesses(self, speeds: Sequence[float] | FloatArray) -> FloatArray:
+    def excesses(self, speeds_rpm: Sequence[float] | FloatArray) -> FloatArray:
         """Relative excess over the limit at some speeds: the largest of the cams with errors."""
         with np.errstate(over="ignore"):
-            excess = worst_excesses_over_variants(self.problem, [self.limit], self.designs_at(speeds))[0]
+            excess = worst_excesses_over_variants(self.problem, [self.limit], self.designs_at(speeds_rpm))[0]
         return np.asarray(np.clip(excess, -LARGEST_EXCESS, LARGEST_EXCESS))
 
     def highest_speed_and_gain(
-        self, start_rpm: float | None, grid: FloatArray, *, is_held_at_scene_speed: bool
+        self, start_rpm: float | None, speed_grid_rpm: FloatArray, *, is_held_at_scene_speed: bool
     ) -> SpeedLimit:
         """The highest speed of the limit from a speed that holds it, and what it gains with the bound."""
-        rpm, proof = (None, UNPROVED) if start_rpm is None else self.first_broken_speed_and_proof(start_rpm, grid)
-        gain = None if rpm is None or rpm == inf or proof == UNPROVED else self.gain_per_unit(rpm)
+        rpm, proof = (
+            (None, UNPROVED) if start_rpm is None else self.first_broken_speed_and_proof(start_rpm, speed_grid_rpm)
+        )
+        gain = None if rpm is None or rpm == inf or proof == UNPROVED else self.speed_gain_per_unit_of_bound(rpm)
         by_percent = None if gain is None or not self.limit.bound else gain * abs(self.limit.bound) / 100.0
         words = _name_relation_bound_and_unit(self.limit)
         return SpeedLimit(*words, rpm, gain, by_percent, is_held_at_scene_speed, proof)
 
-    def first_broken_speed_and_proof(self, start_rpm: float, grid: FloatArray) -> tuple[float, str]:
+    def first_broken_speed_and_proof(self, start_rpm: float, speed_grid_rpm: FloatArray) -> tuple[float, str]:
         """The lowest speed above ``start_rpm`` at which the limit is just held, and how this is proved."""
-        search, speeds = self, grid[grid > start_rpm]
+        search, speeds = self, speed_grid_rpm[speed_grid_rpm > start_rpm]
         over = self.excesses(speeds) > 0.0
         if not over.any():
             broken, proof = self.violating_speed_and_proof_between(start_rpm, speeds[-1])
@@ -366,7 +372,7 @@ class SpeedSearch:
         else:
             high = float(speeds[np.argmax(over)])
         for _ in range(MOST_BRACKETS):
-            rpm = search.root(start_rpm, high)
+            rpm = search.speed_at_zero_excess(start_rpm, high)
             margin = next((each for each in SPEED_MARGINS if search.is_certified_as_highest_speed(rpm, each)), None)
             broken, proof = search.violating_speed_and_proof_between(
                 start_rpm, rpm * (1.0 - (margin or SPEED_MARGINS[-1]))
@@ -376,7 +382,7 @@ class SpeedSearch:
             search, high = broken
         return rpm, UNPROVED
 
-    def root(self, held_rpm: float, broken_rpm: float) -> float:
+    def speed_at_zero_excess(self, held_rpm: float, broken_rpm: float) -> float:
         """A speed at which the excess passes 0, between two at which it is held and broken."""
         if self.excesses([held_rpm])[0] >= 0.0:
             return held_rpm
@@ -441,7 +447,7 @@ class SpeedSearch:
         values, (_, most) = witness.values, self.speed_error_range
         speed = float(values[SPEED_KEY][0])
         rpm = max(lowest_rpm, speed - most)
-        nominal = {**nominal_numbers(self.problem, self.designs_at([lowest_rpm])), SPEED_KEY: rpm}
+        nominal = {**nominal_toleranced_numbers(self.problem, self.designs_at([lowest_rpm])), SPEED_KEY: rpm}
         errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
         errors = {field: error for field, error in errors.items() if field in self.problem.zones}
         if not errors:
@@ -449,7 +455,7 @@ class SpeedSearch:
         problem = replace(self.problem, robust_errors=(*self.problem.robust_errors, errors))
         return replace(self, problem=problem), rpm
 
-    def gain_per_unit(self, rpm: float) -> float | None:
+    def speed_gain_per_unit_of_bound(self, rpm: float) -> float | None:
         """Gain of the highest speed per unit of the bound [rev/min per unit], from the excess's derivatives."""
         slope = CENTRAL_WEIGHTS @ self.excesses(rpm * (1.0 + STENCIL)) / rpm
         design = self.designs_at([rpm])

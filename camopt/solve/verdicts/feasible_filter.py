@@ -21,17 +21,17 @@ from camopt.model.effects import Effect, EvaluationBlock
 from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes, Question
 from camopt.model.effects.peak import CLEAR_SHARE, MotionDerivative, Variant
 from camopt.model.mechanisms import Designs
-from camopt.scene.problem.constraints import Constraint, merge_stroke_kinds
+from camopt.scene.problem.constraints import Constraint, merge_constraints_over_stroke_kinds
 from camopt.scene.problem.limit import Limit, quantities_of_limits
 from camopt.scene.problem.limits import peaks_of_quantity
 from camopt.scene.problem.problem import Problem, strictest_constraints, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
 from camopt.solve.verdicts.effect_runs import (
     effect_plan,
-    with_distinct_pitch_curve_values,
-    with_effect,
     with_pitch_curve_values_of_designs,
-    with_values_beyond_pitch,
+    with_quantities_of_effect,
+    with_values_beyond_pitch_curves,
+    with_values_of_distinct_pitch_curves,
 )
 from camopt.solve.verdicts.limit_verdicts import (
     Effort,
@@ -162,9 +162,9 @@ class Candidates:
         """The designs as a block for effects."""
         return EvaluationBlock(self.problem.setup, self.problem.programme, self.designs, known_extremes=self.known)
 
-    def plan(self, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
+    def plan_of_pending_effects(self, wanted_quantities: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
         """Effects that compute the wanted quantities and those of the pending limits."""
-        return effect_plan(wanted | quantities_of_limits(self.pending), self.problem.setup)
+        return effect_plan(wanted_quantities | quantities_of_limits(self.pending), self.problem.setup)
 
     def take(self, index: IndexArray) -> "Candidates":
         """The candidates at some positions."""
@@ -182,7 +182,7 @@ class Candidates:
         """Constraints on curves of the pending limits."""
         return [constraint for limit in self.pending for constraint in limit.constraints]
 
-    def drop_refuted(self, constraints: Sequence[Constraint]) -> "Candidates":
+    def drop_designs_broken_at_probed_angles(self, constraints: Sequence[Constraint]) -> "Candidates":
         """Drop designs that break a constraint at a probed cam angle."""
         return self.keep_possible(~designs_breaking_constraints(self.case, constraints)) if constraints else self
 
@@ -202,12 +202,14 @@ class Candidates:
         """Keep the designs that are still possible."""
         return self if possible.all() else self.take(np.flatnonzero(possible))
 
-    def filter_by_curve_constraints(self, constraints: list[Constraint], wanted: frozenset[str]) -> "Candidates":
+    def filter_by_curve_constraints(
+        self, constraints: list[Constraint], wanted_quantities: frozenset[str]
+    ) -> "Candidates":
         """Drop designs that break one of the constraints on a curve, and keep the extremes of the curve.
 
-        The questions also give the extremes that ``wanted`` quantities need.
+        The questions also give the extremes that ``wanted_quantities`` quantities need.
         """
-        needed = (name for _, names in self.plan(wanted) for name in names)
+        needed = (name for _, names in self.plan_of_pending_effects(wanted_quantities) for name in names)
         peaks = (peak for name in needed for peak in peaks_of_quantity(name, self.problem.setup))
         known = known_extremes_with_limited_curve(
             self.case, constraints, [variant for peak in peaks for variant in peak.curves]
@@ -244,9 +246,9 @@ def feasible_designs(problem: Problem, designs: Designs, *, include_undecided: b
         assembles = variant_problem.setup.mechanism.can_assemble(remaining, variant_problem.programme)
         exists = np.flatnonzero(assembles & (remaining.size > 0.0))
         candidates = unfiltered_candidates(variant_problem, remaining.take(exists))
-        for effect, names in candidates.plan(variant_problem.required_quantities):
+        for effect, names in candidates.plan_of_pending_effects(variant_problem.required_quantities):
             candidates = candidates.add_rows_and_drop_broken(
-                with_effect(candidates.rows, candidates.case, effect, names)
+                with_quantities_of_effect(candidates.rows, candidates.case, effect, names)
             )
         which = which[exists[candidates.which if include_undecided else candidates.which[candidates.held]]]
     held[which] = True
@@ -261,22 +263,22 @@ class FilteredRows(NamedTuple):
     effort: Effort
 
 
-def filter_designs(problem: Problem, designs: Designs, wanted: frozenset[str]) -> FilteredRows:
+def filter_designs(problem: Problem, designs: Designs, wanted_quantities: frozenset[str]) -> FilteredRows:
     """Wanted quantities of the designs that hold every limit, with their verdict."""
     candidates = unfiltered_candidates(problem, designs)
-    candidates = candidates.drop_refuted(candidates.pending_constraints)
-    for effect, names in candidates.plan(wanted):
+    candidates = candidates.drop_designs_broken_at_probed_angles(candidates.pending_constraints)
+    for effect, names in candidates.plan_of_pending_effects(wanted_quantities):
         candidates = candidates.add_rows_and_drop_broken(
             with_pitch_curve_values_of_designs(candidates.rows, candidates.case, effect, names)
         )
         candidates = candidates.add_rows_and_drop_broken(
-            with_values_beyond_pitch(candidates.rows, candidates.case, effect, names)
+            with_values_beyond_pitch_curves(candidates.rows, candidates.case, effect, names)
         )
-    return _feasible_rows_rechecking_undecided(candidates, wanted)
+    return _feasible_rows_rechecking_undecided(candidates, wanted_quantities)
 
 
 def filter_by_pitch_curve_limits(
-    candidates: Candidates, wanted: frozenset[str], deferred_limits: tuple[Limit, ...] = ()
+    candidates: Candidates, wanted_quantities: frozenset[str], deferred_limits: tuple[Limit, ...] = ()
 ) -> Candidates:
     """Filter candidates of one design for each pitch curve by the limits that pitch curves decide.
 
@@ -288,40 +290,44 @@ def filter_by_pitch_curve_limits(
     )
     decided = candidates.problem.pitch_curve_limits
     rest = (limit for limit in candidates.pending if limit not in deferred_limits and limit not in decided)
-    constraints = merge_stroke_kinds(
+    constraints = merge_constraints_over_stroke_kinds(
         strictest_constraints(constraint for limit in decided for constraint in limit.constraints)
     )
-    filtered = replace(candidates.drop_refuted(constraints), pending=tuple(rest))
+    filtered = replace(candidates.drop_designs_broken_at_probed_angles(constraints), pending=tuple(rest))
     for curve in dict.fromkeys(constraint.curve for constraint in constraints):
         filtered = filtered.filter_by_curve_constraints(
-            [each for each in constraints if each.curve is curve], wanted
+            [each for each in constraints if each.curve is curve], wanted_quantities
         )
-    for effect, names in filtered.plan(wanted):
+    for effect, names in filtered.plan_of_pending_effects(wanted_quantities):
         filtered = filtered.add_rows_and_drop_broken(
-            with_distinct_pitch_curve_values(filtered.rows, filtered.case, effect, names)
+            with_values_of_distinct_pitch_curves(filtered.rows, filtered.case, effect, names)
         )
     return replace(filtered, pending=(*deferred_limits, *filtered.pending))
 
 
-def filter_by_remaining_limits(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
+def filter_by_remaining_limits(candidates: Candidates, wanted_quantities: frozenset[str]) -> FilteredRows:
     """Filter candidates whose pitch curves are already filtered, by all other limits."""
-    candidates = candidates.drop_refuted(candidates.pending_constraints)
-    run = with_effect if candidates.problem.setup.mechanism.profile else with_values_beyond_pitch
-    for effect, names in candidates.plan(wanted):
+    candidates = candidates.drop_designs_broken_at_probed_angles(candidates.pending_constraints)
+    run = (
+        with_quantities_of_effect if candidates.problem.setup.mechanism.profile else with_values_beyond_pitch_curves
+    )
+    for effect, names in candidates.plan_of_pending_effects(wanted_quantities):
         candidates = candidates.add_rows_and_drop_broken(run(candidates.rows, candidates.case, effect, names))
-    return _feasible_rows_rechecking_undecided(candidates, wanted)
+    return _feasible_rows_rechecking_undecided(candidates, wanted_quantities)
 
 
-def _feasible_rows_rechecking_undecided(candidates: Candidates, wanted: frozenset[str]) -> FilteredRows:
+def _feasible_rows_rechecking_undecided(candidates: Candidates, wanted_quantities: frozenset[str]) -> FilteredRows:
     """Rows of the candidates that hold all limits; candidates that only may hold them are evaluated again."""
     problem, held = candidates.problem, candidates.held
-    rows = with_inaccurate_numbers_certified(problem, candidates.designs, candidates.rows).select_columns(wanted)
+    rows = with_inaccurate_numbers_certified(problem, candidates.designs, candidates.rows).select_columns(
+        wanted_quantities
+    )
     verdict = {"feasible": True, "violated": "", "status": sampled_or_certified_status(problem)}
     rows = DesignRows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return FilteredRows(DesignRows(rows.columns | verdict, rows.count), candidates.which, Effort())
     near, effort = evaluate_with_verdicts_and_effort(
-        with_rounding_relative_error(problem), candidates.designs.take(~held), wanted
+        with_rounding_relative_error(problem), candidates.designs.take(~held), wanted_quantities
     )
     rows, feasible = rows.replace_rows(np.flatnonzero(~held), near), held.copy()
     feasible[~held] = near.column("feasible")

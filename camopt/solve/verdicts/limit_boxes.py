@@ -26,12 +26,12 @@ from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
-from camopt.solve.verdicts.box_quantities import quantities_over_box, runs_on_ranges
+from camopt.solve.verdicts.box_quantities import can_effect_run_on_ranges, quantities_over_box
 from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges, constraint_verdict_over_box
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.train_boxes import (
     constraint_verdict_over_trains,
-    depends_on_train,
+    depends_on_train_errors,
     driven_motion_over_trains,
     limit_verdict_over_trains,
 )
@@ -49,11 +49,11 @@ STEEPER_SHARES = (1e-6, 1e-3, 1e-2, 1e-1)
 
 def tolerance_ranges(problem: Problem, design: Designs) -> NumberRanges:
     """Ranges of the toleranced numbers of a design, by field."""
-    nominal = nominal_numbers(problem, design)
+    nominal = nominal_toleranced_numbers(problem, design)
     return {f: (nominal[f] + zone.lower, nominal[f] + zone.upper) for f, zone in problem.zones.items()}
 
 
-def nominal_numbers(problem: Problem, design: Designs) -> NumberErrors:
+def nominal_toleranced_numbers(problem: Problem, design: Designs) -> NumberErrors:
     """Nominal values of the toleranced numbers of a design and its train, by field."""
     values = design.values
     return {f: float(values[f][0]) if f in values else problem.nominal_numbers[f] for f in problem.zones}
@@ -71,7 +71,7 @@ def limit_verdict_over_box(
     if limit.single_design_decider:
         return BoxVerdict(_self_crossing_verdict(problem, limit, design, number_ranges, budget))
     if entries_of_train_numbers(number_ranges):
-        if depends_on_train(problem, limit):
+        if depends_on_train_errors(problem, limit):
             if limit.mean_constraint is not None and not limit.constraints:
                 return mean_verdict_over_trains(problem, limit.mean_constraint, design, number_ranges, budget)
             return limit_verdict_over_trains(problem, limit, design, number_ranges, budget)
@@ -80,7 +80,7 @@ def limit_verdict_over_box(
         return BoxVerdict(BROKEN, design)
     constraints: list[AnyConstraint] = [
         *limit.constraints,
-        *limit.contact_constraints,
+        *limit.contact_keeping_constraints,
         *([] if limit.mean_constraint is None else [limit.mean_constraint]),
     ]
     if constraints and all(map(_is_on_motion_derivatives, constraints)):
@@ -90,7 +90,7 @@ def limit_verdict_over_box(
         return _verdict_by_quantities(problem, limit, design.with_values(least))
     if not constraints and (not number_ranges or limit.is_decided_by_motion_alone):
         return _verdict_by_quantities(problem, limit, design)
-    if number_ranges and _is_decided_by_ranges(problem, limit):
+    if number_ranges and _can_interval_arithmetic_decide_limit(problem, limit):
         return _verdict_by_interval_arithmetic(problem, limit, design, number_ranges)
     verdicts = [
         constraint_verdict_over_box(problem, constraint, design, number_ranges, budget)
@@ -117,10 +117,10 @@ def _self_crossing_verdict(
     return UNDECIDED if broken is None else BROKEN if broken else HELD
 
 
-def _is_decided_by_ranges(problem: Problem, limit: Limit) -> bool:
+def _can_interval_arithmetic_decide_limit(problem: Problem, limit: Limit) -> bool:
     """Whether interval arithmetic on the ranges of a box decides a limit."""
     effects = [require_effect(name, problem.setup) for name in limit.required_quantities]
-    return bool(effects) and all(runs_on_ranges(effect, problem.setup) for effect in effects)
+    return bool(effects) and all(can_effect_run_on_ranges(effect, problem.setup) for effect in effects)
 
 
 def _verdict_by_interval_arithmetic(

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import UNLIMITED, Budget
-from camopt.model.effects import EvaluationBlock, quantities_with_those_they_read
+from camopt.model.effects import EvaluationBlock, quantities_with_expression_inputs
 from camopt.model.effects.contacts import select_designs
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limit import ASSEMBLY, Limit, quantities_of_limits
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows, QuantityColumns
-from camopt.solve.verdicts.effect_runs import columns_for_limits, effect_plan, with_effect
+from camopt.solve.verdicts.effect_runs import columns_for_limits, effect_plan, with_quantities_of_effect
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 CERTIFIED, SAMPLED = "certified", "sampled"
@@ -50,18 +50,18 @@ class Effort(NamedTuple):
 
 
 def evaluate_with_verdicts(
-    problem: Problem, designs: Designs, wanted: frozenset[str], budget: Budget = UNLIMITED
+    problem: Problem, designs: Designs, wanted_quantities: frozenset[str], budget: Budget = UNLIMITED
 ) -> DesignRows:
     """Wanted quantities of all designs, with their verdicts; undecided ones stay so once the budget is spent."""
-    return evaluate_with_verdicts_and_effort(problem, designs, wanted, budget)[0]
+    return evaluate_with_verdicts_and_effort(problem, designs, wanted_quantities, budget)[0]
 
 
 def evaluate_with_verdicts_and_effort(
-    problem: Problem, designs: Designs, wanted: frozenset[str], budget: Budget = UNLIMITED
+    problem: Problem, designs: Designs, wanted_quantities: frozenset[str], budget: Budget = UNLIMITED
 ) -> tuple[DesignRows, Effort]:
     """Wanted quantities of all designs, with their verdicts and the effort."""
-    budget.spend(problem.work(len(designs)))
-    rows, outer, inner = quantities_with_excess_bounds(problem, designs, wanted)
+    budget.spend(problem.evaluation_work(len(designs)))
+    rows, outer, inner = quantities_with_excess_bounds(problem, designs, wanted_quantities)
     rows = with_inaccurate_numbers_certified(problem, designs, rows)
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
@@ -79,7 +79,7 @@ def evaluate_with_verdicts_and_effort(
         return rows, Effort()
     if problem.setup.relative_error > SINGLE_DESIGN_ERROR:
         closer, effort = evaluate_with_verdicts_and_effort(
-            with_rounding_relative_error(problem), designs.take(index), wanted, budget
+            with_rounding_relative_error(problem), designs.take(index), wanted_quantities, budget
         )
         return rows.replace_rows(index, closer), effort._replace(again=index.size)
     closer = _rows_with_certified_verdicts(problem, designs.take(index), rows.take(index), budget)
@@ -100,20 +100,20 @@ class ExcessBounds(NamedTuple):
 
 
 def quantities_with_excess_bounds(
-    problem: Problem, designs: Designs, wanted: frozenset[str], budget: Budget = UNLIMITED
+    problem: Problem, designs: Designs, wanted_quantities: frozenset[str], budget: Budget = UNLIMITED
 ) -> ExcessBounds:
     """Wanted quantities of all designs, the quantities of limits, and the excesses over all limits.
 
     Limits that are checked last are checked only for designs that may hold all others, within the budget.
     """
-    budget.spend(problem.work(len(designs)))
+    budget.spend(problem.evaluation_work(len(designs)))
     case, rows, later = EvaluationBlock(problem.setup, problem.programme, designs), DesignRows({}, len(designs)), []
-    wanted = quantities_with_those_they_read(wanted, problem.setup)
-    for effect, names in effect_plan(wanted | problem.required_quantities, problem.setup):
-        if effect.last and not names & wanted:
+    wanted_quantities = quantities_with_expression_inputs(wanted_quantities, problem.setup)
+    for effect, names in effect_plan(wanted_quantities | problem.required_quantities, problem.setup):
+        if effect.last and not names & wanted_quantities:
             later.append((effect, names))
         else:
-            rows = with_effect(rows, case, effect, names)
+            rows = with_quantities_of_effect(rows, case, effect, names)
     first = [limit for limit in problem.limits if not limit.is_deferred]
     both = np.full((2, len(problem.limits), len(designs)), -np.inf)
     both[:, : len(first)] = relative_excesses_by_enclosure_side(first, rows, designs)
@@ -128,7 +128,7 @@ def quantities_with_excess_bounds(
         budget.spend(DEFERRED_WORK * numbers.size)
         last_rows, part = rows.take(numbers), select_designs(case, numbers)
         for effect, names in later:
-            last_rows = with_effect(last_rows, part, effect, names)
+            last_rows = with_quantities_of_effect(last_rows, part, effect, names)
         both[:, len(first) :, numbers] = relative_excesses_by_enclosure_side(last, last_rows, part.designs)
     return ExcessBounds(rows, outer, inner)
 

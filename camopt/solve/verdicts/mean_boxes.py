@@ -19,7 +19,7 @@ from camopt.core.numerics.sloped_interval import (
     SlopedInterval,
     as_sloped_interval,
     narrow_by_mean_value,
-    value_at_point,
+    value_at_box_point,
 )
 from camopt.core.numerics.state import Load, State, TrainForces
 from camopt.model.effects import EvaluationBlock
@@ -30,19 +30,19 @@ from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.constraints import TurnMeanConstraint
 from camopt.scene.problem.problem import Problem, with_rounding_relative_error
-from camopt.solve.verdicts.sloped_designs import sloped_boxes
+from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
 SUM_ROUNDING = 1e-13  # rounding of sums over panels, relative to the sum of magnitudes
 
 
-def enclose_mean_power(
+def enclose_mean_of_curve_power(
     problem: Problem, mean: Mean, box: Designs, inner_designs: Designs, free_names: list[str]
 ) -> SlopedInterval:
     """Enclosure of a curve's mean p-th power over n boxes, with a value and slopes in each box."""
     if isinstance(mean.curves[0][0], MotionDerivative):
         of_motion = power_means(EvaluationBlock(problem.setup, problem.programme, inner_designs), mean).value
-        return as_sloped_interval(of_motion, sloped_boxes(box, inner_designs, free_names, 1)[1])
+        return as_sloped_interval(of_motion, designs_of_sloped_intervals(box, inner_designs, free_names, 1)[1])
     parts = [
         _mean_range_and_slopes_of_curve(problem.programme, mean, k, box, inner_designs, free_names)
         for k in range(len(mean.curves))
@@ -53,7 +53,9 @@ def enclose_mean_power(
     )
     finite = np.isfinite(point.value)
     at = Interval(*(np.where(finite, point.value + side * point.error, side * np.inf) for side in (-1.0, 1.0)))
-    return narrow_by_mean_value(value, at, slopes, sloped_boxes(box, inner_designs, free_names, 1)[1])
+    return narrow_by_mean_value(
+        value, at, slopes, designs_of_sloped_intervals(box, inner_designs, free_names, 1)[1]
+    )
 
 
 def _mean_range_and_slopes_of_curve(
@@ -62,7 +64,7 @@ def _mean_range_and_slopes_of_curve(
     """Share of one curve's pieces in the mean: its range (n,) and its slopes (d, n)."""
     make, kinds = mean.curves[curve_number]
     panels, count = np.flatnonzero(programme.panels_with_kinds(kinds)), len(box)
-    designs, like = sloped_boxes(box, inner_designs, free_names, max(panels.size, 1))
+    designs, like = designs_of_sloped_intervals(box, inner_designs, free_names, max(panels.size, 1))
     weights = programme.table.half_width[panels] / np.pi
     if not panels.size:
         return 0.0 * like.value, 0.0 * like.slopes
@@ -106,18 +108,18 @@ def enclose_mean_excess(
     problem: Problem, constraint: TurnMeanConstraint, box: Designs, inner_designs: Designs, free_names: list[str]
 ) -> SlopedInterval:
     """Excess over a limit on a mean for boxes of designs, relative to its terms; above 0 the limit is broken."""
-    designs, _ = sloped_boxes(box, inner_designs, free_names, 1)
-    return excess_from_mean_power(
-        constraint, enclose_mean_power(problem, constraint.mean, box, inner_designs, free_names), designs
+    designs, _ = designs_of_sloped_intervals(box, inner_designs, free_names, 1)
+    return excess_from_mean_of_curve_power(
+        constraint, enclose_mean_of_curve_power(problem, constraint.mean, box, inner_designs, free_names), designs
     )
 
 
-def excess_from_mean_power(
+def excess_from_mean_of_curve_power(
     constraint: TurnMeanConstraint, powers: SlopedInterval, designs: Designs
 ) -> SlopedInterval:
     """Excess over a limit on a mean, from the mean of the curve to the power p."""
     quantity, allowed = powers * constraint.factor(designs), constraint.upper_bound_of_each_side()
-    scale = value_at_point(quantity).least_magnitude + abs(allowed)
+    scale = value_at_box_point(quantity).least_magnitude + abs(allowed)
     excess: SlopedInterval = (quantity - allowed) * constraint.side / np.where(scale > 0.0, scale, 1.0)
     return excess
 

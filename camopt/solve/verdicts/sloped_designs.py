@@ -9,7 +9,7 @@ from camopt.core.numerics.sloped_interval import SlopedInterval, box_variables
 from camopt.model.mechanisms import Designs
 
 
-def sloped_boxes(
+def designs_of_sloped_intervals(
     box: Designs, inner_designs: Designs, free_names: list[str], repetitions: int
 ) -> tuple[Designs, SlopedInterval]:
     """Boxes as designs of sloped intervals, repeated ``repetitions`` times, and one of these intervals."""

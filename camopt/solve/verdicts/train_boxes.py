@@ -54,7 +54,7 @@ MOST_ORDER = 2
 """Highest derivative of the follower's motion that is known over boxes."""
 
 
-def depends_on_train(problem: Problem, limit: Limit) -> bool:
+def depends_on_train_errors(problem: Problem, limit: Limit) -> bool:
     """Whether a limit depends on the train's errors; limits on the tool's motion and on the bore do not."""
     curves = [constraint.curve for constraint in limit.constraints]
     if limit.mean_constraint is not None:
@@ -73,7 +73,7 @@ def limit_verdict_over_trains(
 ) -> BoxVerdict:
     """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
     constraints = [
-        *((constraint, False) for constraint in (*limit.constraints, *limit.contact_constraints)),
+        *((constraint, False) for constraint in (*limit.constraints, *limit.contact_keeping_constraints)),
         *((constraint, True) for constraint in limit.train_constraints),
     ]
     if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:
@@ -185,7 +185,7 @@ class TrainConstraintSearch(ConstraintSearch):
             value, slope = load.load_and_slope(table.centre[parts.panel] + place)
             error = UNIT_ROUNDOFF * (LOAD_ERRORS * load.largest_load_magnitude + ANGLE_ERRORS * np.abs(slope))
             straight = Interval(value - slope * place - error, value - slope * place + error)
-            return LinkageInterval.from_interval(angle * slope + straight, []), slope
+            return LinkageInterval.from_sloped_interval(angle * slope + straight, []), slope
 
         return load_over_parts
 
@@ -217,9 +217,9 @@ class TrainConstraintSearch(ConstraintSearch):
         )
         tool: Any = enclose_state(self.tool_programme.table, parts.panel, middle[0], angle)
         moving: Any = tool.y + zero, tool.y1, tool.y2
-        motion = [LinkageInterval.from_interval(term, radicands) for term in moving]
+        motion = [LinkageInterval.from_sloped_interval(term, radicands) for term in moving]
         ranges: dict[str, Any] = {key: number for key, number in designs.numbers.items() if is_train_key(key)}
-        trains = {key: LinkageInterval.from_interval(number, radicands) for key, number in ranges.items()}
+        trains = {key: LinkageInterval.from_sloped_interval(number, radicands) for key, number in ranges.items()}
         ways = motion_directions(self.panel_stroke_kinds[parts.panel])
         loads = self.load_function_over_parts(parts, middle[0], angle)
         driven = motion_of_driven_followers(self.problem, designs.with_values(trains), loads, motion, ways)

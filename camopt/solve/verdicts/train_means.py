@@ -17,7 +17,7 @@ from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
-from camopt.core.numerics.quadrature import GaussRule, integrate_by_orders
+from camopt.core.numerics.quadrature import GaussRule, integrate_with_rising_order
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_sloped_interval, narrow_by_mean_value
 from camopt.model.effects.mean import Mean
 from camopt.model.mechanisms import Designs
@@ -34,7 +34,7 @@ from camopt.solve.verdicts.constraint_boxes import (
     whole_turn_parts,
 )
 from camopt.solve.verdicts.driven_boxes import MOTION_TERMS, ToolPlaces, driven_motion_at_places
-from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_power
+from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_of_curve_power
 from camopt.solve.verdicts.train_boxes import TrainConstraintSearch, excess_unbounded_if_unassembled
 from camopt.solve.verdicts.verdict_words import UNDECIDED
 
@@ -111,17 +111,19 @@ class TrainMeanSearch(TrainConstraintSearch):
         ]
         value, slopes = (sum((share[k] for share in shares[1:]), shares[0][k]) for k in (0, 1))
         slopes = Interval(*(np.vstack([0.0 * end[:1], end[1:]]) for end in (slopes.low, slopes.high)))
-        excess = excess_from_mean_power(
-            self.constraint, narrow_by_mean_value(value, self._mean_power_of_designs(inside), slopes, like), designs
+        excess = excess_from_mean_of_curve_power(
+            self.constraint,
+            narrow_by_mean_value(value, self._mean_of_curve_power_of_designs(inside), slopes, like),
+            designs,
         )
         return excess_unbounded_if_unassembled(np.all(motion.assembled.reshape(-1, count), axis=0), excess)
 
-    def _mean_power_of_designs(self, designs: Designs) -> Interval:
+    def _mean_of_curve_power_of_designs(self, designs: Designs) -> Interval:
         """Means of single designs."""
         panel, (low, *_), (high, *_) = self.smooth_pieces.panel, self.smooth_pieces.low, self.smooth_pieces.high
         centre, half = (getattr(self.tool_programme.table, column)[panel] for column in ("centre", "half_width"))
         middle = centre + half * (low + high) / 2.0
-        return mean_power_of_designs(
+        return mean_of_curve_power_of_designs(
             self.problem,
             self.constraint.mean,
             designs,
@@ -137,19 +139,21 @@ class TrainMeanSearch(TrainConstraintSearch):
         value = curve_value(make_curve(motion.designs, motion.driven), ..., motion.driven.state)
         sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, motion.angle)
         power = np.square(sloped) if self.constraint.mean.power == 2 else sloped
-        chosen = has_chosen_kind(
+        chosen = is_of_chosen_stroke_kind(
             self.panel_stroke_kinds[self.equal_parts_of_smooth_pieces.panel], stroke_kinds, self.follower_sense
         )
         weights = np.repeat(np.where(chosen, self.turn_share_of_each_part, 0.0)[:, None], box_count, axis=1)
         return enclose_weighted_sums(weights, power.value), enclose_weighted_sums(weights, power.slopes)
 
 
-def has_chosen_kind(kinds: Any, chosen_kinds: int, sense: Any) -> Any:
+def is_of_chosen_stroke_kind(tool_stroke_kinds: Any, chosen_kinds: int, follower_sense: Any) -> Any:
     """Whether pieces of the tool have a chosen kind, for a follower that moves with the tool (1) or against it."""
-    return (np.where(sense >= 0.0, kinds, reversed_kinds(kinds)) & chosen_kinds) != 0
+    return (
+        np.where(follower_sense >= 0.0, tool_stroke_kinds, reversed_kinds(tool_stroke_kinds)) & chosen_kinds
+    ) != 0
 
 
-def mean_power_of_designs(
+def mean_of_curve_power_of_designs(
     problem: Problem,
     mean: Mean,
     designs: Designs,
@@ -159,7 +163,7 @@ def mean_power_of_designs(
 ) -> Interval:
     """Means of the curve to the power p for single designs, by Gauss's rule on parts of the tool's turn."""
 
-    def mean_power_by_gauss_rule(rule: GaussRule, index: Any) -> FloatArray:
+    def mean_of_curve_power_by_gauss_rule(rule: GaussRule, index: Any) -> FloatArray:
         batch = designs.take(index)
         angles = part_middles[:, None] + part_half_widths[:, None] * rule.nodes
         motion: Any = driven_motion_at_places(
@@ -169,11 +173,13 @@ def mean_power_of_designs(
         node_kinds, total = np.repeat(part_stroke_kinds, rule.nodes.size)[:, None], np.zeros(len(batch))
         for make, chosen in mean.curves:
             value = curve_value(make(batch, motion), ..., motion.state)
-            total += np.sum(weights * has_chosen_kind(node_kinds, chosen, motion.sense) * value**mean.power, axis=0)
+            total += np.sum(
+                weights * is_of_chosen_stroke_kind(node_kinds, chosen, motion.sense) * value**mean.power, axis=0
+            )
         return total[None]
 
     with np.errstate(all="ignore"):
-        means = integrate_by_orders(mean_power_by_gauss_rule, np.abs, len(designs), MEAN_ERROR)
+        means = integrate_with_rising_order(mean_of_curve_power_by_gauss_rule, np.abs, len(designs), MEAN_ERROR)
     value, error = means.value[0], means.error[0]
     finite = np.isfinite(value) & np.isfinite(error)
     return Interval(*(np.where(finite, value + side * error, side * np.inf) for side in (-1.0, 1.0)))

@@ -33,8 +33,8 @@ from camopt.core.kernels.compile import (
 from camopt.core.kernels.kernel_cache import KernelFile
 from camopt.core.kernels.marks import called_by_kernels, inline_in_kernels
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, workspace
-from camopt.core.numerics.extremes import SEARCH_WORK, answer_all_questions_on_curve, search_curve
-from camopt.core.numerics.jet import Jet, power
+from camopt.core.numerics.extremes import SEARCH_WORK, search_curve, write_all_extremes_of_curve
+from camopt.core.numerics.jet import Jet, jet_power
 from camopt.core.numerics.workspace import TILE
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.surface import inverse_film_curve
@@ -186,7 +186,7 @@ def curve_of(problem, make, count):
     rng, sizes = np.random.default_rng(4), problem.design.sizes
     drawn = {name: values[0] * rng.uniform(1.0, 1.3, count) for name, values in sizes.items()}
     case = EvaluationBlock(problem.setup, problem.programme, Designs(**drawn, sense=problem.design.sense))
-    return case.extremes(make, QUESTIONS, located=True)
+    return case.extremes(make, QUESTIONS, exact_angles=True)
 
 
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "knife-300rpm-offset"])
@@ -251,7 +251,7 @@ def test_one_compiled_search_serves_every_curve(monkeypatch):
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
         curve_of(problem, make, MANY)
-    assert len(answer_all_questions_on_curve.loaded) == 1
+    assert len(write_all_extremes_of_curve.loaded) == 1
     assert len(search_curve.loaded) >= 3
 
 
@@ -322,7 +322,7 @@ def test_an_interrupt_while_a_kernel_is_compiled_that_another_calls_is_an_interr
 @pytest.mark.parametrize("low", [-1.0, 0.0])
 def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, exponent):
     with np.errstate(all="ignore"):
-        found = power(Jet(np.float64(low), *np.array([1.0, 0.0, 1.0, 1.0, 1.0])), exponent)
+        found = jet_power(Jet(np.float64(low), *np.array([1.0, 0.0, 1.0, 1.0, 1.0])), exponent)
     assert found.high == np.inf
     assert not np.isfinite([found.error, found.first, found.second, found.third]).any()
 
@@ -337,7 +337,7 @@ MARKS = {
     "called_by_address",
     "value_and_slope_formula",
     "derivative_formula",
-    "chosen_by_load",
+    "chosen_by_load_type",
 }
 
 

@@ -18,7 +18,7 @@ from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import LOAD_LIMITS
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
-from camopt.solve.smallest.enclosure import enclose_limits, size_constraints_with_variants
+from camopt.solve.smallest.enclosure import enclose_limits, size_constraints_with_error_variants
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 
 FREE = {
@@ -206,7 +206,7 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
         zip(free, box_variables([Interval(low[n], high[n]) for n in free], list(first.values())), strict=True)
     )
     made = Designs(**{**low, **sizes}, sense=sense)
-    for _, constraint in size_constraints_with_variants(problem):
+    for _, constraint in size_constraints_with_error_variants(problem):
         angles = rng.uniform(0.0, 2 * np.pi, possible.sum())
         with np.errstate(all="ignore"):
             value = as_quotient(
@@ -258,7 +258,7 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
     problem, rng = problem_with_some_limits(name), np.random.default_rng(seed)
     low, high, free = random_boxes(problem, rng, BOXES, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
-    seen = enclose_limits(problem, size_constraints_with_variants(problem), box, free)
+    seen = enclose_limits(problem, size_constraints_with_error_variants(problem), box, free)
     points, home = designs_inside(low, high, rng, problem.design.sense), np.repeat(np.arange(BOXES), 60)
     beyond = [(points.sizes[n] < seen.low[n][home]) | (points.sizes[n] > seen.high[n][home]) for n in free]
     assert not any(feasible_ones(problem, points.take(seen.empty[home] | np.any(beyond, axis=0))))
@@ -273,7 +273,7 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     )
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
-    seen = enclose_limits(problem, size_constraints_with_variants(problem), box, free)
+    seen = enclose_limits(problem, size_constraints_with_error_variants(problem), box, free)
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=problem.design.sense)
     assert seen.empty.any()
     assert np.any(seen.low["size"] > low["size"])

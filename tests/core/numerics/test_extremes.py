@@ -97,7 +97,7 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
     case = EvaluationBlock(Setup(mechanism, ROLLER, relative_error=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(ALL_STROKES, LARGEST), (ALL_STROKES, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
-    value, where, _ = case.extremes(make, questions, located=True)
+    value, where, _ = case.extremes(make, questions, exact_angles=True)
     on_rise = angles < turn.strokes[0].end
     on_return = (angles > turn.strokes[2].start) & (angles < turn.strokes[2].end)
     f = make(some, turn)

@@ -28,7 +28,7 @@ from camopt.core.storage.manifest import (
     read_manifest,
 )
 from camopt.core.storage.publishing import (
-    finish_publishing,
+    finish_interrupted_publication,
     path_to_revise_file,
     publication,
     published_answer_to_same_question,
@@ -459,7 +459,7 @@ def test_a_run_that_died_while_it_published_is_finished_by_the_next_one(tmp_path
             open_checked_result_file(tmp_path / name),
         ):
             pass
-    finish_publishing(tmp_path)
+    finish_interrupted_publication(tmp_path)
     assert file_texts(tmp_path) == {"a.txt": "2", "b.txt": "2"}
     assert {*read_manifest(tmp_path).results["sweep"].files} == {"a.txt", "b.txt"}
 

@@ -67,7 +67,7 @@ def test_a_pitch_curve_has_one_range_of_bodies_that_bear_the_load(contact, law, 
     curves = replace(curves, size=curves.size * rng.uniform(0.8, 1.5, count))
     case = EvaluationBlock(problem.setup, problem.programme, curves)
     told, of_one = (limit.sure_and_possible_body_radii(case, some) for some in (ALL, ONE))
-    assert limit.pitch_curve_quantities == ()
+    assert limit.deciding_pitch_curve_quantities == ()
     ends = np.array([np.broadcast_to(end, count) for each in told for end in each])
     ends = np.where((ends > ALL.least) & (ends < ALL.most), ends, 10.0)
     near = np.repeat(ends, 2, axis=0) * np.tile([[1.0 - 1e-9], [1.0 + 1e-9]], (4, 1))
@@ -89,7 +89,7 @@ def test_pitch_curves_do_not_tell_of_a_point_nor_of_a_rubbing_guide(contact):
     data = cam_with(contact, dynamics=FREE if contact == "spherical" else GUIDED, limits={"contact_stress": 500})
     problem = resolve(Scene.from_dict(data))
     (limit,) = (each for each in problem.limits if each.set_by_scene)
-    assert limit.pitch_curve_quantities is None
+    assert limit.deciding_pitch_curve_quantities is None
     assert (
         limit.sure_and_possible_body_radii(EvaluationBlock(problem.setup, problem.programme, problem.design), ALL)
         is None
@@ -116,16 +116,18 @@ def test_the_largest_force_and_curvature_bound_the_load_at_every_cam_angle(conta
     _, case = limit_and_curves(contact, law, 1.0)
     for flank in case.setup.mechanism.flanks:
         shares = np.full(5, 0.01 * flank.pressing)
-        above = bearing_radii._line_above_turn(case, flank, shares)
+        above = bearing_radii._scaled_load_and_curvature_upper_bounds(case, flank, shares)
         for angle in np.linspace(0.0, 2.0 * np.pi, 500, endpoint=False):
-            line = bearing_radii._line(case, flank, shares, slice(None), case.programme.state(np.full(5, angle)))
+            line = bearing_radii._scaled_load_and_curvature_at_state(
+                case, flank, shares, slice(None), case.programme.state(np.full(5, angle))
+            )
             assert all(np.all(one <= most + 1e-12) for one, most in zip(line, above, strict=True))
         assert np.all(above[0] <= 1e3)
 
 
 @pytest.mark.parametrize("contact", TRACED)
 def test_a_limit_far_from_the_stress_is_decided_without_a_search_of_the_load(contact, monkeypatch):
-    monkeypatch.setattr(bearing_radii, "used_bearing_share", None)
+    monkeypatch.setattr(bearing_radii, "roller_load_utilisation", None)
     loose, case = limit_and_curves(contact, "cycloidal", 10.0)
     sure, _ = loose.sure_and_possible_body_radii(case, RadiusRange(9.0, 11.0))
     assert np.all(sure.contains(np.full(5, 9.0)) & sure.contains(np.full(5, 11.0)))

@@ -341,7 +341,9 @@ def test_a_roller_skids_until_friction_has_turned_it(form):
         slip = (
             2
             * omega
-            * value_and_slope(setup.mechanism.trace_speed(design, turn), 0, turn.state(ends.angle[k : k + 1]))[0][0]
+            * value_and_slope(
+                setup.mechanism.trace_speed_curve_maker(design, turn), 0, turn.state(ends.angle[k : k + 1])
+            )[0][0]
         )
         needed = 2e-6 * 1e3 * slip / radius / (0.1 * radius)  # t·mm², N·s
         grid = ends.angle[k] + np.linspace(0.0, 2.5, 200_001)

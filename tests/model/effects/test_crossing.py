@@ -17,7 +17,7 @@ from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, Setup
-from camopt.model.effects.profile_parts import enclose_profile, initial_parts
+from camopt.model.effects.profile_parts import enclose_profile, initial_turn_parts
 from camopt.model.effects.self_crossing import pressure_angle_proves_no_crossing, self_crossing_verdict
 from camopt.model.effects.self_crossing_boxes import (
     KnownCrossings,
@@ -36,7 +36,7 @@ from camopt.scene.problem.problem import Problem, resolve, with_rounding_relativ
 from camopt.scene.problem.space import search_boxes
 from camopt.solve.smallest.branch_and_bound import branch_and_bound
 from camopt.solve.smallest.grid_search import shrink_on_grids
-from camopt.solve.smallest.optimise import _size_above_which_cams_hold
+from camopt.solve.smallest.optimise import _size_above_which_cams_are_feasible
 from camopt.solve.smallest.result import SmallestCam, empty_known_crossings, first_feasible_design
 from camopt.solve.smallest.smallest import _solve_without_deferred_limits as least_of_others
 from camopt.solve.smallest.smallest import solve_smallest_cam
@@ -117,7 +117,7 @@ def test_the_proof_agrees_with_a_polygon(case):
 def test_parts_enclose_the_profile(case, share):
     """Inside of them: at an end, a corner of the motion may already have turned the normal."""
     assume(not undercut(case))
-    parts = initial_parts(case.programme)
+    parts = initial_turn_parts(case.programme)
     found = enclose_profile(case.setup, case.designs, case.programme, parts)
     starts, ends = parts.middle - parts.half, parts.middle + parts.half
     assert starts[0] == pytest.approx(0.0, abs=1e-15)
@@ -607,7 +607,8 @@ def test_when_the_budget_is_spent_a_feasible_design_is_kept():
     assert shrink_on_grids(problem, bounds, large).size < large.size
     assert shrink_on_grids(problem, bounds, large, budget=Budget(0.0)).size == large.size
     whole, cut = (
-        _size_above_which_cams_hold(problem, SmallestCam(large, 0.0), budget) for budget in (UNLIMITED, Budget(0.0))
+        _size_above_which_cams_are_feasible(problem, SmallestCam(large, 0.0), budget)
+        for budget in (UNLIMITED, Budget(0.0))
     )
     assert whole == large.size
     assert cut == pytest.approx(large.size + 10.0 * large.prime_radius)

@@ -25,7 +25,7 @@ from camopt.model.effects.mean_columns import power_means
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
-from camopt.solve.verdicts.mean_boxes import enclose_mean_power
+from camopt.solve.verdicts.mean_boxes import enclose_mean_of_curve_power
 
 DIGITS = 50
 LONG = 3600.0  # seconds: searches end when they have proved what they find
@@ -258,7 +258,7 @@ def test_the_range_over_a_box_holds_every_design_of_it(contact):
         spans = []
         for width in (0.08, 0.02, 0.005):
             box, inside, free = boxes_of(problem, width, 5, 3)
-            found, rng = enclose_mean_power(problem, mean, box, inside, free), np.random.default_rng(5)
+            found, rng = enclose_mean_of_curve_power(problem, mean, box, inside, free), np.random.default_rng(5)
             for _ in range(4):
                 sizes = {n: s.low + (s.high - s.low) * rng.uniform(size=5) for n, s in box.sizes.items()}
                 case = EvaluationBlock(problem.setup, problem.programme, replace(problem.design, **sizes))
@@ -281,7 +281,7 @@ def test_of_designs_that_may_jam_nothing_is_known():
     box = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box["size"] = Interval(np.array([40.0]), np.array([90.0]))
     inside = replace(problem.design, size=np.array([90.0]))
-    found = enclose_mean_power(problem, mean, replace(problem.design, **box), inside, ["size"])
+    found = enclose_mean_of_curve_power(problem, mean, replace(problem.design, **box), inside, ["size"])
     assert found.value.high[0] == inf
 
 

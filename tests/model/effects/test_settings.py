@@ -10,7 +10,7 @@ from support.cams import CONTACTS, UNGUIDED, cam_with
 from camopt import Scene
 from camopt.core.quantities import QUANTITIES
 from camopt.model.effects import EvaluationBlock, available_quantities
-from camopt.model.effects.force import jump_speed, required_stiffness
+from camopt.model.effects.force import jump_speed, required_spring_rate
 from camopt.model.effects.lash import angle_span_above_level, lash_speeds
 from camopt.model.effects.torque import torque_over_turn
 from camopt.model.motion.programme import Programme
@@ -41,7 +41,7 @@ FORCES = [
 ]  # the last of what no train carries
 CASES = {
     "jump speed": (jump_speed, FORCES),
-    "spring rate": (required_stiffness, [FORCES[1], 1e3 * FORCES[2], *FORCES[3:]]),
+    "spring rate": (required_spring_rate, [FORCES[1], 1e3 * FORCES[2], *FORCES[3:]]),
     "torque": (torque_over_turn, FORCES),
     "angle above": (angle_span_above_level, random_numbers((-1, 21))),
     "speeds": (lash_speeds, random_numbers((-1, 10), (10, 21))),
@@ -86,11 +86,11 @@ def test_a_spring_that_is_required_keeps_contact_and_one_that_is_weaker_does_not
     programme, angles = turn("poly345"), np.linspace(0.0, 2 * pi, 20001)[:-1]
     y, y1, y2, _ = programme.motion_at(angles)[:4]
     for damping, mass, constant in [(0.0, 5.0, 20.0), (3.0, 4.0, 10.0), (0.0, 1e-3, 50.0)]:
-        rate = required_stiffness(programme, damping, mass, constant, 1.0)
+        rate = required_spring_rate(programme, damping, mass, constant, 1.0)
         rest = damping * y1 + mass * y2 + constant
         assert (rate * y + rest).min() == pytest.approx(max(rest.min(), 0.0) if rate == 0.0 else 0.0, abs=1e-4)
         assert rate == pytest.approx(np.max(-rest[y > 1e-3] / y[y > 1e-3], initial=0.0), rel=1e-5)
-    assert required_stiffness(programme, 0.0, 1e3, -1.0, 1.0) == inf
+    assert required_spring_rate(programme, 0.0, 1e3, -1.0, 1.0) == inf
 
 
 @pytest.mark.one_in(3)

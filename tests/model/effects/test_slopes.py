@@ -18,7 +18,7 @@ from camopt.core.numerics.curves import (
 )
 from camopt.core.numerics.state import State, TrainForces
 from camopt.model.effects import EFFECTS, missing_keys_by_quantity
-from camopt.model.effects.bearing_radii import required_face_radius, used_bearing_share
+from camopt.model.effects.bearing_radii import flat_face_radius_shortfall, roller_load_utilisation
 from camopt.model.effects.loads import normal_force_curve
 from camopt.model.mechanisms.pairs import CONTACT_CURVES
 from camopt.scene.problem.problem import resolve_design
@@ -76,9 +76,9 @@ def records_of(problem):
         normal, one = normal_force_curve(setup, design, turn), np.ones(1)
         bent, radius = setup.mechanism.curvature, setup.mechanism.profile_radius
         yield (
-            used_bearing_share(normal, bent(design, turn), 0.3 * one, one)
+            roller_load_utilisation(normal, bent(design, turn), 0.3 * one, one)
             if bent
-            else required_face_radius(normal, radius(design, turn), 0.3 * one)
+            else flat_face_radius_shortfall(normal, radius(design, turn), 0.3 * one)
         )
 
 

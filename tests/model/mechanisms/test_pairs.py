@@ -16,7 +16,7 @@ from camopt.model.mechanisms.pairs import largest_half_turn_misfit
 from camopt.scene.problem.problem import resolve, resolve_design
 from camopt.scene.problem.space import search_boxes
 from camopt.scene.scene import Scene
-from camopt.solve.smallest.smallest import smallest_equal_pair
+from camopt.solve.smallest.smallest import smallest_pair_of_equal_discs
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box
 
@@ -253,7 +253,7 @@ def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
     assert found == pytest.approx(together["base_radius_mm"], rel=1e-8)
     assert apart.best["proved"]
     problem = resolve(apart.scene)
-    alike = smallest_equal_pair(problem, search_boxes(problem)[0], UNLIMITED)
+    alike = smallest_pair_of_equal_discs(problem, search_boxes(problem)[0], UNLIMITED)
     assert alike.size == alike.second["second_size"] == pytest.approx(together["base_radius_mm"], rel=1e-8)
 
 

@@ -35,7 +35,7 @@ from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
 from camopt.solve.synthesis.problem_from_scene import build_synthesis_problem
 from camopt.solve.synthesis.relaxed_optimum import relaxation_bound
-from camopt.solve.verdicts.certify import conditions_verdict
+from camopt.solve.verdicts.certify import verdict_on_all_move_conditions
 
 MOVES = [{"segment": "move", "angle": 200, "to": 40}, {"segment": "dwell", "angle": 20}]
 BACK = [{"segment": "move", "angle": 120, "to": 0}, {"segment": "dwell", "angle": 20}]
@@ -241,7 +241,7 @@ def test_conditions_are_proved_just_up_to_what_the_motion_has(order, where):
         turn = replace(
             programme, strokes=(replace(first, through=(PassingCondition(start, end, tuple(asked)),)), *others)
         )
-        verdicts.append(conditions_verdict(turn))
+        verdicts.append(verdict_on_all_move_conditions(turn))
     assert verdicts == ["held", "broken"]
 
 

@@ -12,7 +12,7 @@ from support.trains import LOOPS, arm_angle, drawn_loads, exact, random_train
 import camopt
 from camopt import Scene, certify, evaluate
 from camopt.core.mistakes import BadInput
-from camopt.core.numerics.panels import derivatives
+from camopt.core.numerics.panels import value_and_three_derivatives
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.motion.load import TrainLoad
 from camopt.model.trains import TRAIN_STAGES
@@ -229,7 +229,7 @@ def test_the_table_of_a_load_is_that_of_balls(contact, train):
         piece, line, _, _ = next(part for part in stroke.smooth() if part[2] <= x <= part[3])
         known = [float(ball.arb) for ball in motion_at(stroke, piece, x, line)[5:]]
         for k, force in enumerate(table.load):
-            found = derivatives(force, panel, u)
+            found = value_and_three_derivatives(force, panel, u)
             for order in (0, 1):
                 off = abs(found[order] - known[2 * k + order])
                 assert off <= force.error[panel, order] + 1e-30

@@ -13,7 +13,7 @@ import camopt
 from camopt import Scene, evaluate
 from camopt.core.mistakes import BadInput
 from camopt.core.numerics.curves import value_and_slope
-from camopt.core.numerics.panels import derivatives
+from camopt.core.numerics.panels import value_and_three_derivatives
 from camopt.core.numerics.taylor import Taylor
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.model.effects.motion import motion_unit_factor
@@ -55,7 +55,7 @@ def test_the_tool_goes_where_it_is_asked(seed, law):
     rng = np.random.default_rng(seed)
     panels, u = rng.integers(turn.table.centre.size, size=60), rng.uniform(-1.0, 1.0, 60)
     angles = turn.table.centre[panels] + u * turn.table.half_width[panels]
-    tabulated = np.stack(derivatives(turn.table, panels, u))
+    tabulated = np.stack(value_and_three_derivatives(turn.table, panels, u))
     asked = turn.tool.motion_at(angles) + np.array([zero, 0.0, 0.0, 0.0])[:, None]
     scale = np.abs(asked).max(axis=1)
     for y, y1, y2, y3 in (turn.motion_at(angles), tabulated):
@@ -78,7 +78,7 @@ def test_the_table_is_that_of_balls(seed):
         centre, half = (arb(float(x[panel])) for x in (turn.table.centre, turn.table.half_width))
         x = (centre + u * half - arb(turn.strokes[number].start)) / stroke.angle
         piece = next((each for each in stroke.pieces if each.start <= x <= each.end), None)
-        found, known = derivatives(turn.table, panel, u), motion_at(stroke, piece, x)
+        found, known = value_and_three_derivatives(turn.table, panel, u), motion_at(stroke, piece, x)
         for order in range(4):
             assert found[order] == pytest.approx(float(known[order].arb), abs=RIGHT * largest[order])
 

@@ -11,10 +11,10 @@ from camopt.core.numerics.sloped_interval import (
     SlopedInterval,
     box_variables,
     range_of,
-    value_at_point,
+    value_at_box_point,
 )
 from camopt.core.numerics.taylor import Taylor
-from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_trains
+from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_train_with_arrays
 
 SAMPLES = 40
 
@@ -48,8 +48,8 @@ def motion_ranges(stages, angular, chosen, low, high, tool):
     radicands = []
     box = [Interval(np.array([a]), np.array([b])) for a, b in zip(low, high, strict=True)]
     middle = [np.array([(a + b) / 2.0]) for a, b in zip(low, high, strict=True)]
-    ranges = [LinkageInterval.from_interval(each, radicands) for each in box_variables(box, middle)]
-    train = assemble_trains(with_numbers(stages, chosen, ranges), angular=angular)
+    ranges = [LinkageInterval.from_sloped_interval(each, radicands) for each in box_variables(box, middle)]
+    train = assemble_train_with_arrays(with_numbers(stages, chosen, ranges), angular=angular)
     with np.errstate(all="ignore"):
         return train, train.follower_displacement(Taylor(tool)), radicands
 
@@ -109,7 +109,7 @@ def test_enclosures_are_close_over_narrow_boxes(seed):
     for over, seen in zip(follower.terms, np.array(sampled).T, strict=True):
         width = float(np.max(range_of(over).high - range_of(over).low))
         assert width <= 1.5 * np.ptp(seen) + 1e-10 * max(1.0, abs(seen[2]))
-        assert value_at_point(over).low <= seen[2] <= value_at_point(over).high or width < 1e-12
+        assert value_at_box_point(over).low <= seen[2] <= value_at_box_point(over).high or width < 1e-12
 
 
 @pytest.mark.parametrize("seed", range(times(12, deep=1000)))
@@ -130,7 +130,7 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
     def constant_interval(low, high):
         none = Interval(np.zeros((1, 1)), np.zeros((1, 1)))
         value = Interval(np.array([low]), np.array([high]))
-        return LinkageInterval.from_interval(SlopedInterval(value, value, none, none), [])
+        return LinkageInterval.from_sloped_interval(SlopedInterval(value, value, none, none), [])
 
     for number, key in numbers_of(stages):
         own = stages[number][1][key]
@@ -138,7 +138,10 @@ def test_slopes_by_a_number_of_a_link_are_enclosed(seed):
         ranged = with_numbers(stages, [(number, key)], [Taylor([constant_interval(own - half, own + half), 1.0])])
         place = Taylor([constant_interval(start, start), constant_interval(1.0, 1.0)])
         slopes = (
-            assemble_trains(ranged, angular=angular).tool_displacement(Taylor([place, place * 0.0])).terms[1].terms
+            assemble_train_with_arrays(ranged, angular=angular)
+            .tool_displacement(Taylor([place, place * 0.0]))
+            .terms[1]
+            .terms
         )
         at = own + rng.uniform(-0.9, 0.9) * half
         one, other = (
@@ -160,9 +163,9 @@ def test_links_of_arrays_are_many_linkages(seed):
     chosen, *_, inside = drawn_box(rng, stages, SAMPLES)
     tool = [0.5 * sum(float(np.clip(end.at, -20.0, 20.0)) for end in train.tool_travel_ends), 1.0, 0.3, -0.2]
     with np.errstate(all="ignore"):
-        many = assemble_trains(with_numbers(stages, chosen, inside), angular=angular).follower_displacement(
-            Taylor(tool)
-        )
+        many = assemble_train_with_arrays(
+            with_numbers(stages, chosen, inside), angular=angular
+        ).follower_displacement(Taylor(tool))
     for number, values in enumerate(inside.T.tolist()):
         try:
             one: Train = assemble_train(with_numbers(stages, chosen, values), angular=angular)

@@ -227,8 +227,8 @@ def test_the_words_on_two_fronts_are_those_of_coverage(pair):
     else:
         assert found.verdict_sentence.startswith("Each front is better in places")
     if not found.has_same_points:
-        assert (found.a.uncovered_points > 0) == (not covers(b, a))
-        assert (found.b.uncovered_points > 0) == (not covers(a, b))
+        assert (found.a.uncovered_point_count > 0) == (not covers(b, a))
+        assert (found.b.uncovered_point_count > 0) == (not covers(a, b))
 
 
 @given(front_pairs())

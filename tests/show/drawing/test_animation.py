@@ -25,7 +25,7 @@ from camopt.show.drawing.animation import animated_svg
 from camopt.show.drawing.frames import find_ffmpeg, write_mp4
 from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES, TURN_TIME
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.style import canvas
+from camopt.show.drawing.style import new_figure
 
 G = "{http://www.w3.org/2000/svg}"
 BELOW = [{"segment": "move", "angle": angle, "to": to} for angle, to in ((90, -5), (90, 6), (180, 0))]
@@ -43,7 +43,7 @@ SCENES = {
 def animated_scene(name):
     """What is drawn, where it goes, and the SVG file plain_scene of it."""
     picture = Picture(SCENES[name], resolve_design(SCENES[name]))
-    with canvas(None, DISC_SIZE) as figure:
+    with new_figure(None, DISC_SIZE) as figure:
         stage = draw_animated_figure(figure, picture)
         return picture, stage, ElementTree.fromstring(animated_svg(stage))
 
@@ -159,7 +159,7 @@ TRAINS = {
 @pytest.mark.parametrize("scene", TRAINS.values(), ids=TRAINS)
 def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
     """From the numbers of the file: the slide goes as far as the tool, and the crank turns with the arm."""
-    with canvas(None, DISC_SIZE) as figure:
+    with new_figure(None, DISC_SIZE) as figure:
         stage = draw_animated_figure(figure, Picture(scene, resolve_design(scene)))
         root = ElementTree.fromstring(animated_svg(stage))
     groups = {group.get("id"): group for group in root.iter(f"{G}g")}
@@ -205,7 +205,7 @@ def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motio
         for frame in (0, 1, 50, FRAMES - 1):
             image.seek(frame)
             shown.append(np.asarray(image.convert("RGB"), float))
-    with canvas(None, DISC_SIZE) as figure:
+    with new_figure(None, DISC_SIZE) as figure:
         draw_animated_figure(figure, Picture(find_scene("two-pauses"), resolve_design(find_scene("two-pauses"))))
         figure.set_dpi(100)
         figure.canvas.draw()
@@ -226,7 +226,7 @@ def test_any_name_stays_text():
 def grey(monkeypatch):
     """Frames that need no drawing: the GIF shows what is drawn."""
     image = np.full((540, 900, 3), 128, dtype=np.uint8)
-    monkeypatch.setattr("camopt.show.drawing.frames.frames", lambda stage: repeat(image, FRAMES))
+    monkeypatch.setattr("camopt.show.drawing.frames.render_frames", lambda stage: repeat(image, FRAMES))
 
 
 @pytest.mark.usefixtures("grey")

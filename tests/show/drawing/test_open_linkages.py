@@ -7,7 +7,7 @@ import pytest
 
 from camopt import BadInput, find_scene
 from camopt.cli.main import main
-from camopt.show.drawing.linkage import draw_open_linkage
+from camopt.show.drawing.linkage import draw_stage_of_refused_scene
 
 FOUR_BAR, SLIDE = "press-ram-by-four-bar", "slide-by-bell-crank"
 
@@ -27,7 +27,7 @@ def legend(figure):
 )
 def test_the_gap_of_a_four_bar_is_between_the_circles(ground, coupler, rocker):
     keys = {"train.1.ground": ground, "train.1.coupler": coupler, "train.1.rocker": rocker}
-    figure = draw_open_linkage(refusal(FOUR_BAR, keys))
+    figure = draw_stage_of_refused_scene(refusal(FOUR_BAR, keys))
     apart = abs(ground - rect(110.0, radians(70.0)))
     gap = max(apart - coupler - rocker, abs(coupler - rocker) - apart)
     assert gap > 0.0
@@ -41,7 +41,7 @@ def test_the_gap_of_a_four_bar_is_between_the_circles(ground, coupler, rocker):
 
 @pytest.mark.parametrize(("offset", "sign"), [(120.0, 1.0), (-400.0, -1.0)])
 def test_the_gap_of_a_slide_and_the_senses_of_offset_and_angle(offset, sign):
-    figure = draw_open_linkage(refusal(SLIDE, {"train.1.offset": offset}))
+    figure = draw_stage_of_refused_scene(refusal(SLIDE, {"train.1.offset": offset}))
     gap = abs(offset - rect(160.0, radians(-110.0)).imag) - 220.0
     assert legend(figure) == ["reach of the coupler", "line of the slide", f"gap {gap:.4g} mm"]
     (slide,) = [line for line in figure.axes[0].lines if line.get_label() == "line of the slide"]
@@ -52,7 +52,7 @@ def test_the_gap_of_a_slide_and_the_senses_of_offset_and_angle(offset, sign):
 
 
 def test_a_stage_that_reaches_a_dead_point_is_drawn_there():
-    figure = draw_open_linkage(refusal(SLIDE, {"motion.1.lift": 400, "motion.3.lift": 400}))
+    figure = draw_stage_of_refused_scene(refusal(SLIDE, {"motion.1.lift": 400, "motion.3.lift": 400}))
     assert legend(figure) == [
         "dead point: the coupler is square to the slide",
         "dead point: crank and coupler are in line",
@@ -69,7 +69,7 @@ def test_a_stage_that_reaches_a_dead_point_is_drawn_there():
     [{"train.1.stage": "rocker"}, {"cam.base_radius": -1}, {"train.1.angle": None}, {"train.1.crank": "long"}],
 )
 def test_other_mistakes_have_no_picture(changes, tmp_path):
-    assert draw_open_linkage(refusal(SLIDE, changes), tmp_path / "cam.svg") is None
+    assert draw_stage_of_refused_scene(refusal(SLIDE, changes), tmp_path / "cam.svg") is None
     assert not (tmp_path / "cam.svg").exists()
 
 

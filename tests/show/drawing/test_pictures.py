@@ -23,7 +23,15 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
-from camopt.show.drawing.style import COLOURS, DASHES, PALE_ALARM, SERIES, STILL_KINDS, canvas, series_line_style
+from camopt.show.drawing.style import (
+    COLOURS,
+    DASHES,
+    PALE_ALARM,
+    SERIES,
+    STILL_KINDS,
+    new_figure,
+    series_line_style,
+)
 from camopt.show.studies.accuracy import AccuracyCosts
 
 RISE_AND_FALL = [
@@ -263,7 +271,7 @@ def test_no_two_lines_of_a_series_look_alike():
 @pytest.mark.parametrize("several", [False, True], ids=["a line", "lines"])
 def test_a_label_is_clear_of_all_the_width_of_a_line(several):
     ends = np.array([[0.0, 0.5], [1.0, 0.5]])
-    with canvas(None, (4.0, 3.0)) as figure:
+    with new_figure(None, (4.0, 3.0)) as figure:
         axes = figure.add_subplot()
         if several:
             axes.add_collection(LineCollection([ends, ends], linewidths=[16.0, 1.0]))
@@ -326,7 +334,7 @@ def test_a_disk_that_fails_is_told_as_such(kind, fault, tmp_path):
     path = tmp_path / f"picture{kind}"
 
     def draw():
-        with canvas(path, (1.0, 1.0)) as figure:
+        with new_figure(path, (1.0, 1.0)) as figure:
             figure.add_artist(Line2D(*np.random.default_rng(0).random((2, 5000))))  # more than a buffer holds
 
     calls = calls_of(tmp_path, draw)

@@ -12,7 +12,7 @@ import camopt
 from camopt.scene.machine import Machine
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES, reading_texts
-from camopt.show.machines.animated_machine import animated_machine, cam_angles
+from camopt.show.machines.animated_machine import animated_machine_figure, cam_angles
 from camopt.show.machines.timing_spans import TimingData
 from camopt.show.machines.tools import machine_tools, rounded_outline
 from camopt.solve.machine.stations import resolve_stations
@@ -41,7 +41,7 @@ def displacement(scene, ratio, phase):
 
 def test_parts_of_each_station_are_at_its_cam_angle():
     machine = two_stations()
-    with animated_machine(machine) as stage:
+    with animated_machine_figure(machine) as stage:
         cam, follower, _, other_cam, other_follower, _, *tools = stage.bodies[:9]
     for body, follow, station in zip((cam, other_cam), (follower, other_follower), machine.station, strict=True):
         scene, (ratio, phase) = machine.scenes[station.name], (station.ratio, np.radians(station.phase))
@@ -65,7 +65,7 @@ def test_parts_of_each_station_are_at_its_cam_angle():
 
 def test_cursor_dots_and_readings_follow_the_lifts():
     machine = camopt.find_machine("pick-and-place")
-    with animated_machine(machine) as stage:
+    with animated_machine_figure(machine) as stage:
         dots, readings = stage.bodies[-4:], stage.readings
     data = TimingData.from_machine(machine)
     line = stage.bodies[-5]
@@ -82,7 +82,7 @@ def test_cursor_dots_and_readings_follow_the_lifts():
 
 
 def test_no_text_hides_another():
-    with animated_machine(random_machine(12, 12)) as stage:
+    with animated_machine_figure(random_machine(12, 12)) as stage:
         for body in stage.bodies:
             body.axes.set_visible(False)
         assert faults_of(stage.figure) == []

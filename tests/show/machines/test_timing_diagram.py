@@ -8,7 +8,12 @@ from support.pictures import drawn_texts, faults_of
 import camopt
 from camopt.scene.machine import Machine
 from camopt.show.machines.timing_sheet import draw_timing_diagram
-from camopt.show.machines.timing_spans import TimingData, clearance_span, curve_points, linear_form
+from camopt.show.machines.timing_spans import (
+    TimingData,
+    clearance_span,
+    curve_angles_deg_and_values,
+    linear_form_text,
+)
 from camopt.solve.machine.stations import resolve_stations
 
 CLEARANCES = [
@@ -67,7 +72,7 @@ def test_dwells_that_follow_each_other_are_one():
 def test_points_of_a_curve_are_on_it():
     machine = camopt.find_machine("pick-and-place")
     for station in resolve_stations(machine):
-        angles, values = curve_points(station.lift)
+        angles, values = curve_angles_deg_and_values(station.lift)
         assert (angles[0], angles[-1]) == pytest.approx((0.0, 360.0))
         programme = station.problem.programme.tool
         cam = np.radians(angles - station.station.phase) * station.station.ratio % (2 * np.pi)
@@ -80,7 +85,7 @@ def test_clearances_in_words():
     assert [span.parts for span in spans] == [[(320.0, 360.0), (0.0, 50.0)], [(0.0, 360.0)], [(100.0, 120.0)]]
     assert spans[0].words == "station 1 ≥ 0 deg"  # its tool turns
     assert spans[2].words == "−station 0 + 2.5·station 2 ≥ 0 mm"
-    assert linear_form([-2.0, -1.0], ["a", "b"]) == "−2·a − b"
+    assert linear_form_text([-2.0, -1.0], ["a", "b"]) == "−2·a − b"
     unit = camopt.find_machine("pick-and-place")
     assert clearance_span(unit.clear[2], "mm").words == "distance lift – feed ≥ 2 mm"
 

@@ -60,7 +60,7 @@ def test_data_are_the_lifts_and_the_motion_of_the_tools(unit):
 
 
 def test_inches(unit, monkeypatch):
-    for picture in ("still_image", "timing_image"):
+    for picture in ("still_machine_image_url", "timing_diagram_image_url"):
         monkeypatch.setattr(f"camopt.show.reporting.machine.{picture}", lambda _: "")
     with camopt.shown_in("inch"):
         (result,) = page_items("pick-and-place")

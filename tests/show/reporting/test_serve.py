@@ -27,7 +27,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.reporting import search
 from camopt.show.reporting.controls import controls_of, scene_with_settings
 from camopt.show.reporting.machine_session import MachineSession
-from camopt.show.reporting.sections import signed_text
+from camopt.show.reporting.sections import number_text_with_minus_sign
 from camopt.show.reporting.server import MOST_BYTES, MOST_UNKNOWN_CONNECTIONS, open_server
 from camopt.show.reporting.session import Session, answer_request
 from camopt.solve.tolerances.batch import yield_of_cams
@@ -80,7 +80,7 @@ def test_each_answer_is_that_of_the_library(name):
     held = set(verdicts.values()) == {"held"}
     assert [line[0].startswith("Feasible") for line in (quick["lines"][0], proved["lines"][0])] == [held, held]
     assert texts(proved) >= {
-        signed_text(value) for key, value in cam.items() if value and key.endswith(("_mm", "_deg"))
+        number_text_with_minus_sign(value) for key, value in cam.items() if value and key.endswith(("_mm", "_deg"))
     }
     found = {row[0].text.replace(" ", "_"): row[1].text for row in quick["limits"]["rows"]}
     assert {
@@ -657,7 +657,7 @@ def test_a_slider_moves_the_picture_and_all_that_is_said(browser, server):
         cam = camopt.evaluate(camopt.find_scene("two-pauses").replace(**{"cam.base_radius": 44.0}))
         assert f"{cam['pressure_angle_max_rise_deg']:.4g}°" in page.locator("header").text_content()
         cells = page.locator("#sections td").all_text_contents()
-        assert signed_text(cam["pressure_angle_max_deg"]) in cells
+        assert number_text_with_minus_sign(cam["pressure_angle_max_deg"]) in cells
         assert page.input_value("#control-1") == "44"
         page.click("#start")
         page.wait_for_selector("html[data-state=proved]")

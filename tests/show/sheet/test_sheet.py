@@ -22,7 +22,16 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView
 from camopt.show.sheet.languages import GERMAN, with_decimal_sign
-from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, decimal_text, fitted_words, text_width
+from camopt.show.sheet.marks import (
+    LARGE,
+    MEDIUM,
+    THICK,
+    Line,
+    Words,
+    decimal_text,
+    fitted_lines_and_height,
+    text_width,
+)
 from camopt.show.sheet.notes import note_texts
 from camopt.show.sheet.paper import A3, A4, block_fields, paper_scales, scale_name, title_block
 from camopt.show.sheet.points_table import points_table, table_columns
@@ -620,7 +629,7 @@ def test_names_begin_past_the_widest_gap(turns):
 
 @given(st.text(max_size=300), st.floats(5, 200), st.integers(1, 3))
 def test_a_text_fits_where_it_is_put(text, width, lines):
-    found, height = fitted_words(text, width, lines, (3.5, 2.5, 1.8))
+    found, height = fitted_lines_and_height(text, width, lines, (3.5, 2.5, 1.8))
     assert 1 <= len(found) <= lines
     assert all(text_width(each, height) <= width or len(each) == 1 for each in found)
     if not found[-1].endswith("…"):
@@ -686,16 +695,16 @@ def test_lines_of_angles_lead_to_the_ends_of_the_arcs_of_the_profile(offset):
     top = np.angle(points[np.abs(points) > np.abs(points).max() - 1e-3])
     middle = np.angle(np.exp(1j * top).sum())
     ends = np.sort(np.angle(np.exp(1j * (top - middle))))[[0, -1]]
-    joints = np.sort(np.angle(np.exp(1j * (np.array(view.touch_directions[1:3]) - middle))))
+    joints = np.sort(np.angle(np.exp(1j * (np.array(view.contact_directions[1:3]) - middle))))
     assert joints == pytest.approx(ends, abs=0.05)
     assert np.ptp(joints) == pytest.approx(np.radians(80), abs=1e-9)
-    aside = np.degrees(cam.contact_offsets_from_rays)
+    aside = np.degrees(cam.contact_direction_offsets_from_rays)
     turned = np.degrees(
         np.arctan2(offset, np.sqrt(53**2 - 12**2)) - np.arctan2(offset, np.sqrt(53**2 - 12**2) + 20)
     )
     assert np.abs(aside) == pytest.approx([0, *[abs(turned) if offset else 0] * 2, 0], abs=1e-6)
     feet = sorted(np.angle(mark.points[0]) for mark in view._ray_lines())
-    assert feet == pytest.approx(sorted(np.angle(np.exp(1j * np.array(view.touch_directions)))))
+    assert feet == pytest.approx(sorted(np.angle(np.exp(1j * np.array(view.contact_directions)))))
     noted = " ".join(
         mark.text for mark in sheet_of(TrueCam(scene, resolve_design(scene))).marks if isinstance(mark, Words)
     )

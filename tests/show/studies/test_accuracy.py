@@ -59,7 +59,9 @@ def _few_designs(monkeypatch):
 )
 def test_enclosures_keep_their_promise_for_every_mechanism(name):
     cam, follower = SCENES[name]
-    rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION})).methods
+    rows = accuracy.measure_accuracy_costs(
+        Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION})
+    ).methods
     enclosures = [row for row in rows if row["method"] == "enclosure"]
     assert len(enclosures) == len(accuracy.methods.RELATIVE_ERRORS) * len({row["quantity"] for row in rows}) > 0
     for row in enclosures:
@@ -123,7 +125,7 @@ def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola
     rng, count = np.random.default_rng(2), 300
     f = Linear(*rng.normal(size=(4, count)) * [[1.0], [1.0], [1.0], [30.0]])
     plain, polished = np.empty((2, 1, count))
-    table, questions = accuracy.methods.sample_table(turn, 90), np.array([(kinds, goal)])
+    table, questions = accuracy.methods.sampling_motion_table(turn, 90), np.array([(kinds, goal)])
     write_sampled_extremes(f, count, table, questions, False, plain)
     write_sampled_extremes(f, count, table, questions, True, polished)
     stroke = np.repeat([0, 1, 2, 3], np.diff([0, 30, 43, 70, 90]))

@@ -11,7 +11,7 @@ from camopt.model.effects import EFFECTS, EvaluationBlock
 from camopt.model.effects.peak import MultipleScale
 from camopt.model.mechanisms import FIELDS
 from camopt.scene.problem.problem import resolve_design, with_rounding_relative_error
-from camopt.solve.smallest.enclosure import sloped_boxes, state_with_rounding
+from camopt.solve.smallest.enclosure import designs_of_sloped_intervals, state_enclosing_rounding
 
 VALVE = camopt.find_scene("exhaust-valve").replace(
     **{
@@ -112,11 +112,11 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
             ((make, kinds),) = peak.curves
             if not hasattr(make(design, problem.programme), "_fields") or not np.isfinite(found.quantities[name]):
                 continue
-            extreme = case.extremes(make, [(kinds, peak.goal)], located=True)
-            designs, _ = sloped_boxes(box, design, free, 1)
+            extreme = case.extremes(make, [(kinds, peak.goal)], exact_angles=True)
+            designs, _ = designs_of_sloped_intervals(box, design, free, 1)
             sides = []  # of a jump
             for angle in problem.programme.one_sided_angles(extreme.where, kinds).reshape(2, 1):
-                state = state_with_rounding(problem.programme.state(angle), problem.programme)
+                state = state_enclosing_rounding(problem.programme.state(angle), problem.programme)
                 sides.append(value_and_slope(make(designs, problem.programme), ..., state)[0])
             value = min(sides, key=lambda side: abs(abs(side.at.low[0]) - abs(extreme.value[0, 0])))
             sign = np.sign(found.quantities[name]) * np.sign(value.at.low[0])

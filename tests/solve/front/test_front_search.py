@@ -124,7 +124,7 @@ def sweep_blocks(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
     numbers = shared_pitch_curve_numbers(space)
     own = not (kept or numbers) and pitch_curves_decide_all_limits(space.problem, frozenset(names))
-    blocks = SpaceBlocks(space, names, numbers, kept=kept, size=size, own=own)
+    blocks = SpaceBlocks(space, names, numbers, keep_rows=kept, block_size=size, decide_by_own_curves=own)
     batches = Threads(2).results_in_order(lambda numbers: blocks.evaluate_block(*numbers), range(len(blocks)))
     return gather_batches(space, batches, size, write, lambda done, total: None)
 
@@ -306,7 +306,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
         boxes = boxes.halve_boxes(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
     looked = BoxBounds(problem, grid.free).bound_costs(grid.boxes_as_interval_designs(boxes))
     designs, home = (
-        space.designs(grid.numbers_in_boxes(boxes)),
+        space.designs(grid.design_numbers_in_boxes(boxes)),
         np.repeat(np.arange(len(boxes)), boxes.design_counts),
     )
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)

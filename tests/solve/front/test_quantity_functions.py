@@ -10,7 +10,7 @@ from support.quantity_functions import COLUMNS, TEXT, compactness
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, quantity, sweep
 from camopt.cli.main import main
 from camopt.core.engines.processes import processes
-from camopt.core.quantities.function import installed_quantities, load_installed
+from camopt.core.quantities.function import installed_quantities, load_installed_quantity
 from camopt.solve.front.plan import sweep_plan
 
 BASE = find_scene("roller-1000rpm").replace(
@@ -184,10 +184,10 @@ def installed_package(tmp_path, monkeypatch):
     """
     (tmp_path / "shop.py").write_text(dedent(code))
     monkeypatch.syspath_prepend(tmp_path)
-    for kept in (installed_quantities, load_installed):
+    for kept in (installed_quantities, load_installed_quantity):
         kept.cache_clear()
     yield
-    for kept in (installed_quantities, load_installed):
+    for kept in (installed_quantities, load_installed_quantity):
         kept.cache_clear()
     sys.modules.pop("shop", None)
 

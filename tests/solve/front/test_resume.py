@@ -232,13 +232,13 @@ def test_a_sweep_goes_on_to_the_same_rows_from_whatever_is_whole(fault, interrup
             chosen.rename(folder / interrupted_files[2].name.replace("blocks-00000000", "blocks-00000001"))
         case "of another sweep":
             other = sweep_plan(SCENE.replace(**{"cam.rpm": 900}), "all", BLOCK)
-            write_batch(other.blocks.evaluate_block(2), other.row_quantities, folder)
+            write_batch(other.blocks.evaluate_block(2), other.searched_row_quantities, folder)
         case "twice":
             asked = sweep_plan(SCENE, "feasible", BLOCK)
             three = merge_batches(
                 [asked.blocks.evaluate_block(number) for number in (1, 2, 3)], asked.problem.objectives
             )
-            write_batch(three, asked.row_quantities, folder)
+            write_batch(three, asked.searched_row_quantities, folder)
         case "no question":
             (folder / "question.json").unlink()
         case "odd":
@@ -252,7 +252,7 @@ def test_a_batch_is_the_same_from_its_file(tmp_path):
     batch = merge_batches(
         [asked.blocks.evaluate_block(n) for n in (11, 12)], asked.problem.objectives
     )  # of two laws
-    write_batch(batch, asked.row_quantities, tmp_path)
+    write_batch(batch, asked.searched_row_quantities, tmp_path)
     ((blocks, path),) = sorted_batch_files(tmp_path.iterdir())
     again = read_batch(path, asked)
     assert blocks == range(batch.first, batch.last)

@@ -17,7 +17,7 @@ from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.space import grid_space
 from camopt.solve.front.reported_rows import (
     limits_violated_by_smaller_cams,
-    places_and_next_smaller_cams,
+    row_indices_and_next_smaller_cams,
     with_reevaluated_columns,
 )
 
@@ -163,7 +163,7 @@ def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
     assert len(violated) == len(designs)
     rows = DesignRows({name: designs[name].to_numpy() for name in designs}, len(designs))
     space = grid_space(resolve(scene))
-    inside, smaller = places_and_next_smaller_cams(space, rows)
+    inside, smaller = row_indices_and_next_smaller_cams(space, rows)
     held = limits_violated_by_smaller_cams(
         rows.count, inside, *with_reevaluated_columns(space, frozenset(smaller.columns), smaller)
     )

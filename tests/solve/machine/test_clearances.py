@@ -17,7 +17,12 @@ from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.turn_curve import sum_curves
 from camopt.scene.machine import Machine, find_machine
 from camopt.scene.sources import shipped_machines
-from camopt.solve.machine.clearances import LEAST_WORK, clearance_form, clearances_of_machine, first_violations
+from camopt.solve.machine.clearances import (
+    LEAST_WORK,
+    clearance_form,
+    clearances_of_machine,
+    held_and_violating_shifts,
+)
 from camopt.solve.machine.stations import resolve_stations
 
 TIES = np.array([1.0 - 1e-9, 1.0 + 1e-9])
@@ -57,7 +62,7 @@ def test_least_distances_of_random_machines_are_enclosed(seed):
     for _ in range(40):
         machine = random_machine(rng)
         stations = resolve_stations(machine)
-        found = clearance_form(machine, stations, machine.clear[0]).least_value(Budget(LEAST_WORK))
+        found = clearance_form(machine, stations, machine.clear[0]).enclose_least_clearance(Budget(LEAST_WORK))
         samples = distances(machine, stations, np.linspace(*machine.clear[0].angles, 500))
         (attained,) = distances(machine, stations, np.degrees([found.angle]))
         assert found.lower <= samples.min() + 1e-10
@@ -228,11 +233,13 @@ def test_searches_that_end_early_are_honest(work):
         machine = with_required(machine, max(0.95 * whole.lower, 1e-3))
         stations, (whole,) = resolve_stations(machine), clearances(machine)
         form = clearance_form(machine, stations, machine.clear[0])
-        least = form.least_value(Budget(work))
+        least = form.enclose_least_clearance(Budget(work))
         assert least.lower <= whole.upper
         assert least.upper >= whole.lower
         if whole.verdict == "held":
-            (early, late) = np.degrees(first_violations(form, np.array([[-1.0, 0.0], [1.0, 0.0]]), Budget(work)))
+            (early, late) = np.degrees(
+                held_and_violating_shifts(form, np.array([[-1.0, 0.0], [1.0, 0.0]]), Budget(work))
+            )
             for (proved, broken), pair in ((early, whole.slacks[0].earlier), (late, whole.slacks[0].later)):
                 assert proved <= pair[1]
                 assert broken >= pair[0]

@@ -49,7 +49,7 @@ from camopt.solve.measured.noise import (
     noise_rms_bound_factor,
 )
 from camopt.solve.measured.one_sided_stretches import one_sided_stretches
-from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, find_outline_and_doubts
+from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, find_outline_and_doubtful_dwells
 from camopt.solve.measured.smoothing import (
     JERK_WEIGHTS,
     MOST_FREEDOM_SHARE,
@@ -779,7 +779,7 @@ def test_the_gain_of_a_dwell_is_that_of_normal_densities(monkeypatch):
 def test_dwells_end_before_the_motion_begins_and_little_earlier():
     for law in ("cycloidal", "poly345", "modified-sine"):
         points = points_of(measured_points(law=law, noise=0.002))
-        (dwell, turn) = find_outline_and_doubts(points, 0.008, 0.008, 0.002, LIKELY_DROP, None)[0]
+        (dwell, turn) = find_outline_and_doubtful_dwells(points, 0.008, 0.008, 0.002, LIKELY_DROP, None)[0]
         assert isinstance(dwell, Dwell)
         assert isinstance(turn, TurningPoint)
         assert dwell.start == pytest.approx(181.5, abs=2.0)
@@ -818,7 +818,7 @@ def test_knots_are_apart_and_strokes_have_all_points():
     points = points_of(measured_points(noise=0.01))
     nodes = outline_nodes(
         points,
-        find_outline_and_doubts(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
+        find_outline_and_doubtful_dwells(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
         least_jerk_curve(points, AllowedDeviation(0.04)),
     )
     strokes = spline_strokes(points, nodes)
@@ -846,7 +846,7 @@ def test_what_cannot_be_held_is_told_with_its_rows():
     points = points_of(measured_points(noise=0.01))
     nodes = outline_nodes(
         points,
-        find_outline_and_doubts(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
+        find_outline_and_doubtful_dwells(points, 0.04, 0.04, 0.01, LIKELY_DROP, None)[0],
         least_jerk_curve(points, AllowedDeviation(0.04)),
     )
     least, places = least_band_and_active_points(points, nodes, JERK)

@@ -17,7 +17,7 @@ from camopt.model.mechanisms import Designs
 from camopt.model.motion import LAWS
 from camopt.model.motion.programme import weighted_derivative_range
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
-from camopt.scene.problem.limits import unset_build_limits
+from camopt.scene.problem.limits import keys_of_unset_build_limits
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
@@ -47,7 +47,7 @@ def test_limits_that_are_not_set_and_can_hold_the_cam_are_named():
     yoke = find_scene("pump-of-constant-breadth")
     asked = [yoke, yoke.replace(limits={"hub_wall": 5}), find_scene("two-pauses").replace(limits={})]
     problems = map(resolve, asked)
-    assert [unset_build_limits(each.limits, each.setup) for each in problems] == [
+    assert [keys_of_unset_build_limits(each.limits, each.setup) for each in problems] == [
         ["hub_wall"],
         ["curvature_radius", "contact_stress"],
         ["pressure_angle", "curvature_radius", "hub_wall"],

@@ -218,7 +218,8 @@ def test_a_cam_that_the_closed_form_puts_beyond_the_range_is_proved_without_a_se
     problem = resolve(scene)
     (bounds,) = search_boxes(problem)
     monkeypatch.setattr(
-        "camopt.solve.smallest.branch_and_bound.BoxSearch.bisect", lambda *_: pytest.fail("searched")
+        "camopt.solve.smallest.branch_and_bound.BoxSearch.size_bound_by_bisection",
+        lambda *_: pytest.fail("searched"),
     )
     answer = solve_smallest_cam(problem, bounds)
     assert answer.design is None

@@ -10,8 +10,8 @@ from camopt.cli.main import main
 from camopt.cli.terminal import print_sections
 from camopt.core.quantities import QUANTITIES
 from camopt.scene.problem.problem import resolve
-from camopt.show.drawing.picture import four_digits
-from camopt.show.reporting.sections import limits_table, signed_text
+from camopt.show.drawing.picture import four_digit_text
+from camopt.show.reporting.sections import limits_table, number_text_with_minus_sign
 from camopt.show.sheet.marks import decimal_text as sheet_number
 from camopt.solve.tables.cells import number_text, quantity_text
 from camopt.solve.tables.designs import (
@@ -63,7 +63,12 @@ def test_what_rounding_leaves_of_zero_is_shown_as_zero(name, value, text):
 
 @pytest.mark.parametrize("value", [0.0, -0.0])
 def test_zero_has_no_sign(value):
-    assert (number_text(value), signed_text(value), four_digits(value), sheet_number(value)) == ("0", "0", "0", "0")
+    assert (
+        number_text(value),
+        number_text_with_minus_sign(value),
+        four_digit_text(value),
+        sheet_number(value),
+    ) == ("0", "0", "0", "0")
 
 
 @pytest.mark.parametrize("beyond", [0.0, 1e-12, -1e-12, 1e-3, -1e-3])

@@ -55,7 +55,7 @@ from camopt.solve.tables.cells import column_suffix_of_unit, shown_column_name
 PINT = UnitRegistry()
 UNITS = sorted(
     {quantity.unit for quantity in QUANTITIES.values()}
-    | {each.column_unit(turns=turns) for each in STAGE_NUMBER_KEYS.values() for turns in (False, True)}
+    | {each.column_unit(angular=turns) for each in STAGE_NUMBER_KEYS.values() for turns in (False, True)}
     | {unit for unit, _ in (*COLUMN_NOTES.values(), *FORM_COLUMNS.values())}
     | {"mm/min", "mm³", "kg/m³"}
 )

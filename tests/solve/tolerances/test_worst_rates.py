@@ -12,7 +12,7 @@ from support.recontact import displacement
 
 import camopt
 from camopt.core.numerics.budget import UNLIMITED
-from camopt.core.numerics.stretches import stretch_ranges
+from camopt.core.numerics.stretches import motion_ranges_over_stretches
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -206,7 +206,7 @@ def test_stretches_hold_the_motion_at_their_angles():
     panel = rng.integers(0, table.half_width.size, size)
     low = rng.uniform(-1.5, 1.5, size) * table.half_width[panel]
     high = low + rng.uniform(size=size) ** 3 * 6.0 * table.half_width[panel]
-    found = stretch_ranges(table, panel, low, high)
+    found = motion_ranges_over_stretches(table, panel, low, high)
     for share in np.linspace(0.0, 1.0, 11):
         at = np.mod(table.centre[panel] + low + share * (high - low), 2 * np.pi)
         for order, value in enumerate(programme.motion_at(at)):

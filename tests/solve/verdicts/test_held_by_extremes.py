@@ -10,7 +10,7 @@ from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.model.effects import EvaluationBlock
 from camopt.model.effects.known_extremes import NOTHING_KNOWN
 from camopt.model.motion.stroke import DWELL, RETURN, RISE
-from camopt.scene.problem.constraints import merge_stroke_kinds
+from camopt.scene.problem.constraints import merge_constraints_over_stroke_kinds
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.sample import sweep_space
 from camopt.solve.verdicts.feasible_filter import known_extremes_with_limited_curve, may_hold_and_holds_by_extremes
@@ -36,7 +36,7 @@ def problem_of(**limits: float):
 def test_constraints_are_held_where_their_quantities_hold_the_bounds(limits, apart):
     problem, designs = problem_of(**limits)
     case = EvaluationBlock(problem.setup, problem.programme, designs)
-    constraints = merge_stroke_kinds(
+    constraints = merge_constraints_over_stroke_kinds(
         constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
     )
     assert len(constraints) == len(limits)
@@ -61,7 +61,7 @@ def test_a_design_at_its_bound_is_neither_held_nor_broken():
         )[0]
     )
     problem, _ = problem_of(pressure_angle=angle, pressure_angle_return=angle)
-    constraints = merge_stroke_kinds(
+    constraints = merge_constraints_over_stroke_kinds(
         constraint for limit in problem.pitch_curve_limits for constraint in limit.constraints
     )
     case = EvaluationBlock(problem.setup, problem.programme, one)

@@ -38,7 +38,7 @@ from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.synthesis import SynthesisSettings
 from camopt.solve.smallest.enclosure import (
     enclose_limits,
-    size_constraints_with_variants,
+    size_constraints_with_error_variants,
     size_dependent_mean_constraints,
 )
 from camopt.solve.synthesis import nonconvex_constraints
@@ -227,7 +227,7 @@ def in_ranges(problem):
     box = problem.design.with_values(sizes)
     found = enclose_limits(
         problem,
-        [*size_constraints_with_variants(problem), *size_dependent_mean_constraints(problem)],
+        [*size_constraints_with_error_variants(problem), *size_dependent_mean_constraints(problem)],
         box,
         ["size"],
     )

@@ -23,7 +23,7 @@ from camopt.model.effects.section import AREA, CENTROID, POLAR_MOMENT, PROFILE_L
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
-from camopt.solve.verdicts.effect_runs import with_effect
+from camopt.solve.verdicts.effect_runs import with_quantities_of_effect
 from support.balls.ball import as_arb, ball_between, precisely
 from support.balls.laws import Stretch
 from support.balls.motion import ExactMotion, ExactStroke
@@ -58,7 +58,7 @@ def integrated_rows(
         if not all(np.isfinite(width) for width in rows.outward.values()):
             continue  # the parts are so wide that the contact may stand still in one
         if any(QUANTITIES[name].effect != INTEGRATED[0] for name in names):
-            rows = with_effect(rows, case, EFFECTS[INTEGRATED[1]], frozenset(names))
+            rows = with_quantities_of_effect(rows, case, EFFECTS[INTEGRATED[1]], frozenset(names))
         yield replace(
             rows, outward={n: w + ENCLOSURE_ERROR * np.abs(rows.columns[n]) for n, w in rows.outward.items()}
         )

@@ -14,7 +14,7 @@ from camopt.model.motion.programme import law_peaks
 from camopt.show.drawing.construction.displacement import displacement_text
 from camopt.show.drawing.construction.inversion import Inversion
 from camopt.show.drawing.construction.stations import Division
-from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digits
+from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digit_text
 
 FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
     "uniform": (("ωS/θ", "{w}{s} / {t}"), ("", "")),
@@ -28,7 +28,7 @@ FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
 def cam_speed_and_peak_lines(inversion: Inversion) -> list[str]:
     """Lines of the answers: angular velocity, then velocity and acceleration of each stroke."""
     rpm, (omega, _) = inversion.picture.scene.cam.rpm, _cam_speed_and_time_unit(inversion.picture)
-    lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digits(omega)} rad/s"]
+    lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digit_text(omega)} rad/s"]
     return lines + [text for _, text in stroke_peaks_with_text(inversion)]
 
 
@@ -64,22 +64,25 @@ def _velocity_and_acceleration_peaks(picture: Picture, division: Division) -> It
     travel = degrees(travel) if angular and time == "rad" else travel
     base = ("rad" if time == "s" else "deg") if angular else "m" if metres else length
     peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
-    angle = f"θ = {four_digits(degrees(stroke.angle))}° = {four_digits(stroke.angle)} rad"
-    heading = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digits(travel)} {base}:  "
+    angle = f"θ = {four_digit_text(degrees(stroke.angle))}° = {four_digit_text(stroke.angle)} rad"
+    heading = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digit_text(travel)} {base}:  "
     letters = ("ωf", "αf") if angular else ("v", "a")
     for order, (peak, power) in enumerate((("peak_velocity", ""), ("peak_acceleration", "²"))):
         factor = float(peaks[peak])
-        general = f"{four_digits(factor)} ω{power}S/θ{power}", f"{four_digits(factor)} × {{w}}{{s}} / {{t}}{power}"
+        general = (
+            f"{four_digit_text(factor)} ω{power}S/θ{power}",
+            f"{four_digit_text(factor)} × {{w}}{{s}} / {{t}}{power}",
+        )
         symbols, numbers = FORMULAS[stroke.law.NAME][order] if stroke.law.NAME in FORMULAS else general
         label = f"{' ' * 6 if order else heading}{letters[order]} = "
         value = factor * (omega / stroke.angle) ** (order + 1) * travel
         if value == inf:
             yield value, f"{label}0 within the stroke, infinite at its ends"
             continue
-        speed = f"{four_digits(omega)}{power} × " if time == "s" else ""
+        speed = f"{four_digit_text(omega)}{power} × " if time == "s" else ""
         symbols = symbols if speed else symbols.replace("ω²", "").replace("ω", "")
-        numbers = numbers.format(w=speed, s=four_digits(travel), t=four_digits(stroke.angle))
-        yield value, f"{label}{symbols} = {numbers} = {four_digits(value)} {base}/{time}{power}"
+        numbers = numbers.format(w=speed, s=four_digit_text(travel), t=four_digit_text(stroke.angle))
+        yield value, f"{label}{symbols} = {numbers} = {four_digit_text(value)} {base}/{time}{power}"
 
 
 def motion_in_words(inversion: Inversion) -> str:
@@ -88,5 +91,5 @@ def motion_in_words(inversion: Inversion) -> str:
     for name, start, end in inversion.plan.segments:
         low, high = inversion.problem.programme.motion_at(np.array([start, end]), 0)[0]
         change = "" if name == "dwell" else f" {displacement_text(abs(high - low), inversion.angular)} in"
-        lines.append(f"{name}{change} {four_digits(degrees(end - start))}°")
+        lines.append(f"{name}{change} {four_digit_text(degrees(end - start))}°")
     return ", ".join(lines)

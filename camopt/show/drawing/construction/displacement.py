@@ -14,7 +14,7 @@ from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.model.motion import LAWS
 from camopt.show.drawing.construction.shapes import Letter, PenLine, Step, arc_about, circle_about, line_through
 from camopt.show.drawing.construction.stations import Division, StationPlan
-from camopt.show.drawing.picture import four_digits, value_with_unit
+from camopt.show.drawing.picture import four_digit_text, value_with_unit
 
 UP, DOWN, LEFT = pi / 2, -pi / 2, pi
 SAME_POINT = 1e-6  # mm on the paper
@@ -182,7 +182,7 @@ def displacement_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
 
 def displacement_text(displacement: float, angular: bool) -> str:
     """A displacement of the follower with its unit: a length, or an angle in degrees."""
-    return f"{four_digits(degrees(displacement))}°" if angular else value_with_unit(displacement)
+    return f"{four_digit_text(degrees(displacement))}°" if angular else value_with_unit(displacement)
 
 
 def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
@@ -190,7 +190,9 @@ def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     ends = [scale.point_on_paper(angle, 0.0) for _, angle in plan.lettered_segment_ends]
     letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.lettered_segment_ends, ends, strict=True)]
     for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False):
-        letters.append(Letter(f"{four_digits(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note"))
+        letters.append(
+            Letter(f"{four_digit_text(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note")
+        )
     lift = plan.programme.lift
     top, right, text = (
         scale.point_on_paper(0.0, lift),

@@ -18,10 +18,10 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray
-from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense
+from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense_of_follower
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.drawing.cam import corner_arc, outline_left_by_undercutting
+from camopt.show.drawing.cam import outline_left_by_undercutting, roller_arc_at_corner
 from camopt.show.drawing.construction.shapes import (
     SHAPE_ARC_POINTS,
     Letter,
@@ -32,7 +32,7 @@ from camopt.show.drawing.construction.shapes import (
     line_through,
 )
 from camopt.show.drawing.construction.stations import Station, StationPlan
-from camopt.show.drawing.picture import Picture, four_digits, length_in_digits, value_with_unit
+from camopt.show.drawing.picture import Picture, four_digit_length_text, four_digit_text, value_with_unit
 
 ANGLE_ARC = 0.72  # of the base radius: radius of arcs with angles
 OVERRUN_SHARE = 0.12  # of the cam: length of tangents, radii and arcs beyond the farthest station
@@ -90,7 +90,7 @@ class Inversion:
         return bool(self.mechanism.body.developed)
 
     @property
-    def base(self) -> float:
+    def base_or_mean_radius(self) -> float:
         """Base radius, or mean radius of a cylinder [mm]."""
         return float(self.problem.design.size[0])
 
@@ -129,14 +129,16 @@ class Inversion:
     def points_in_cam_frame(self, points: Any, angle: Any) -> Any:
         """Points of the ground frame, in the frame of the cam at a cam angle [rad]; mm."""
         if self.is_developed:
-            return points + self.base * angle
+            return points + self.base_or_mean_radius * angle
         return points * np.exp(-1j * self.problem.design.sense * angle)
 
     def displaced_follower_point(self, point: complex, displacement: Any) -> Any:
         """A point of the follower, given at its lowest position, after a displacement [mm or rad]."""
         if not self.angular:
             return point + 1j * displacement
-        return self.pivot + (point - self.pivot) * np.exp(1j * outward_turn_sense(self.problem) * displacement)
+        return self.pivot + (point - self.pivot) * np.exp(
+            1j * outward_turn_sense_of_follower(self.problem) * displacement
+        )
 
     def follower_point_in_cam_frame(self, angle: Any, displacement: Any) -> Any:
         """The follower's point at a displacement, in the frame of the cam [mm]."""
@@ -158,11 +160,17 @@ class Inversion:
             if self.is_developed
             else [*self._circle_steps(), self._segment_angle_step()]
         )
-        found = [*begin, self._division_step(), self._guide_step(), self._ordinate_step(), self._pitch_curve_step()]
-        return [step for step in [*found, self._follower_step(), self._profile_step()] if step is not None]
+        found = [
+            *begin,
+            self._station_number_step(),
+            self._follower_path_step(),
+            self._ordinate_step(),
+            self._pitch_curve_step(),
+        ]
+        return [step for step in [*found, self._roller_or_face_step(), self._profile_step()] if step is not None]
 
     @cached_property
-    def _widest_gap_direction(self) -> complex:
+    def _widest_station_gap_direction(self) -> complex:
         """Direction from O of the middle of the longest dwell, or of the widest gap between stations."""
         angles = np.array([each.angle for each in self.plan.stations])
         gaps = np.diff(np.append(angles, angles[0] + 2.0 * pi))
@@ -172,20 +180,20 @@ class Inversion:
 
     def _named_circle(self, name: str, radius: float) -> tuple[PenLine, Letter]:
         """A circle about O, with its name where the drawing has most room."""
-        text = f"{name.replace('-', ' ')}, R {length_in_digits(radius)}"
+        text = f"{name.replace('-', ' ')}, R {four_digit_length_text(radius)}"
         return circle_about(name, 0.0, radius, "reference"), Letter(
-            text, radius * self._widest_gap_direction, phase(self._widest_gap_direction), "note"
+            text, radius * self._widest_station_gap_direction, phase(self._widest_station_gap_direction), "note"
         )
 
     def _circle_steps(self) -> list[Step]:
         """Steps of the base circle with the shaft, then of the prime circle and the start of the follower."""
-        base, shaft, where = self.base, self.problem.setup.shaft_radius, "base circle"
+        base, shaft, where = self.base_or_mean_radius, self.problem.setup.shaft_radius, "base circle"
         base_circle, name = self._named_circle("base-circle", base)
         shapes, letters = [base_circle], [Letter("O", 0.0, -pi / 4), name]
         sentence = f"Draw the base circle: centre O, radius {value_with_unit(base)}, the least radius of the cam."
         if shaft is not None:
             shapes.append(circle_about("shaft", 0.0, shaft, "thin"))
-            letters.append(Letter(f"shaft, R {length_in_digits(shaft)}", -1j * shaft, -pi / 2, "note"))
+            letters.append(Letter(f"shaft, R {four_digit_length_text(shaft)}", -1j * shaft, -pi / 2, "note"))
             sentence += f" The camshaft has a radius of {value_with_unit(shaft)}."
         steps, sentence = [Step(sentence, shapes, letters)], ""
         named = list[tuple[PenLine, Letter]]()
@@ -238,11 +246,11 @@ class Inversion:
         )
         for (letter, angle), (_, after) in pairwise(self.plan.lettered_segment_ends):
             end = complex(self.points_in_cam_frame(mark, angle))
-            about, turn = end / abs(end) * ANGLE_ARC * self.base, -sense * (after - angle)
+            about, turn = end / abs(end) * ANGLE_ARC * self.base_or_mean_radius, -sense * (after - angle)
             shapes += [line_through(f"angle-{letter}", (0.0, end), "angle")]
             shapes += [arc_about(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle")]
             letters += [] if letter == first else [Letter(letter, end, phase(end))]
-            middle, text = complex(about * np.exp(0.5j * turn)), f"{four_digits(degrees(after - angle))}°"
+            middle, text = complex(about * np.exp(0.5j * turn)), f"{four_digit_text(degrees(after - angle))}°"
             letters.append(Letter(text, middle, phase(middle), "note"))
         sentence = (
             "Imagine that the cam is fixed, and that the follower turns about O "
@@ -258,14 +266,14 @@ class Inversion:
             (self.drawing_reach + self.roller_radius) * (1.0 + 0.6 * OVERRUN_SHARE),
             -self.problem.design.sense * np.radians(24.0),
         )
-        shaft = arc_about("way-round", 0.0, radius * self._widest_gap_direction, turn, "arrow").points
+        shaft = arc_about("way-round", 0.0, radius * self._widest_station_gap_direction, turn, "arrow").points
         tip, back = shaft[-1], 0.04 * radius * np.exp(1j * np.angle(shaft[-3] - shaft[-1]))
         head = [tip, tip + back * np.exp(0.4j), tip, tip + back * np.exp(-0.4j)]
         return PenLine("way-round", np.concatenate([shaft, head]), "arrow")
 
     def _developed_surface_step(self) -> Step:
         """The step of the developed surface of a cylinder."""
-        around, known = 2.0 * pi * self.base, {each.letter for each in self.plan.stations}
+        around, known = 2.0 * pi * self.base_or_mean_radius, {each.letter for each in self.plan.stations}
         heights = np.concatenate([piece.pitch.imag for piece in self.picture.curves])
         low, high = heights.min() - self.roller_radius, heights.max() + self.roller_radius
         start, room = self.lowest_follower_point, 0.1 * (high - low)
@@ -276,13 +284,13 @@ class Inversion:
             line_through("base-line", (start, start + around), "reference"),
         ]
         letters = [
-            Letter(name, start + self.base * angle, -pi / 2)
+            Letter(name, start + self.base_or_mean_radius * angle, -pi / 2)
             for name, angle in self.plan.lettered_segment_ends
             if name not in known
         ]
         sentence = (
-            f"Develop the cylinder: 2π × {value_with_unit(self.base)} = {value_with_unit(around)} for 360°, "
-            "and draw the base line through A. "
+            f"Develop the cylinder: 2π × {value_with_unit(self.base_or_mean_radius)} = {value_with_unit(around)} "
+            "for 360°, and draw the base line through A. "
             f"On it mark {self.plan.segment_angle_words()}."
         )
         if self.angular:
@@ -297,11 +305,11 @@ class Inversion:
         return Step(sentence, shapes, letters)
 
     @property
-    def _start_curve_name(self) -> str:
+    def _start_circle_or_line_name(self) -> str:
         """Name of the circle or line on which the follower's point begins."""
         return "base line" if self.is_developed else "prime circle" if self.roller_radius > 0.0 else "base circle"
 
-    def _division_step(self) -> Step:
+    def _station_number_step(self) -> Step:
         """The step of the numbers of stations, at the starts of ordinates and of the pivot."""
         shapes, letters = [], []
         for each in self.plan.stations:
@@ -315,19 +323,19 @@ class Inversion:
                 shapes.append(PenLine(f"{name}-{each.number}", np.array([place]), "point"))
                 letters += [] if each.number == "0" else [Letter(each.number, place, direction, "number")]
         pivots = "pivots 1, 2, 3 … on the " + ("line of pivots" if self.is_developed else "pivot circle")
-        where = pivots if self.angular else f"1, 2, 3 … on the {self._start_curve_name}"
+        where = pivots if self.angular else f"1, 2, 3 … on the {self._start_circle_or_line_name}"
         return Step(
             f"Divide each stroke into {self.plan.parts} equal parts, as in the diagram: {where}.", shapes, letters
         )
 
-    def _guide_step(self) -> Step:
+    def _follower_path_step(self) -> Step:
         """The step of the lines or arcs along which the follower's point moves at each station."""
-        shapes = [self._guide_line(each.number, each.angle) for each in self.plan.stations]
+        shapes = [self._follower_path_line(each.number, each.angle) for each in self.plan.stations]
         if self.angular:
             arm = value_with_unit(abs(self.pivot - self.lowest_follower_point))
             sentence = (
-                f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, to cut the {self._start_curve_name} "
-                "in 1, 2, 3 …"
+                f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, "
+                f"to cut the {self._start_circle_or_line_name} in 1, 2, 3 …"
             )
         elif self.is_developed:
             sentence = "Draw lines along the cylinder through 1, 2, 3 …"
@@ -341,16 +349,18 @@ class Inversion:
             sentence = "Join O to 1, 2, 3 … and produce these radii outwards."
         return Step(sentence, shapes, [])
 
-    def _guide_line(self, number: str, angle: float) -> PenLine:
+    def _follower_path_line(self, station_number: str, angle: float) -> PenLine:
         reach, low = float(self.problem.programme.motion_at(np.array([angle]), 0)[0, 0]), self.lowest_follower_point
         if self.angular:
             beyond = OVERRUN_SHARE * self.drawing_reach / abs(self.pivot - low)
             share = np.linspace(0.0, reach + beyond, SHAPE_ARC_POINTS)
-            return PenLine(f"guide-{number}", np.asarray(self.follower_point_in_cam_frame(angle, share)), "guide")
+            return PenLine(
+                f"guide-{station_number}", np.asarray(self.follower_point_in_cam_frame(angle, share)), "guide"
+            )
         foot = low if self.is_developed else complex(self.offset)
         end = low + 1j * (reach + OVERRUN_SHARE * self.drawing_reach)
         return PenLine(
-            f"guide-{number}", np.asarray(self.points_in_cam_frame(np.array([foot, end]), angle)), "guide"
+            f"guide-{station_number}", np.asarray(self.points_in_cam_frame(np.array([foot, end]), angle)), "guide"
         )
 
     def _ordinate_step(self) -> Step:
@@ -399,11 +409,11 @@ class Inversion:
         parts = [
             part
             for earlier, piece in zip(before, curves, strict=True)
-            for part in (corner_arc(earlier, piece, radius), piece.profile[flank])
+            for part in (roller_arc_at_corner(earlier, piece, radius), piece.profile[flank])
         ]
         return np.concatenate(parts[1:] if self.is_developed else parts)
 
-    def _follower_step(self) -> Step | None:
+    def _roller_or_face_step(self) -> Step | None:
         """The step of rollers, spherical faces or flat faces at the stations."""
         if self.mechanism.flat_faced:
             return self._flat_face_step()
@@ -425,7 +435,7 @@ class Inversion:
 
     def _flat_face_step(self) -> Step:
         shapes = []
-        half = FACE_MARGIN * self.base + max(
+        half = FACE_MARGIN * self.base_or_mean_radius + max(
             abs(self._contact_distance_along_face(each)) for each in self.plan.stations
         )
         for each in self.plan.stations:
@@ -438,7 +448,7 @@ class Inversion:
     def _face_direction_at(self, station: Station) -> complex:
         """Direction of a flat face at a station, in the frame of the cam."""
         turned = self.face_direction * np.exp(
-            1j * outward_turn_sense(self.problem) * station.displacement * self.angular
+            1j * outward_turn_sense_of_follower(self.problem) * station.displacement * self.angular
         )
         return complex(self.points_in_cam_frame(turned, station.angle))
 

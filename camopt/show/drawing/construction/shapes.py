@@ -47,8 +47,8 @@ def circle_about(name: str, centre: complex, radius: float, pen: str = "thin") -
 
 
 def arc_about(
-    name: str, centre: complex, start: complex, turn: float, pen: str = "thin", count: int = SHAPE_ARC_POINTS
+    name: str, centre: complex, start: complex, turn_angle: float, pen: str = "thin", count: int = SHAPE_ARC_POINTS
 ) -> PenLine:
     """An arc about a centre, from a point through an angle [rad, anticlockwise]."""
-    turns = np.exp(1j * np.linspace(0.0, turn, count))
+    turns = np.exp(1j * np.linspace(0.0, turn_angle, count))
     return PenLine(name, np.asarray(centre + (start - centre) * turns), pen)

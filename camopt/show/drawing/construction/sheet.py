@@ -9,7 +9,7 @@ import numpy as np
 from camopt.core.storage.files import checked_suffix
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.drawing import diagrams
-from camopt.show.drawing.cam import draw_rotation
+from camopt.show.drawing.cam import draw_rotation_arrow
 from camopt.show.drawing.construction.answers import cam_speed_and_peak_lines, motion_in_words
 from camopt.show.drawing.construction.construct import Construction
 from camopt.show.drawing.construction.displacement import DiagramScale, displacement_steps
@@ -19,7 +19,7 @@ from camopt.show.drawing.figures import geometry_results_line, mechanism_and_siz
 from camopt.show.drawing.frames import write_still_gif
 from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.panels import motion_panels
-from camopt.show.drawing.picture import Picture, round_length
+from camopt.show.drawing.picture import Picture, round_down_to_1_2_5
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
@@ -117,25 +117,25 @@ class PaperPage(NamedTuple):
     figure: Any
     paper: tuple[float, float]
 
-    def axes_at(self, place: PaperArea) -> Any:
+    def axes_at(self, area: PaperArea) -> Any:
         """Axes at a place."""
         width, height = self.paper
-        box = (place.left / width, place.bottom / height, place.width / width, place.height / height)
+        box = (area.left / width, area.bottom / height, area.width / width, area.height / height)
         return self.figure.add_axes(box)
 
-    def scaled_axes(self, place: PaperArea, corner: complex, scale: float = 1.0) -> Any:
+    def scaled_axes(self, area: PaperArea, corner: complex, scale: float = 1.0) -> Any:
         """Axes without a frame, with ``scale`` mm of paper per unit, from a corner."""
-        axes, reach = self.axes_at(place), corner + complex(place.width, place.height) / scale
+        axes, reach = self.axes_at(area), corner + complex(area.width, area.height) / scale
         axes.set(xlim=(corner.real, reach.real), ylim=(corner.imag, reach.imag))
         axes.set_axis_off()
         return axes
 
-    def write(self, place: PaperArea, title: str, lines: Sequence[str], size: float) -> None:
+    def write_title_and_lines(self, area: PaperArea, title: str, lines: Sequence[str], font_size: float) -> None:
         """Write a title with lines below, wrapped at the width of the place."""
-        letters = int(place.width / (0.19 * size))
+        letters = int(area.width / (0.19 * font_size))
         text = "\n".join(part for each in lines for part in wrap(each, letters, subsequent_indent="   "))
-        self.write_at(place.left, place.bottom + place.height, title, fontsize=HEADING_SIZE, fontweight="bold")
-        self.write_at(place.left, place.bottom + place.height - 5.0, text, fontsize=size, linespacing=1.3)
+        self.write_at(area.left, area.bottom + area.height, title, fontsize=HEADING_SIZE, fontweight="bold")
+        self.write_at(area.left, area.bottom + area.height - 5.0, text, fontsize=font_size, linespacing=1.3)
 
     def write_at(self, left: float, top: float, text: str, **style: Any) -> None:
         """Write a text below a point of the paper [mm]."""
@@ -151,21 +151,21 @@ def draw(construction: Construction, path: Target = None, steps: bool = False) -
     with figure_pages(path, [(A3[0] / MM_PER_INCH, A3[1] / MM_PER_INCH)]) as (figure,):
         page = PaperPage(figure, A3)
         given = f"Given:  {motion_in_words(inversion)};  {mechanism_and_sizes_line(picture)}"
-        page.write(HEADING_PLACE, picture.scene.name, [given], TEXT_SIZE)
+        page.write_title_and_lines(HEADING_PLACE, picture.scene.name, [given], TEXT_SIZE)
         diagram, profile = displacement_steps(inversion.plan, _diagram_scale(picture)), inversion.steps()
         labels = draw_steps(page.scaled_axes(layout["diagram"], -30.0 - 15.0j), diagram)
         rates = [page.axes_at(layout[name]) for name in ("velocity", "acceleration")]
         shown = [panel.in_shown_units() for panel in motion_panels(picture)[1:3]]
         labels += diagrams.draw_diagrams(rates, picture, shown, (), (1,))
-        labels += _draw_profile(page, inversion, profile, layout["profile"])
-        page.write(
+        labels += _draw_profile_steps(page, inversion, profile, layout["profile"])
+        page.write_title_and_lines(
             layout["answers"],
             "Answers",
             [*cam_speed_and_peak_lines(inversion), geometry_results_line(picture)],
             TEXT_SIZE,
         )
         lines = [f"{number}. {step.sentence}" for number, step in enumerate([*diagram, *profile], start=1)]
-        page.write(layout["steps"], "Steps", lines, SMALL_SIZE - 0.5)
+        page.write_title_and_lines(layout["steps"], "Steps", lines, SMALL_SIZE - 0.5)
         _write_table(page, construction.table(), layout["table"])
         place_labels(figure, labels)
     return figure
@@ -206,8 +206,8 @@ def _draw_shape(axes: Any, shape: PenLine, colour: str | None) -> None:
     axes.add_artist(PathPatch(path, gid=shape.name, **style))  # add_patch would compute limits point by point
 
 
-def _draw_profile(
-    page: PaperPage, inversion: Inversion, steps: list[Step], place: PaperArea, newest_step: int | None = None
+def _draw_profile_steps(
+    page: PaperPage, inversion: Inversion, steps: list[Step], area: PaperArea, newest_step: int | None = None
 ) -> list[Label]:
     """Draw the profile at a round scale, with an arrow for the cam.
 
@@ -216,34 +216,34 @@ def _draw_profile(
     points = np.concatenate([shape.points for step in steps for shape in step.shapes])
     low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
     extent, room = high - low, 8.0
-    scale = round_scale(min((place.width - room) / extent.real, (place.height - room) / extent.imag))
-    corner = (low + high) / 2 - complex(place.width, place.height) / 2 / scale
-    axes = page.scaled_axes(place, corner, scale)
-    sense = [] if inversion.is_developed else [draw_rotation(axes, inversion.picture)]
+    scale = round_scale(min((area.width - room) / extent.real, (area.height - room) / extent.imag))
+    corner = (low + high) / 2 - complex(area.width, area.height) / 2 / scale
+    axes = page.scaled_axes(area, corner, scale)
+    sense = [] if inversion.is_developed else [draw_rotation_arrow(axes, inversion.picture)]
     ratio = f"{scale:g}:1" if scale >= 1.0 else f"1:{1.0 / scale:g}"
-    page.write_at(place.left, place.bottom + place.height, f"Scale {ratio}", fontsize=TEXT_SIZE)
+    page.write_at(area.left, area.bottom + area.height, f"Scale {ratio}", fontsize=TEXT_SIZE)
     return [*sense, *draw_steps(axes, steps if newest_step is None else steps[: newest_step + 1], newest_step)]
 
 
 def round_scale(largest: float) -> float:
     """The largest scale 1:1, 1:2, 1:2.5, 1:4, 1:5, 1:10, … or 2:1, 5:1, 10:1, … that is not above a value."""
     if largest >= 1.0:
-        return round_length(largest)
+        return round_down_to_1_2_5(largest)
     power = 10.0 ** np.floor(np.log10(1.0 / largest))
     return 1.0 / float(
         min(step * power for step in (1.0, 2.0, 2.5, 4.0, 5.0, 10.0) if step * power * largest >= 1.0)
     )
 
 
-def _write_table(page: PaperPage, table: Table, place: PaperArea) -> None:
+def _write_table(page: PaperPage, table: Table, area: PaperArea) -> None:
     """Draw the table by station, unless it is too long for the sheet; the command prints it too."""
     rows = [table.heads, *(table.rows if len(table.rows) <= MOST_ROWS else [])]
-    step = min(4.2, place.height / len(rows))
+    step = min(4.2, area.height / len(rows))
     for number, row in enumerate(rows):
         style = {"fontsize": min(SMALL_SIZE, step * 1.75), "color": INK if number else MUTED}
         for cell, right in zip(row, COLUMN_ENDS, strict=True):
-            top = place.bottom + place.height - step * number
-            page.write_at(place.left + right, top, cell.text, ha="right", **style)
+            top = area.bottom + area.height - step * number
+            page.write_at(area.left + right, top, cell.text, ha="right", **style)
 
 
 def _draw_step_pages(inversion: Inversion, path: Target) -> "Figure":
@@ -256,7 +256,7 @@ def _draw_step_pages(inversion: Inversion, path: Target) -> "Figure":
     ) as figures:
         for number, (figure, step) in enumerate(zip(figures, every, strict=True)):
             page, new = PaperPage(figure, A4), number - len(diagram)
-            page.write(
+            page.write_title_and_lines(
                 STEP_PLACE,
                 f"{number + 1}/{len(every)}  {inversion.picture.scene.name}",
                 [step.sentence],
@@ -265,7 +265,7 @@ def _draw_step_pages(inversion: Inversion, path: Target) -> "Figure":
             if new < 0:
                 labels = draw_steps(page.scaled_axes(DIAGRAM_PAGE, -46.0 - 30.0j), every[: number + 1], number)
             else:
-                labels = _draw_profile(page, inversion, profile, PROFILE_PAGE, new)
+                labels = _draw_profile_steps(page, inversion, profile, PROFILE_PAGE, new)
             place_labels(figure, labels)
         if animated and path is not None:
             write_still_gif(figures, path)

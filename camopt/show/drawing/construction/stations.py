@@ -14,7 +14,7 @@ import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.model.motion.stroke import DWELL, Stroke
-from camopt.show.drawing.picture import Picture, four_digits
+from camopt.show.drawing.picture import Picture, four_digit_text
 
 USUAL_PARTS, FEWEST_PARTS, MOST_PARTS = 6, 4, 24
 STATION_LETTERS = "ABCDEFGHJKLMNPUVWZ"
@@ -154,7 +154,7 @@ class StationPlan:
             last_letter,
         ]
         parts = [
-            f"{one}{vertex_letter}{other} = {four_digits(degrees(end - start))}° ({name})"
+            f"{one}{vertex_letter}{other} = {four_digit_text(degrees(end - start))}° ({name})"
             for (one, other), (name, start, end) in zip(pairwise(names), self.segments, strict=True)
         ]
         return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))

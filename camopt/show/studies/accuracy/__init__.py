@@ -4,6 +4,6 @@ Errors are those of quantities that a designer uses, against the same formulas w
 smallest CPU times of a few runs in one thread, without compilation.
 """
 
-from camopt.show.studies.accuracy.table import ACCURACY, AccuracyCosts, measure, write_accuracy
+from camopt.show.studies.accuracy.table import ACCURACY, AccuracyCosts, measure_accuracy_costs, write_accuracy
 
-__all__ = ["ACCURACY", "AccuracyCosts", "measure", "write_accuracy"]
+__all__ = ["ACCURACY", "AccuracyCosts", "measure_accuracy_costs", "write_accuracy"]

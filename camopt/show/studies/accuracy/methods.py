@@ -29,15 +29,15 @@ class Method:
     find_extremes: Callable[[Any, int, Programme, Any], Extremal]
 
 
-def sampling_method(angles: int, polish: bool = False) -> Method:
+def sampling_method(angle_count: int, polish: bool = False) -> Method:
     """Sampling; ``polish`` fits a parabola through the peak."""
 
     def sample_extremes(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         value = np.empty((len(questions), count))
-        write_sampled_extremes(f, count, sample_table(programme, angles), questions, polish, value)
+        write_sampled_extremes(f, count, sampling_motion_table(programme, angle_count), questions, polish, value)
         return value, np.zeros_like(value)
 
-    return Method("sampling, polished" if polish else "sampling", angles, sample_extremes)
+    return Method("sampling, polished" if polish else "sampling", angle_count, sample_extremes)
 
 
 def enclosure_method(relative_error: float) -> Method:
@@ -58,9 +58,9 @@ METHODS = (
 
 
 @lru_cache(maxsize=64)
-def sample_table(programme: Programme, angles: int) -> MotionTable:
+def sampling_motion_table(programme: Programme, angle_count: int) -> MotionTable:
     """A table with nodes at even cam angles; only the fields that sampling reads are filled."""
-    theta = np.linspace(0.0, 2 * np.pi, angles, endpoint=False)
+    theta = np.linspace(0.0, 2 * np.pi, angle_count, endpoint=False)
     motion = programme.motion_at(theta).T.copy()
     ends = np.array([stroke.end for stroke in programme.strokes])
     stroke = np.minimum(np.searchsorted(ends, theta, side="right"), len(ends) - 1)

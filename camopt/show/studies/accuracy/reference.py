@@ -24,19 +24,19 @@ SEARCH_WIDTH, PANEL_OVERLAP = 1e-3, 1e-9
 MOST_ROOT_STEPS = 200
 
 
-def extreme_near(
-    make_curve: Any, kinds: int, goal: int, design: Designs, programme: Programme, cam_angle: float
+def fifty_digit_extreme_near(
+    make_curve: Any, stroke_kinds: int, goal: int, design: Designs, programme: Programme, cam_angle: float
 ) -> Any:
     """The extreme of a curve of one design near a cam angle [rad], as a number of mpmath."""
     curve, table = make_curve(design, programme), programme.table
     u = (cam_angle - table.centre) / table.half_width
     values = []
-    for panel in np.flatnonzero(programme.panels_with_kinds(kinds) & (np.abs(u) <= 1.0 + PANEL_OVERLAP)):
+    for panel in np.flatnonzero(programme.panels_with_kinds(stroke_kinds) & (np.abs(u) <= 1.0 + PANEL_OVERLAP)):
         low, high = (
             fifty_digit_context().mpf(float(end))
             for end in np.clip([u[panel] - SEARCH_WIDTH, u[panel] + SEARCH_WIDTH], -1.0, 1.0)
         )
-        value_and_slope_at = cache(partial(_value_and_slope, curve, _motion_series(table, panel)))
+        value_and_slope_at = cache(partial(_value_and_slope, curve, _panel_motion_polynomials(table, panel)))
         places = [low, high, *_root_of_slope(value_and_slope_at, low, high)]
         values += [value_and_slope_at(place)[0] for place in places]
     if goal == LARGEST_MAGNITUDE:
@@ -62,7 +62,7 @@ def _root_of_slope(value_and_slope_at: Any, low: Any, high: Any) -> list[Any]:
     return [place]
 
 
-def _motion_series(table: Any, panel: Any) -> list[list[Any]]:
+def _panel_motion_polynomials(table: Any, panel: Any) -> list[list[Any]]:
     """Polynomials of a panel: displacement and its four derivatives by cam angle, as exact numbers."""
     number, half = fifty_digit_context().mpf, fifty_digit_context().mpf(float(table.half_width[panel]))
     orders = [[number(float(c)) for c in table.coefficients[panel]]]

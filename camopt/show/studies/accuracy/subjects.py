@@ -21,7 +21,7 @@ from camopt.show.studies.accuracy.digits import (
     fifty_digit_number_kind,
 )
 from camopt.show.studies.accuracy.methods import Method, enclosure_method
-from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, extreme_near
+from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, fifty_digit_extreme_near
 
 DESIGN_COUNT = 4096
 REFERENCE_COUNT = 24  # designs with a reference of 50 digits
@@ -92,7 +92,7 @@ class PeakSubject:
             design = replace(design, size=np.array([float(size)]))
             exact = exact.with_values({"size": Digits(size)})
         ((make, kinds),), (where,) = self.peak.curves, self._extremes(design).where[0]
-        return extreme_near(make, kinds, self.peak.goal, exact, self.problem.programme, float(where))
+        return fifty_digit_extreme_near(make, kinds, self.peak.goal, exact, self.problem.programme, float(where))
 
     def reference_with_50_digits(self, design_number: int) -> float:
         """The quantity of one design, computed with 50 digits."""

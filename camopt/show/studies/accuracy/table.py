@@ -22,7 +22,7 @@ from camopt.core.storage.tables import ARROW_TYPES, write_table
 from camopt.core.storage.version import VERSION
 from camopt.scene.problem.problem import resolve
 from camopt.scene.problem.rows import DesignRows
-from camopt.scene.problem.settings import problems_by_motion
+from camopt.scene.problem.settings import problems_by_motion_and_setting
 from camopt.scene.scene import Scene
 from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.style import (
@@ -36,7 +36,7 @@ from camopt.show.drawing.style import (
     Figure,
     Targets,
     add_grid,
-    canvas,
+    new_figure,
 )
 from camopt.show.studies.accuracy.methods import METHODS
 from camopt.show.studies.accuracy.reference import EQUAL_DIGITS
@@ -76,7 +76,9 @@ class AccuracyCosts(Result, Drawable):
         return {"scene": self.scene.name, "methods": self.methods}
 
 
-def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> AccuracyCosts:
+def measure_accuracy_costs(
+    scene: Scene, progress: Progress | None = None, engine: Engine | None = None
+) -> AccuracyCosts:
     """Measure time and error of each quantity and method, also for designs at the edge of a limit.
 
     Rows are over the laws of ``[search]``, or else of the scene. ``ns_per_design`` is the mean over the laws, the
@@ -86,19 +88,20 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     radius is that of the first quantity that depends on the size of the cam. Laws are measured one after the other,
     or on workers of an engine.
     """
-    found, count = [], len(problems_by_motion(resolve(scene)))
+    found, count = [], len(problems_by_motion_and_setting(resolve(scene)))
     measured = (engine or Threads(1)).results_in_order(partial(_measure_programmes, scene.to_toml()), range(count))
     for done, rows in enumerate(chain.from_iterable(measured), start=1):
         found += rows
         report_progress(progress, done, count)
-    return AccuracyCosts(scene, _worst_rows(found))
+    return AccuracyCosts(scene, _merge_rows_to_worst(found))
 
 
-def _measure_programmes(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
+def _measure_programmes(scene_toml: str, programme_numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
     """Rows of cost and error for some programmes of a scene (TOML), given by number."""
-    problems = problems_by_motion(resolve(Scene.from_dict(tomllib.loads(scene))))
+    problems = problems_by_motion_and_setting(resolve(Scene.from_dict(tomllib.loads(scene_toml))))
     return [
-        [row for subject in subjects_of(problems[number]) for row in _subject_rows(subject)] for number in numbers
+        [row for subject in subjects_of(problems[number]) for row in _subject_rows(subject)]
+        for number in programme_numbers
     ]
 
 
@@ -132,7 +135,7 @@ def _method_row(
     row_key: tuple[str, str, float],
     seconds: float,
     errors: FloatArray,
-    achieved: float,
+    achieved_relative_error: float,
     proved_within_limit: Any,
     possibly_within_limit: Any,
 ) -> dict[str, Any]:
@@ -142,13 +145,13 @@ def _method_row(
         "ns_per_design": seconds * 1e9,
         "error_max": float(errors.max()),
         "error_median": float(np.median(errors)),
-        "achieved": achieved,
+        "achieved": achieved_relative_error,
         "false_accept": float(proved_within_limit.mean()),
         "undecided": float((possibly_within_limit & ~proved_within_limit).mean()),
     }
 
 
-def _worst_rows(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _merge_rows_to_worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The worst of rows with the same quantity, method and setting."""
     groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for row in rows:
@@ -196,7 +199,7 @@ def draw(costs: "AccuracyCosts", path: Targets = None) -> "Figure":
     """Draw the largest error of each method against its time, with a diagram for each quantity."""
     rows = costs.methods
     names = list(dict.fromkeys(row["quantity"] for row in rows))
-    with canvas(path, (4.3 * len(names), 4.6), layout="constrained") as figure:
+    with new_figure(path, (4.3 * len(names), 4.6), layout="constrained") as figure:
         figure.suptitle(
             f"Cost of accuracy: {costs.scene.name}", x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold"
         )
