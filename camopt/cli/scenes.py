@@ -21,8 +21,8 @@ def read_scene(
 ) -> Any:
     """The scene of a file, a shipped name or a row of a table, with the changes of options.
 
-    The changes are made before a file is checked. If ``target`` is no scene, the message names ``what`` it should
-    be and what is ``allowed``.
+    The changes are made before a file is checked. If ``target`` is no scene, the message names
+    ``noun_for_message`` and ``allowed_words``.
     """
     table = target.endswith(".parquet")
     if table and row is not None:

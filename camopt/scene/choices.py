@@ -116,7 +116,7 @@ CHOICE_READER = Reader()
 def read_number_choices(
     table: type[SceneTable], given_choices: Any, table_key: str = "", reader: Reader = CHOICE_READER
 ) -> dict[str, Any]:
-    """The choices for numbers of a table and its inner tables, by key; ``where`` is the key of the table.
+    """The choices for numbers of a table and its inner tables, by key; ``table_key`` is the key of the table.
 
     Raises
     ------

@@ -248,7 +248,7 @@ def check_part(
 ) -> Iterator[Fault]:
     """Check that the sizes of the part are consistent and lie inside the cam.
 
-    ``trace_and_normal`` of the follower is in mm, or in deg of its arm; ``tip_radius`` is the radius of a roller or
+    ``lift`` of the follower is in mm, or in deg of its arm; ``tip_radius`` is the radius of a roller or
     spherical face [mm].
     """
     part, body = scene.part, mechanism.body

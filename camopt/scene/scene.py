@@ -611,7 +611,8 @@ def scene_named(
 ) -> Scene:
     """As ``find_scene``, with changes by key.
 
-    If the word is neither a file nor a shipped scene, the message names the argument (``what``) and ``allowed``.
+    If the word is neither a file nor a shipped scene, the message names ``noun_for_message`` and
+    ``allowed_words``.
     """
     if word in shipped_scenes():
         return _shipped_scene(word).replace(**changes) if changes else _shipped_scene(word)

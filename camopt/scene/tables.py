@@ -248,7 +248,7 @@ def with_optional_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[An
 
 
 def number_keys_with_types(numbers: Iterable[NumberKey], **types_by_key: Any) -> dict[str, tuple[Any, Key]]:
-    """The keys of numbers with their types: the type in ``kinds``, or else a number within its bounds."""
+    """The keys of numbers with their types: the type in ``types_by_key``, or else a number within its bounds."""
     own = {each.name: each for each in numbers}
     return {
         name: (types_by_key.get(name, Annotated[float, BoundedNumber(**each.allowed)]), each)

@@ -29,7 +29,7 @@ def part_middles_and_angle_intervals(
 def derivative_intervals_over_parts(
     table: Any, panel: IntArray, u: FloatArray, angle: SlopedInterval, derivative_count: int
 ) -> list[Any]:
-    """The first ``count`` derivatives over parts of panels, the displacement first, and the range of the next one.
+    """The first ``derivative_count`` derivatives over parts of panels, y first, and the range of the next one.
 
     Each is known at ``u``, the middle of the part, and the next derivative bounds its change over the part.
     """

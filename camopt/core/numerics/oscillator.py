@@ -158,7 +158,7 @@ def periodic_response(
 def response_from_rest(
     motion: FloatArray, half_width: FloatArray, slope_jumps: FloatArray, frequency_ratio: FloatArray, damping: Any
 ) -> Wave:
-    """z from rest, for each r in ``ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
+    """z from rest, for each r in ``frequency_ratio`` (rows, 1), with ``half_width`` (rows, panels)."""
     phase, damping = frequency_ratio * half_width, np.full_like(frequency_ratio, damping)
     shift, drive, kicks = _stiff_train_shift_drive_and_kicks(motion, phase, slope_jumps / frequency_ratio)
     solution = _polynomial_solution_by_panel(shift, drive, phase, damping)

@@ -17,9 +17,9 @@ INFEASIBLE_RESIDUAL = 1e-8  # residual below which no x holds all limits
 def constrained_least_squares(
     factor: FloatArray, offset: FloatArray, rows: FloatArray, lower_limits: FloatArray, rounding_scale: float = 0.0
 ) -> FloatArray | None:
-    """The x with the smallest |R·x + d| and rows·x ≥ least, for R of full rank; None if no x holds the limits.
+    """The x with the smallest |R·x + d| and rows·x ≥ lower_limits, for R of full rank; None if there is none.
 
-    ``size`` is the size of the numbers from which ``lower_limits`` was computed, which gives its rounding.
+    ``rounding_scale`` is the size of the numbers from which ``lower_limits`` was computed: it gives the rounding.
     """
     if not factor.shape[1]:
         return (
@@ -77,7 +77,7 @@ def shortest_solution_and_null_space(
 def least_relative_violation(
     rows: FloatArray, lower_limits: FloatArray, equality_rows: FloatArray, equality_values: FloatArray
 ) -> float:
-    """Smallest relative violation of rows·x ≥ least and same·x = values by any x; 0 if an x holds them all.
+    """Smallest relative violation of the inequalities and equalities by any x; 0 if an x holds them all.
 
     It is also 0 if the linear programme is not solved.
     """

@@ -95,9 +95,9 @@ def integrate_with_rising_order(
     integral_count: int,
     relative_error: float,
 ) -> Integrals:
-    """Integrals (kinds, n), each by the lowest order that differs little enough from the order before.
+    """Integrals (kinds, integral_count), each by the lowest order that differs little enough from the order before.
 
-    ``coefficient_integrals`` computes them for a rule and an index; errors are relative to ``error_scale``.
+    ``integrals_by_rule`` computes them for a rule and an index; errors are relative to ``error_scale``.
     """
     value = integrals_by_rule(gauss_rule(GAUSS_ORDERS[0]), slice(None))
     error, open_ = np.full_like(value, np.inf), np.arange(integral_count)

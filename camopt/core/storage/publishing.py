@@ -56,7 +56,7 @@ class Publication:
         Folder of the result.
     staging : pathlib.Path
         Folder in which the files are written first.
-    may_write : tuple of str
+    writable_patterns : tuple of str
         Names of allowed files, or patterns.
     answer : Any
         Answer for the next run with the same question, as JSON. It must be set before the end of the block.
@@ -101,14 +101,14 @@ def publication(
         Folder of the result. A new folder is made, and removed again if it stays empty.
     command : str
         Command whose earlier result is replaced; results of other commands stay.
-    may_write : tuple of str
+    writable_patterns : tuple of str
         Names of allowed files, or patterns such as ``optimum-*.toml``.
     revises : bool, default False
         Whether the earlier result stays, with its answer, but for the files that the block writes.
     question : Any, optional
         Question to the command, as JSON. ``published_answer_to_same_question`` returns the ``answer`` for the same
         question.
-    keeps : tuple of str, default ()
+    kept_patterns : tuple of str, default ()
         Names or patterns of files in the staging folder that stay if the block fails, such as finished work.
 
     Raises

@@ -166,7 +166,7 @@ class ContactResponse:
         return self._unit_responses["profile"]
 
     def cosine_and_sine_wave_responses(self, waves_per_turn: int) -> tuple[Series, Series]:
-        """Responses to a profile error that is a cosine and one that is a sine, with ``count`` waves in a turn."""
+        """Responses to a profile error that is a cosine and one that is a sine, with ``waves_per_turn`` waves."""
         cosine, sine = cosine_and_sine_series(self._multiple_angle_series(float(waves_per_turn)))
         return self.profile_response * cosine, self.profile_response * sine
 

@@ -129,7 +129,7 @@ def has_guide_friction(setup: Setup) -> bool:
 def guide_friction_line_coefficients(
     dynamics: FollowerDynamics, design_count: int, velocity_sign: float
 ) -> tuple[Any, Any]:
-    """The numbers ``drag`` and ``slide`` of the line drag + slide·y = way·μ·q."""
+    """Intercept and slope of the line way·μ·q by y."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length

@@ -48,7 +48,7 @@ def curve_distances_along_normal(
     given, ``cutter``, the path of the cutter's centre. A groove has ``profile_left`` and ``profile_right``, seen
     along the motion of the roller in it, and its cutter paths likewise.
 
-    ``radius`` is that of the follower's round body plus half its clearance.
+    ``body_radius`` is that of the follower's round body plus half its clearance.
     """
     distances = {} if mechanism.flat_faced else {"pitch": 0.0}
     outward = {"profile": -body_radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - body_radius})

@@ -51,7 +51,7 @@ def _cached_strokes_with_move_laws(strokes: tuple[Stroke, ...]) -> tuple[Stroke,
 
 
 def _move_with_end_positions(move: Stroke, run_start: float, start_position: float, end_position: float) -> Stroke:
-    """A move with new positions at its ends, ``before`` and ``after``, above the start of its run."""
+    """A move with new positions at its ends, above the start of its run."""
     assert move.given
     low, change = run_start + start_position * move.size, end_position - start_position
     return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))

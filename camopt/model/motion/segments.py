@@ -77,7 +77,7 @@ def segment_positions(segments: Sequence[MotionSegment]) -> list[float]:
 def start_position_and_strokes(
     segments: Sequence[MotionSegment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
-    """Position at the start of the turn, and its strokes; moves get their laws later (``move_joints``)."""
+    """Position at the start of the turn, and its strokes; moves get their laws later (module ``move_joints``)."""
     start = start_position(segments)
     strokes: list[Stroke] = []
     angle, y = 0.0, start * ExactNumbers(0.0, 0.0, angular).unit_in_mm_or_rad

@@ -96,7 +96,7 @@ class Limit(ABC):
     def sure_and_possible_body_radii(
         self, block: EvaluationBlock, body_radii: RadiusRange
     ) -> FeasibleBodies | None:
-        """The radii of roller or face among ``bodies`` with which designs of a case meet the limit.
+        """The radii of roller or face among ``body_radii`` with which a block's designs meet the limit.
 
         None if pitch curves do not decide the limit.
         """

@@ -54,7 +54,7 @@ def problem_with_searched_numbers_per_design(
 ) -> Problem:
     """The problem whose designs carry the numbers that ``[search]`` varies, and numbers with robust tolerances.
 
-    ``ends`` replaces the range ends in ``[search]``, by key.
+    ``search_ends`` replaces the range ends in ``[search]``, by key.
 
     Raises
     ------

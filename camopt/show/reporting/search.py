@@ -60,7 +60,7 @@ class BackgroundSearch:
         self.process: BaseProcess | None = None
 
     def run(self, scene: Scene) -> dict[str, Any]:
-        """The answer of ``find_smallest_cam_or_reason``; ``why`` if the search was stopped.
+        """The answer of ``find_smallest_cam_or_reason``; the reason if the search was stopped.
 
         Raises
         ------

@@ -204,7 +204,7 @@ class Session:
         }
 
     def smallest_cam_answer(self, request: Mapping[str, Any]) -> PageAnswer:
-        """The control values of the smallest cam that meets the limits, or the reason ``why`` there is none."""
+        """The control values of the smallest cam that meets the limits, or the reason why there is none."""
         answer = self.search.run(self.scene_of_request(request))
         if "why" in answer:
             return answer
