@@ -66,14 +66,14 @@ class Publication:
 
     folder: Path
     staging: Path
-    may_write: tuple[str, ...]
+    writable_patterns: tuple[str, ...]
     answer: Any = None
     files: tuple[Path, ...] = field(default=())
 
     def staged_path(self, name: str) -> Path:
         """Path at which a file is to be written."""
-        if not _matches_any_pattern(name, self.may_write):
-            raise KeyError(f"{name} is not one of {', '.join(self.may_write)}")
+        if not _matches_any_pattern(name, self.writable_patterns):
+            raise KeyError(f"{name} is not one of {', '.join(self.writable_patterns)}")
         return self.staging / name
 
 
@@ -252,7 +252,9 @@ def _publish(output: Publication, command: str, revises: bool, question: Any) ->
     """Sync the written files, write their manifest, and give both their names."""
     folder, entries = output.folder, {}
     staged = [
-        path for path in sorted(output.staging.iterdir()) if _matches_any_pattern(path.name, output.may_write)
+        path
+        for path in sorted(output.staging.iterdir())
+        if _matches_any_pattern(path.name, output.writable_patterns)
     ]
     # checked again, because the work may have taken days
     _check_ownership(folder, command, {path.name for path in staged}, revises)
@@ -332,7 +334,7 @@ def _reraise_with_result_path(error: OSError, output: Publication) -> None:
     """Raise an error about a temporary file again, with the name of the result's file."""
     if isinstance(error.filename, str) and Path(error.filename).is_relative_to(output.staging.parent):
         name = Path(error.filename).name
-        target = output.folder / name if _matches_any_pattern(name, output.may_write) else output.folder
+        target = output.folder / name if _matches_any_pattern(name, output.writable_patterns) else output.folder
         raise copy_os_error_for_path(error, error.strerror or str(error), target) from None
 
 
