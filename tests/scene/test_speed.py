@@ -79,9 +79,9 @@ def test_the_largest_lift_is_told_with_its_cam_angle(name, capsys):
     lift, unit, angle = told.groups()
     programme = resolve(find_scene(name)).programme.tool
     theta = np.linspace(0, 2 * np.pi, 720001)
-    y = programme.motion_at(theta)[0] / programme.unit
+    y = programme.motion_at(theta)[0] / programme.unit_in_mm_or_rad
     assert float(lift) == pytest.approx(np.ptp(y), rel=1e-5)
-    assert programme.motion_at(np.radians([float(angle)]))[0][0] / programme.unit == pytest.approx(
+    assert programme.motion_at(np.radians([float(angle)]))[0][0] / programme.unit_in_mm_or_rad == pytest.approx(
         y.max(), rel=1e-5
     )
     assert unit == ("deg" if find_scene(name).tool_turns else "mm")

@@ -18,6 +18,7 @@ READERS = {
     "cli/commands/searches.py": "the seconds of a user",
     "cli/interrupts.py": "signals that a terminal sends twice",
     "core/engines/dask_cluster.py": "the number of designs in a task of a cluster",
+    "core/engines/processes.py": "whether other processes start: which of them works changes no answer",
     "core/numerics/budget.py": "the seconds of a user",
     "core/numerics/clock.py": "tables of times",
     "core/kernels/kernel_cache.py": "ages of folders",

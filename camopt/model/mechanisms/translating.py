@@ -37,7 +37,9 @@ def translating_pressure_tangent(state, signed_offset, start_height):
 
 @derivative_formula(translating_pressure_tangent)
 def translating_pressure_derivatives(f, i, at):
-    return quotient_derivatives((at.y1 - f.lead[i], at.y2, at.y3, at.y4), (f.height[i] + at.y, at.y1, at.y2, at.y3))
+    return quotient_derivatives(
+        (at.y1 - f.signed_offset[i], at.y2, at.y3, at.y4), (f.start_height[i] + at.y, at.y1, at.y2, at.y3)
+    )
 
 
 @curve_type_from_formula

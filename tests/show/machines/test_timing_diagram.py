@@ -32,7 +32,7 @@ def stations_of(machine):
 
 def names_at(spans, angle):
     """The names of the spans that hold an angle [deg]."""
-    return {span.name for span in spans for start, end in span.parts if start < angle < end}
+    return {span.name for span in spans for start, end in span.ranges_within_turn if start < angle < end}
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -50,7 +50,7 @@ def test_segments_are_those_of_the_scene_at_the_cam_angle(seed):
                 segment = segments[int(np.searchsorted(ends, cam_angle))].segment
                 name = "move" if segment == "constant-velocity" else segment
                 assert names_at(spans, angle) == {name}, (station.name, angle)
-        assert sum(end - start for span in spans for start, end in span.parts) == pytest.approx(360.0)
+        assert sum(end - start for span in spans for start, end in span.ranges_within_turn) == pytest.approx(360.0)
 
 
 def test_ends_of_segments_shifted_repeated_and_split():
@@ -59,8 +59,8 @@ def test_ends_of_segments_shifted_repeated_and_split():
     ends = [0.0, 120.0, 165.0, 315.0]
     starts = sorted((end / 2 + 180.0 * turn - 30.0) % 360.0 for end in ends for turn in range(2))
     assert [span.start for span in spans] == pytest.approx(starts)
-    crossing = [span for span in spans if len(span.parts) == 2]
-    assert [span.parts for span in crossing] == [[(330.0, 360.0), (0.0, 30.0)]]
+    crossing = [span for span in spans if len(span.ranges_within_turn) == 2]
+    assert [span.ranges_within_turn for span in crossing] == [[(330.0, 360.0), (0.0, 30.0)]]
     assert crossing[0].name == "rise"
 
 
@@ -76,13 +76,17 @@ def test_points_of_a_curve_are_on_it():
         assert (angles[0], angles[-1]) == pytest.approx((0.0, 360.0))
         programme = station.problem.programme.tool
         cam = np.radians(angles - station.station.phase) * station.station.ratio % (2 * np.pi)
-        assert values == pytest.approx(programme.motion_at(cam, 0)[0] / programme.unit, abs=1e-9)
+        assert values == pytest.approx(programme.motion_at(cam, 0)[0] / programme.unit_in_mm_or_rad, abs=1e-9)
 
 
 def test_clearances_in_words():
     machine = random_machine(3, clear=CLEARANCES)
     spans = [span for _, span in TimingData.from_machine(machine).clearances]
-    assert [span.parts for span in spans] == [[(320.0, 360.0), (0.0, 50.0)], [(0.0, 360.0)], [(100.0, 120.0)]]
+    assert [span.ranges_within_turn for span in spans] == [
+        [(320.0, 360.0), (0.0, 50.0)],
+        [(0.0, 360.0)],
+        [(100.0, 120.0)],
+    ]
     assert spans[0].words == "station 1 ≥ 0 deg"  # its tool turns
     assert spans[2].words == "−station 0 + 2.5·station 2 ≥ 0 mm"
     assert linear_form_text([-2.0, -1.0], ["a", "b"]) == "−2·a − b"

@@ -90,7 +90,7 @@ def test_the_cursor_moves_all_stations_and_the_pointer_moves_the_cursor(tmp_path
                 scene = machine.scenes[station.name]
                 cam = (angle - station.phase) * station.ratio % 360.0
                 programme = resolve_design(scene).programme.tool
-                lift = float(programme.motion_at(np.radians([cam]), 0)[0, 0]) / programme.unit
+                lift = float(programme.motion_at(np.radians([cam]), 0)[0, 0]) / programme.unit_in_mm_or_rad
                 assert float(text.split()[0].replace("−", "-")) == pytest.approx(lift, rel=1e-3, abs=1e-2)
                 if scene.cam.form == "disc":
                     sense = 1.0 if scene.cam.rotation == "ccw" else -1.0

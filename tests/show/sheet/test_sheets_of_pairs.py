@@ -96,7 +96,7 @@ def test_the_front_views_show_both_profiles_in_their_true_phase_and_one_timing_m
             drawn = max((m.points for m in lines if m.pen == pen), key=lambda points: np.abs(points).max())
             points = shapely.points(np.column_stack([drawn.real, drawn.imag]))
             assert shapely.distance(points, profile).max() < 3e-3
-        assert view.mark == pytest.approx(up.intersection(true[0]).bounds[1], abs=0.05)
+        assert view.timing_mark_radius == pytest.approx(up.intersection(true[0]).bounds[1], abs=0.05)
         marks = [m.points for m in sheets(name)[place].marks if isinstance(m, Line) and m.pen == THICK]
         assert sum(len(m) == 2 and abs(m[1] - m[0] - 1j * MARK_LENGTH) < 1e-9 for m in marks) == 1
 

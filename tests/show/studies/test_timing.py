@@ -20,14 +20,14 @@ DENSE = 36_000
 def test_it_is_above_just_between_the_angles_told(name, share):
     scene = find_scene(name)
     programme = resolve(scene).programme.tool
-    lift = share * programme.lift / programme.unit
+    lift = share * programme.lift / programme.unit_in_mm_or_rad
     passages = timing(scene, [lift]).passages
     assert passages
     ends = np.radians([(each.rises_at_deg, each.falls_at_deg) for each in passages])
     motion = programme.motion_at(ends.ravel() % (2 * np.pi))
-    assert np.allclose(motion[0], lift * programme.unit, rtol=0, atol=1e-11 * programme.lift)
+    assert np.allclose(motion[0], lift * programme.unit_in_mm_or_rad, rtol=0, atol=1e-11 * programme.lift)
     angles = (np.arange(DENSE) + 0.5) / DENSE * 360
-    above = programme.motion_at(np.radians(angles))[0] > lift * programme.unit
+    above = programme.motion_at(np.radians(angles))[0] > lift * programme.unit_in_mm_or_rad
     told = np.zeros(DENSE, dtype=bool)
     for each in passages:
         told |= (angles - each.rises_at_deg) % 360 < each.above_deg

@@ -299,12 +299,12 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     problem = resolve(scene.replace(search=search, limits={}, outputs=None))
     space = grid_space(problem)
     grid, problem = Grid(space), space.problems[0]
-    assume(grid.free)
+    assume(grid.varied_fields)
     boxes = grid.whole_box_of_each_motion(len(problem.objectives)).take(slice(0, 1))
     while rng.random() < 0.8 and np.any(boxes.design_counts > 1):
         boxes = boxes.take(boxes.design_counts > 1)
         boxes = boxes.halve_boxes(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
-    looked = BoxBounds(problem, grid.free).bound_costs(grid.boxes_as_interval_designs(boxes))
+    looked = BoxBounds(problem, grid.varied_fields).bound_costs(grid.boxes_as_interval_designs(boxes))
     designs, home = (
         space.designs(grid.design_numbers_in_boxes(boxes)),
         np.repeat(np.arange(len(boxes)), boxes.design_counts),

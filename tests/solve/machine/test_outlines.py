@@ -43,7 +43,7 @@ def test_chords_cover_the_outline_and_halves_cover_less(seed):
     outline = MovingOutline.from_table(
         Station(name="a", scene="x", direction=0, outline=random_outline(rng, 0.0, 40))
     )
-    tree = outline.tree
+    tree = outline.chord_tree
     corners = tree.start[(tree.children[:, 0] == np.arange(len(tree.cover)))]
     assert sorted(corners.tolist(), key=abs) == sorted(outline.points.tolist(), key=abs)
     for chord, children in enumerate(tree.children):
@@ -61,6 +61,6 @@ def test_chords_cover_the_outline_and_halves_cover_less(seed):
 def test_a_tool_turns_about_its_pivot_and_slides_along_its_direction():
     turning = MovingOutline.from_table(Station(name="a", scene="x", outline=[[10, 0]], pivot=[4, 0], sense="cw"))
     assert turning.moved_points(turning.points, 90.0) == pytest.approx([4.0 - 6.0j])
-    assert turning.velocities(np.array([4.0 - 6.0j])) * np.degrees(1.0) == pytest.approx([-6.0])
+    assert turning.velocities_by_lift(np.array([4.0 - 6.0j])) * np.degrees(1.0) == pytest.approx([-6.0])
     sliding = MovingOutline.from_table(Station(name="a", scene="x", outline=[[10, 0]], direction=120))
     assert sliding.moved_points(sliding.points, 2.0) == pytest.approx([9.0 + np.sqrt(3.0) * 1j])

@@ -46,7 +46,9 @@ def test_lift_of_a_station_is_that_of_its_tool(name):
     (station,) = resolve_stations(machine)
     angles = rng.uniform(0.0, TURN, 1000)
     programme = station.problem.programme.tool
-    own = programme.motion_at(np.mod(ratio * (angles - np.radians(phase)), TURN), 0)[0] / programme.unit
+    own = (
+        programme.motion_at(np.mod(ratio * (angles - np.radians(phase)), TURN), 0)[0] / programme.unit_in_mm_or_rad
+    )
     assert np.abs(station.lift.value(angles) - own).max() < 1e-9
     assert station.unit == ("deg" if scene.tool_turns else "mm")
 
@@ -60,9 +62,9 @@ def test_the_inertia_of_the_masses_is_what_the_speed_adds_to_the_torque(name):
     assert not scene.follower.dynamics.damping
     angles = np.random.default_rng(1).uniform(0.0, TURN, 500)
     change = fast.torque.value(angles) - slow.torque.value(angles)
-    expected = 3.0 * TURN**2 * slow.inertia.derivative.value(angles) / 2.0
+    expected = 3.0 * TURN**2 * slow.reflected_inertia.derivative.value(angles) / 2.0
     assert np.abs(change - expected).max() <= 1e-8 * np.abs(change).max()
-    assert abs(slow.inertia.least().value) <= 1e-12 * slow.inertia.largest().value
+    assert abs(slow.reflected_inertia.least().value) <= 1e-12 * slow.reflected_inertia.largest().value
 
 
 def test_a_station_with_an_infinite_torque_is_left_out_of_the_sum():

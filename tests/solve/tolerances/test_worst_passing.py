@@ -30,7 +30,7 @@ def passages(scene):
     """The events of half of the lift, however long they take."""
     (passage,) = camopt.timing(scene.replace(tolerances={})).passages
     turn = TurnErrors(scene.with_profile_tolerance_moved, resolve_design(scene))
-    of, unit = make_worst_cam_search(turn), turn.problem.programme.tool.unit
+    of, unit = make_worst_cam_search(turn), turn.problem.programme.tool.unit_in_mm_or_rad
     return [
         dwells_and_passages._worst_passage(of, each, end, UNLIMITED)
         for each in _passage_ends(passage, unit)
@@ -58,7 +58,7 @@ def test_no_cam_passes_beyond_the_bound(kind):
         angles = np.full(count, radians(found.bound_deg))
         error = cams.motion_errors(off, cams.contact_places(off, angles), 0)
         side = dwells_and_passages.PASSAGE_SIDES[found.passage, found.end]
-        above = side * (programme.motion_at(angles[:1])[0] + error - found.lift * programme.unit)
+        above = side * (programme.motion_at(angles[:1])[0] + error - found.lift * programme.unit_in_mm_or_rad)
         assert above.max() <= 1e-13
         assert above.max() > -0.5 * np.ptp(error)  # not far from it
         assert 0.0 < found.gap_deg < 2e-5 * abs(found.found_deg - angle_of(scene, found))

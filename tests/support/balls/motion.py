@@ -111,7 +111,7 @@ def _loads_of_train(programme: Programme) -> LoadsInBalls | None:
     load = programme.load
     if not isinstance(load, TrainLoad):
         return None if load is None else LoadsInBalls(load)
-    return LoadsInBalls(load, train_in_balls(load.train), arb(load.zero), programme.monotone)
+    return LoadsInBalls(load, train_in_balls(load.train), arb(load.zero), programme.has_monotone_strokes)
 
 
 def _given_motion(programme: Programme, loads: LoadsInBalls | None) -> ExactMotion:
@@ -135,7 +135,7 @@ def _follower_motion(programme: Programme, tool: ExactMotion) -> ExactMotion:
     loads = None
     if programme.load is not None:
         counted = follower_at(train, zero + tool.strokes[0].low) - level
-        loads = LoadsInBalls(programme.load, train, counted, programme.monotone)
+        loads = LoadsInBalls(programme.load, train, counted, programme.has_monotone_strokes)
     for stroke, asked in zip(programme.strokes, tool.strokes, strict=True):
         low = zero + asked.low
         begins, ends = (follower_at(train, each) for each in (low, low + asked.change))

@@ -36,7 +36,7 @@ HIGHEST_ERROR = 2.0**-100  # relative
 def exact_turn(programme: Programme) -> ExactMotion:
     """The turn of a programme in balls, its highest included, which is proved where it may be inside a stroke."""
     motion = exact_motion(programme)
-    if programme.monotone:
+    if programme.has_monotone_strokes:
         return motion
     highest = Largest(Side(ExactCurve(MotionDerivative(0))).parts(motion)).within(HIGHEST_ERROR)
     return replace(motion, highest=highest)
