@@ -43,9 +43,9 @@ from camopt.core.numerics.piecewise import PANEL_RECORD, MotionTable, Panels, pa
 from camopt.core.numerics.workspace import (
     PLAIN_TILE,
     WORKSPACE_RECORD,
+    empty_workspace_for_uncompiled_search,
     keep_freed_memory,
     thread_workspace,
-    uncompiled_workspace,
 )
 
 SHARP_SHARE = 0.25  # share of the allowed error that rounding may take in a part that is searched again
@@ -361,7 +361,12 @@ def write_all_extremes_of_curve(curve, panels, questions, precision, answers, wo
 @write_all_extremes_of_curve.array_version
 def _write_all_extremes_in_python(curve, panels, questions, precision, answers, workspace):
     write_all_extremes_of_curve.py_func(
-        CachingEvaluator(*curve), panels, questions, precision, answers, uncompiled_workspace(panels)
+        CachingEvaluator(*curve),
+        panels,
+        questions,
+        precision,
+        answers,
+        empty_workspace_for_uncompiled_search(panels),
     )
 
 

@@ -130,7 +130,7 @@ def _pressure_factor_pair_of_jet(t: Jet, table: FloatArray) -> tuple[Any, Any]:
 
 
 @pressure_factor_and_derivative.register
-def _pressure_factor_pair_of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
+def _pressure_factor_and_derivative_of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
     (high, steep, *_), (low, gentle, *_) = (
         pressure_factor_derivatives(t.low, table),
         pressure_factor_derivatives(t.high, table),
@@ -144,8 +144,8 @@ def _pressure_factor_pair_of_interval(t: Interval, table: FloatArray) -> tuple[A
 @pressure_factor_and_derivative.register
 def _pressure_factor_pair_of_sloped(t: SlopedInterval, table: FloatArray) -> tuple[Any, Any]:
     (value, slope), (h, h1) = (
-        _pressure_factor_pair_of_interval(t.value, table),
-        _pressure_factor_pair_of_interval(t.at, table),
+        _pressure_factor_and_derivative_of_interval(t.value, table),
+        _pressure_factor_and_derivative_of_interval(t.at, table),
     )
     return apply_chain_rule(value, h, [(t, slope)]), apply_chain_rule(
         slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))]

@@ -125,7 +125,7 @@ def thread_workspace(panels: Any) -> Workspace:
     return workspaces[size]
 
 
-def uncompiled_workspace(panels: Any) -> Workspace:
+def empty_workspace_for_uncompiled_search(panels: Any) -> Workspace:
     """A larger workspace for uncompiled searches."""
     return _make_workspace(*_node_and_row_counts(panels), PLAIN_TILE)
 

@@ -276,7 +276,9 @@ def _advance_flights(
         driving_force, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed
     )
 
-    def flank_gaps(step_fraction: Any, flight_index: Any = slice(None)) -> tuple[FloatArray, FloatArray]:
+    def distances_to_both_flanks(
+        step_fraction: Any, flight_index: Any = slice(None)
+    ) -> tuple[FloatArray, FloatArray]:
         """s·u minus its value on the other flank (a landing at 0), and on the first flank (in flight above 0)."""
         along = step_fraction * length[flight_index]
         way = polynomial.polyval(along, series[:, flight_index], tensor=False)
@@ -289,7 +291,7 @@ def _advance_flights(
         return way - ahead, way + behind
 
     size = gap.values_on_both_flanks(design, panel, flying.place, side)[0]
-    gaps = np.array([flank_gaps(share) for share in STEP_FRACTIONS])
+    gaps = np.array([distances_to_both_flanks(share) for share in STEP_FRACTIONS])
     beyond, back = gaps[:, 0] >= 0.0, gaps[:, 1] < -LIFTED_SHARE * size
     landed_by = beyond | back
     ends = np.asarray(landed_by.any(axis=0))
@@ -300,7 +302,7 @@ def _advance_flights(
         which = np.flatnonzero(ends)
 
         def landing_depth(step_fraction: FloatArray) -> FloatArray:
-            one, two = flank_gaps(step_fraction, which)
+            one, two = distances_to_both_flanks(step_fraction, which)
             return np.where(returns[which], -LIFTED_SHARE * size[which] - two, one)
 
         high[which] = _root_between(landing_depth, high[which] - STEP_FRACTIONS[0], high[which])

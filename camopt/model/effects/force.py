@@ -142,7 +142,7 @@ class ForceExtremes(NamedTuple):
 def force_extremes(programme: Programme, *factors: FloatArray) -> ForceExtremes:
     """Extremes of F from its factors (``force_factors_with_train``), (settings,), over a turn without corners."""
     count, (*steady, carried) = len(factors[0]), factors
-    curve = add_changing_load(Linear(*steady), np.ones(count), carried, programme)
+    curve = add_changing_load_and_train_inertia(Linear(*steady), np.ones(count), carried, programme)
     questions = [(ALL_STROKES, goal) for goal in (LEAST, LARGEST)]
     ends = extremes_of_curve(curve, count, programme.table, questions, Precision(FORCE_ERROR, inf))
     at = programme.state(programme.one_sided_angles(ends.where[0], ALL_STROKES))
@@ -363,10 +363,12 @@ def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Prog
     """Curve of F at a speed [rad/s], divided by a lever [N or N·mm]."""
     assert omega is not None
     steady = Linear(*(weight / lever for weight in force_weights_and_constant(setup.dynamics, omega)))
-    return add_changing_load(steady, 1.0 / lever, omega**2 / lever, programme)
+    return add_changing_load_and_train_inertia(steady, 1.0 / lever, omega**2 / lever, programme)
 
 
-def add_changing_load(steady_force: Linear, load_share: Any, inertia_factor: Any, programme: Programme) -> Any:
+def add_changing_load_and_train_inertia(
+    steady_force: Linear, load_share: Any, inertia_factor: Any, programme: Programme
+) -> Any:
     """A force plus a share of the load that changes over the turn, and of the inertia of a train."""
     if isinstance(programme.load, TrainLoad):
         return force_with_train_load(steady_force, load_share, inertia_factor)

@@ -191,7 +191,7 @@ def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme
     )
 
 
-def entrainment_speed_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def entrainment_speed_mm_per_rad_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """Curve of the entrainment speed u [mm/rad]."""
     mechanism = setup.mechanism
     sliding, turns = (
@@ -219,7 +219,7 @@ def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, vel
     """Curve of ``film_thickness_factor`` over the film."""
     mechanism = setup.mechanism
     normal = normal_force_curve(setup, designs, programme, velocity_sign)
-    entrainment = entrainment_speed_curve(setup, designs, programme)
+    entrainment = entrainment_speed_mm_per_rad_curve(setup, designs, programme)
     if mechanism.curvature:
         curvature = flank_path_curvature_curve(setup, designs, programme, mechanism.flanks[0])
         return inverse_film_thickness(normal, entrainment, roller_relative_radius(curvature, designs.roller_radius))
@@ -272,7 +272,7 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
     sliding = tuple(
         (partial(sliding_speed_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
     )
-    carrying = partial(entrainment_speed_curve, setup), ALL_STROKES
+    carrying = partial(entrainment_speed_mm_per_rad_curve, setup), ALL_STROKES
     jumps = never_infinite_by_jumps if setup.is_knife else is_infinite_by_velocity_jumps
     speed = scale_per_design_if_varied(
         setup, MultipleScale(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3

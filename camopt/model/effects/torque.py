@@ -45,7 +45,7 @@ from camopt.core.numerics.piecewise import external_load_polynomials_by_panel, t
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.effect_numbers import FollowerDynamics
-from camopt.model.effects.force import add_changing_load
+from camopt.model.effects.force import add_changing_load_and_train_inertia
 from camopt.model.effects.guided_torque import guided_torque_polynomials, panel_parts_with_smooth_torque
 from camopt.model.effects.loads import (
     friction_signs_by_stroke_kind,
@@ -291,7 +291,7 @@ def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programm
     """Curve of the torque of ``dissipative_force_polynomials`` [N·mm], without impulses at corners."""
     numbers, ones = setup.with_design_numbers(designs), np.ones(len(designs))
     damping = Linear(0.0 * ones, numbers.dynamics.damping * numbers.omega * ones, 0.0 * ones, 0.0 * ones)
-    return shaft_torque(add_changing_load(damping, ones, numbers.omega**2 * ones, programme))
+    return shaft_torque(add_changing_load_and_train_inertia(damping, ones, numbers.omega**2 * ones, programme))
 
 
 def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:

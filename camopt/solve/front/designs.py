@@ -141,7 +141,11 @@ def evaluate_designs(
     problem = _problem_varying_table_numbers(scene, scene_problem, varied, table)
     wanted = problem.evaluated_quantities | problem.size_quantity_names | frozenset(VERDICT_COLUMNS)
     motions = _problems_and_rows_by_motion(scene_problem, problem, table)
-    parts = [part for motion, index in motions for part in _evaluate_rows(motion, rows.take(index), index, wanted)]
+    parts = [
+        part
+        for motion, index in motions
+        for part in _evaluate_designs_of_one_motion(motion, rows.take(index), index, wanted)
+    ]
     values = scatter_rows(parts, table.count).columns
     quantities = {name: find_quantity(name, scene_problem.setup) for name in in_column_order(wanted)}
     columns_in_order = [*quantities, *(f"{EXCESS_PREFIX}{limit.name}" for limit in problem.limits)]
@@ -376,8 +380,8 @@ def _group_rows_with_equal_values(columns: Iterable[NDArray[Any]], count: int) -
     return np.split(order, np.flatnonzero(np.diff(codes[order])) + 1)
 
 
-def _evaluate_rows(
-    problem: Problem, designs: Designs, rows: IndexArray, names: frozenset[str]
+def _evaluate_designs_of_one_motion(
+    problem: Problem, designs: Designs, result_rows: IndexArray, names: frozenset[str]
 ) -> Iterator[tuple[IndexArray, DesignRows]]:
     """The quantities, verdicts and excesses of designs that share a motion, with the places of their rows."""
     exists = problem.setup.mechanism.can_assemble(designs, problem.programme)
@@ -389,7 +393,7 @@ def _evaluate_rows(
         excess = dict(
             zip(limits, relative_excesses_by_limit(problem.limits, evaluated.columns, assembled), strict=True)
         )
-        yield rows[existing], DesignRows(evaluated.select_columns(names).columns | excess, existing.size)
+        yield result_rows[existing], DesignRows(evaluated.select_columns(names).columns | excess, existing.size)
     if impossible.size:
         block = EvaluationBlock(problem.setup, problem.programme, designs.take(impossible))
         sizes = run_effects(block, problem.size_quantity_names)
@@ -398,7 +402,7 @@ def _evaluate_rows(
             for name in names - problem.size_quantity_names
         }
         columns = sizes.columns | missing | dict.fromkeys(limits, inf)
-        yield rows[impossible], DesignRows(columns, impossible.size)
+        yield result_rows[impossible], DesignRows(columns, impossible.size)
 
 
 def _column_value_if_not_assembled(name: str) -> Any:

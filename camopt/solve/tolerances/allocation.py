@@ -346,7 +346,7 @@ class _GradeSearch:
         if not self.least_mounting_interference:
             return 0.0
         low = self.least_ungraded_separation + sum(
-            self.least_separations_by_key_and_grade[key][grade] for key, grade in grades.items()
+            self.least_contact_separations_by_key_and_grade[key][grade] for key, grade in grades.items()
         )
         unit = degrees(1.0) if self.problem.setup.angular else 1.0
         return max(-(self.least_mounting_interference + unit * float(low.min())), 0.0)
@@ -439,7 +439,7 @@ class _GradeSearch:
         return self.problem.nominal_numbers[key] + (zone.lower if zone else 0.0)
 
     @cached_property
-    def least_separations_by_key_and_grade(self) -> dict[str, dict[int, FloatArray]]:
+    def least_contact_separations_by_key_and_grade(self) -> dict[str, dict[int, FloatArray]]:
         """Least separation that each graded tolerance makes, by key and grade."""
         return {
             key: {grade: self._least_contact_separation_by_key(scene)[key] for grade, scene in scenes.items()}

@@ -154,7 +154,7 @@ class BoundSearch:
 
     def bound_parts(self, parts: BoxParts, target_errors: FloatArray) -> "EnclosedParts":
         """Bounds of parts, from errors p near the given ones; errors with a known sign of slope keep one end."""
-        rows, size = self._rows_of_place_and_cut_variables, parts.size
+        rows, size = self._box_rows_of_angle_and_other_bisected_variables, parts.size
         at = self._nearest_errors(parts, target_errors)
         low, high = at.copy(), at.copy()
         low[rows], high[rows] = parts.low[rows], parts.high[rows]
@@ -221,7 +221,7 @@ class BoundSearch:
         return replace(reduced, low=low, high=high)
 
     @cached_property
-    def _rows_of_place_and_cut_variables(self) -> list[int]:
+    def _box_rows_of_angle_and_other_bisected_variables(self) -> list[int]:
         """Rows of the turn and of variables that are no errors."""
         return [0, *(1 + k for k, name in enumerate(self.box) if name in self.cut_variables)]
 
@@ -248,7 +248,7 @@ class BoundSearch:
     def _largest_gain(self, parts: BoxParts, slopes: Interval, point_errors: FloatArray) -> FloatArray:
         """Largest increase of the quantity from errors at a point to any errors of a part: max g·(x − p)."""
         gains = (slopes * Interval(parts.low - point_errors, parts.high - point_errors)).high
-        gains[self._rows_of_place_and_cut_variables] = 0.0
+        gains[self._box_rows_of_angle_and_other_bisected_variables] = 0.0
         for both, longest in self._vector_rows_and_lengths:
             low, high, x, y = parts.low[both], parts.high[both], slopes[both[0]], slopes[both[1]]
             ends = [np.array(g) for g in product((x.low, x.high), (y.low, y.high))]
