@@ -31,6 +31,12 @@ def texts_of_tests() -> dict[Path, str]:
     return {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.rglob("test_*.py"))}
 
 
+@cache
+def tests_that_name(word: str) -> list[Path]:
+    return [path for path, text in texts_of_tests().items() if word in text]
+
+
+@cache
 def core() -> list[Path]:
     return [next(TESTS.rglob(f"test_{each}.py")) for each in CORE]
 
@@ -38,9 +44,13 @@ def core() -> list[Path]:
 def killers(module: str) -> list[Path]:
     """Tests of a module's own name, of the core, those that import it, the shortest first, those of its folder."""
     room, _, name = module.rpartition(".")
-    texts = texts_of_tests()
-    direct = [p for p, text in texts.items() if module in text or (f"from {room} import" in text and name in text)]
-    near = [p for p, text in texts.items() if room in text and room != "camopt"]
+    texts, near = texts_of_tests(), tests_that_name(room)
+    direct = [
+        path
+        for path in near
+        if module in texts[path] or (f"from {room} import" in texts[path] and name in texts[path])
+    ]
+    near = near if room != "camopt" else []
     own = [path for path in texts if path.stem.removeprefix("test_").startswith(name.rstrip("s"))]
     shortest = [path for found in (direct, near) for path in sorted(found, key=lambda path: len(texts[path]))]
     return list(dict.fromkeys([*own, *core(), *shortest]))

@@ -2,8 +2,10 @@
 
 import ast
 import re
+from functools import cache
 
 from support.pages import ROOT
+from support.sources import PACKAGE, parsed_modules
 
 PAGE = (ROOT / "docs" / "nomenclature.md").read_text(encoding="utf-8")
 (SECTION,) = re.findall(r"^## Words of the code\n(.*?)^## ", PAGE, re.DOTALL | re.MULTILINE)
@@ -12,11 +14,11 @@ IN_CODE = [noun.strip("`") for noun, _ in ROWS if noun.startswith("`")]
 TERMS = [noun for noun, _ in ROWS if not noun.startswith("`")]
 
 
+@cache
 def defined_names():
     """Names of the classes and functions of the package."""
-    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in (ROOT / "camopt").rglob("*.py")]
     defined = (ast.ClassDef, ast.FunctionDef)
-    return {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, defined)}
+    return {node.name for tree in parsed_modules(PACKAGE).values() for node in ast.walk(tree) if isinstance(node, defined)}
 
 
 def test_the_glossary_has_at_most_60_nouns_and_each_once():

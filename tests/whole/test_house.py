@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from mutation.killers import CORE, killers
+from support.sources import PACKAGE, parsed_modules
 
 import camopt
 from camopt.core.quantities import QUANTITIES
@@ -16,7 +17,6 @@ from camopt.model.mechanisms.elements import BODIES, MOTIONS
 from camopt.scene.limits import Limits
 from camopt.scene.synthesis import OBJECTIVE_TERMS
 
-PACKAGE = Path(camopt.__file__).parent
 DOORS = {"__init__", "__main__"}
 """They open the package, and import from anywhere."""
 MOST_IMPORTS_INSIDE, MOST_OF_OURS = 71, 23
@@ -28,17 +28,19 @@ MOST_STATEMENTS = {"core": 5_600, "model": 9_100, "scene": 6_560, "solve": 20_92
 that says why."""
 
 
-FILES = {
-    ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): path
-    for path in sorted(PACKAGE.rglob("*.py"))
-}
+def module_name(path: Path) -> str:
+    """The name of a module without that of the package."""
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+
+
+FILES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 """All modules, by their names without that of the package."""
 
 
 @cache
 def trees() -> dict[str, ast.Module]:
     """The syntax trees of all modules."""
-    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
+    return {module_name(path): tree for path, tree in parsed_modules(PACKAGE).items()}
 
 
 def test_few_imports_are_inside_functions():

@@ -7,10 +7,8 @@ from collections import defaultdict
 from pathlib import Path
 
 import pytest
+from support.sources import PACKAGE, parsed_modules
 
-import camopt
-
-PACKAGE = Path(camopt.__file__).parent
 TESTS = Path(__file__).parents[1]
 WORDS = tomllib.loads((TESTS / "data" / "words.toml").read_text(encoding="utf-8"))
 CLOSED, IRREGULAR, NOUNS = (frozenset(WORDS[name].split()) for name in ("closed", "irregular", "nouns"))
@@ -18,8 +16,8 @@ CLOSED, IRREGULAR, NOUNS = (frozenset(WORDS[name].split()) for name in ("closed"
 
 def functions_of(folder):
     """All functions and methods of a folder but special ones: (path, line, name)."""
-    for path in sorted(folder.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path, tree in parsed_modules(folder).items():
+        for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not node.name.startswith("__"):
                 yield path.relative_to(folder), node.lineno, node.name
 
@@ -64,8 +62,8 @@ MOST_SHARED_NAMES = 60
 
 def test_few_names_have_homes_in_two_modules():
     homes = defaultdict(set)
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for path, tree in parsed_modules(PACKAGE).items():
+        for node in tree.body:
             targets = node.targets if isinstance(node, ast.Assign) else []
             names = [node.name] if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
             names += [target.id for target in targets if isinstance(target, ast.Name)]
