@@ -24,7 +24,7 @@ def faultless_table(
     """
     values: dict[str, Any] = {}
     for name, field in model.model_fields.items():
-        table, value = table_type_in(_type_hint_of_key(model, name)), OMITTED
+        table, value = _table_type_of_key(model, name), OMITTED
         if given.get(name) is not None:
             value = _faultless_value(model, name, given[name], wrong_keys, f"{place}{name}")
         if value is OMITTED and field.is_required():
@@ -40,6 +40,11 @@ def _type_hint_of_key(model: type[SceneTable], name: str) -> Any:
 
 
 @cache
+def _table_type_of_key(model: type[SceneTable], name: str) -> type[SceneTable] | None:
+    return table_type_in(_type_hint_of_key(model, name))
+
+
+@cache
 def _type_adapter(model: type[SceneTable], name: str) -> TypeAdapter[Any]:
     return TypeAdapter(_type_hint_of_key(model, name))
 
@@ -48,7 +53,7 @@ def _faultless_value(model: type[SceneTable], name: str, value: Any, wrong_keys:
     """The typed value of a key of a table, or OMITTED."""
     kinds: list[Any] = [*union_members(_type_hint_of_key(model, name))]
     origins: set[Any] = {get_origin(kind) for kind in kinds}
-    table = table_type_in(_type_hint_of_key(model, name))
+    table = _table_type_of_key(model, name)
     if key in wrong_keys:
         words = str in kinds or Literal in origins
         if StepRange in kinds and tuple not in origins:
