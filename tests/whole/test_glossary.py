@@ -18,7 +18,8 @@ TERMS = [noun for noun, _ in ROWS if not noun.startswith("`")]
 def defined_names():
     """Names of the classes and functions of the package."""
     defined = (ast.ClassDef, ast.FunctionDef)
-    return {node.name for tree in parsed_modules(PACKAGE).values() for node in ast.walk(tree) if isinstance(node, defined)}
+    trees = parsed_modules(PACKAGE).values()
+    return {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, defined)}
 
 
 def test_the_glossary_has_at_most_60_nouns_and_each_once():
