@@ -709,9 +709,12 @@ def test_dwells_of_random_files_are_found_and_none_invented(rests):
             assert read.found
 
 
+GAUSS = np.polynomial.legendre.leggauss(12)
+
+
 def integral_of_noise(x, order):
     """The covariance of an integral of white noise by Gauss's rule, over its largest."""
-    nodes, weights = np.polynomial.legendre.leggauss(12)
+    nodes, weights = GAUSS
     low = np.minimum.outer(x, x)
     t = low[..., None] * (1.0 + nodes) / 2.0
     kernel = np.abs((x[:, None, None] - t) * (x[None, :, None] - t)) ** (order - 1)
