@@ -74,8 +74,7 @@ def test_a_frontier_takes_a_function_along():
     coarse = BASE.replace(quantities={}, search={}, limits={}, **{"synthesis.pieces": 12})
     sizes = [row["size"] for row in frontier(coarse, points=2, workers=1).rows]
     scene = coarse.replace(quantities=[quantity(compactness, COLUMNS, **MINE)], outputs=["mine"])
-    for workers in (1, 2):
-        assert [row["size"] for row in frontier(scene, points=2, workers=workers).rows] == sizes
+    assert [row["size"] for row in frontier(scene, points=2, workers=2).rows] == sizes
 
 
 def test_a_frontier_in_processes_takes_no_function_that_they_cannot_import():
