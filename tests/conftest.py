@@ -3,15 +3,11 @@
 import gc
 import os
 import signal
-import sys
 from collections import Counter
-from importlib.util import cache_from_source
-from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported: as for commands
 
 import pytest
-from filelock import FileLock
 from hypothesis import settings
 from support.depth import is_deep
 from support.ways import boxes_for_front_only
@@ -31,20 +27,6 @@ def pytest_configure():
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collection(session):
-    """In a fresh checkout one worker collects before the others: it compiles the modules of all."""
-    collected = Path(cache_from_source(__file__)).with_name("collected")
-    if sys.dont_write_bytecode or not hasattr(session.config, "workerinput"):
-        return (yield)
-    with FileLock(collected.with_suffix(".lock")):
-        if not collected.exists():
-            result = yield
-            collected.touch()
-            return result
-    return (yield)
 
 
 @pytest.hookimpl(trylast=True)
