@@ -103,6 +103,11 @@ class DesignBoxes:
         wide = np.take_along_axis(widths, cut_side[None], axis=0)[0] >= 1.0
         return replace(boxes, side=np.where(wide, cut_side, np.argmax(widths, axis=0)))
 
+    @property
+    def with_widest_side_cut(self) -> "DesignBoxes":
+        """The boxes; next their widest sides are cut."""
+        return replace(self, side=np.argmax(self._widths_over_least_cut_width, axis=0))
+
     def append_boxes(self, other: "DesignBoxes") -> "DesignBoxes":
         """These boxes, followed by others."""
         low = {n: np.concatenate([v, other.low[n]]) for n, v in self.low.items()}
@@ -116,6 +121,12 @@ class DesignBoxes:
     def middle_designs(self, template_design: Designs) -> Designs:
         """The design in the middle of each box, with the other fields of ``template_design``."""
         return template_design.with_values({n: (low + self.high[n]) / 2.0 for n, low in self.low.items()})
+
+    def cams_at_point_of_first_box(self, point: FloatArray) -> "DesignBoxes":
+        """The cams of the first box at a point of its free variables, of any size from that of the point on."""
+        box = self.take(slice(1))
+        at = {n: np.clip(point[[k]], box.low[n], box.high[n]) for k, n in enumerate(self.free)}
+        return replace(box, low={**box.low, **at}, high={**box.high, **at, "size": box.high["size"]})
 
     def halve_boxes(self) -> "DesignBoxes":
         """The boxes, each cut in two across its side."""
@@ -157,7 +168,7 @@ class Bisection(ABC):
         examined = 0
         while len(boxes) and examined < self.most_boxes and not budget.is_spent:
             while len(boxes) < LEAST_BATCH:
-                boxes = boxes.halve_boxes()
+                boxes = boxes.halve_boxes().with_widest_side_cut
             batch, rest = self.select_batch(boxes)
             examined += len(batch)
             budget.spend(self.problem.evaluation_work(0, len(batch)))

@@ -31,10 +31,11 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.excesses import (
     Excesses,
-    append_size_bounding_weighted_sum,
+    append_weighted_sum,
     choose_cut_side,
     concatenate_excesses,
     feasible_box_ends_and_empty_boxes,
+    solve_linear_programme,
 )
 from camopt.solve.verdicts.constraint_boxes import relative_excess
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess
@@ -163,7 +164,8 @@ def enclose_limits(
             over = _box_excesses(present, box.take(index), inside.take(index), free)
             with_sums = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
-                with_sums = append_size_bounding_weighted_sum(with_sums, span, free.index(disc))
+                solution = solve_linear_programme(with_sums, span, free.index(disc))
+                with_sums = append_weighted_sum(with_sums, solution.multipliers)
             level[index] = over.boxes_feasible_within_rounding
             side[index] = choose_cut_side(over, span)
             low[:, index], high[:, index], empty[index] = feasible_box_ends_and_empty_boxes(

@@ -21,10 +21,11 @@ from camopt.scene.problem.problem import Problem
 from camopt.solve.smallest.boxes import Bisection, DesignBoxes
 from camopt.solve.smallest.excesses import (
     Excesses,
-    append_size_bounding_weighted_sum,
+    append_weighted_sum,
     choose_cut_side,
     concatenate_excesses,
     feasible_box_ends_and_empty_boxes,
+    solve_linear_programme,
 )
 from camopt.solve.smallest.grid_search import size_scale
 from camopt.solve.smallest.result import (
@@ -32,13 +33,15 @@ from camopt.solve.smallest.result import (
     allowed_proof_gap,
     empty_known_crossings,
     first_feasible_design,
+    is_provably_feasible,
 )
 from camopt.solve.smallest.smallest import solve_small_cam_unproved
+from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 
 MOTION_BATCH = 256  # boxes examined together, at most, so that the search can stop
-SEARCHED_MIDDLES = 2  # boxes whose middle is searched: another local optimum may be better
-LADDER_ROUNDS, LADDER_SIZES = 3, 16  # rounds of sizes of a box that are tried, each round finer, and sizes in each
+SEARCHED_TRIALS = 2  # trials whose motion is searched: another local optimum may be better
+LADDER_ROUNDS, LADDER_SIZES = 3, 16  # rounds of sizes that are tried, each round finer, and sizes in each
 
 
 class BoxExcesses(NamedTuple):
@@ -63,7 +66,7 @@ class MotionSearch(Bisection):
     """The numbers that define its motion: freed angles, or numbers of the train."""
     lift: float | None = None
     """Lift of the motions, if it differs from the problem's."""
-    batch_count: int = 0
+    trial_count: int = 0
 
     @property
     @abstractmethod
@@ -75,8 +78,8 @@ class MotionSearch(Bisection):
         """The ranges of sizes, and of numbers that define the motion, that may hold a smaller cam."""
 
     @abstractmethod
-    def problem_and_motion_at_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Any]:
-        """The problem with the motion in the middle of the first box, and that motion's description."""
+    def problem_and_motion_of_design(self, design: Designs) -> tuple[Problem, Any]:
+        """The problem with the motion of one design, and that motion's description."""
 
     @abstractmethod
     def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
@@ -107,23 +110,25 @@ class MotionSearch(Bisection):
         return boxes.take(order[:MOTION_BATCH]), boxes.take(order[MOTION_BATCH:])
 
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
-        """The parts of boxes that may hold a smaller cam; the middle of the first box is tried on the way."""
-        boxes = self.boxes_with_possible_motion(boxes)
-        if not len(boxes):
-            return boxes
-        self.batch_count += 1
-        self.try_middle_of_first_box(boxes, with_grid_search=self.batch_count <= SEARCHED_MIDDLES)
-        return self.contract_by_limits(boxes)
+        """The parts of boxes that may hold a smaller cam; cams of the first box are tried on the way."""
+        boxes, cams = self.contract_by_limits(self.boxes_with_possible_motion(boxes))
+        if len(cams):
+            self.trial_count += 1
+            self.try_cams(cams, closely=self.trial_count <= SEARCHED_TRIALS)
+        return boxes
 
-    def contract_by_limits(self, boxes: DesignBoxes) -> DesignBoxes:
-        """The boxes that may hold a smaller cam, without the parts that limits exclude, with the side to cut."""
+    def contract_by_limits(self, boxes: DesignBoxes) -> tuple[DesignBoxes, DesignBoxes]:
+        """The boxes that may hold a smaller cam, without the parts that limits exclude, and cams to try.
+
+        The cams differ in their sizes alone, from the least size in the first box under the linearised limits on.
+        """
         if self.best.design is not None:
             boxes = self.drop_finished_and_lower_floor(
                 boxes, boxes.low["size"] >= self.best.size - allowed_proof_gap(self.best.design)
             )
             boxes = boxes.cap_sizes(self.best.size)
         if not len(boxes):
-            return boxes
+            return boxes, boxes
         inside = boxes.middle_designs(self.problem.design)
         sloped, like = designs_of_sloped_intervals(
             boxes.as_interval_designs(self.problem.design), inside, list(boxes.free), 1
@@ -134,39 +139,51 @@ class MotionSearch(Bisection):
             reach = like.span
             limits, others, guides = self.box_excesses(sloped, inside, like)
             if not limits:
-                return boxes.with_ends_and_cut_side({}, {}, np.argmax(reach.high, axis=0))
+                cut = boxes.with_ends_and_cut_side({}, {}, np.argmax(reach.high, axis=0))
+                return cut, boxes.cams_at_point_of_first_box(middle[:, 0])
             over = concatenate_excesses([*limits, *others])
+            solution = solve_linear_programme(over, reach, boxes.free.index("size"))
+            cams = boxes.cams_at_point_of_first_box(middle[:, 0] + solution.optimum)
             low, high, empty = feasible_box_ends_and_empty_boxes(
-                append_size_bounding_weighted_sum(over, reach, boxes.free.index("size")), low, high, middle
+                append_weighted_sum(over, solution.multipliers), low, high, middle
             )
             side = choose_cut_side(concatenate_excesses([*limits, *guides]), reach)
         new_low, new_high = (dict(zip(boxes.free, end, strict=True)) for end in (low, high))
         boxes = boxes.with_ends_and_cut_side(new_low, new_high, side).take(~empty)
-        return self.drop_finished_and_lower_floor(boxes, boxes.too_narrow_to_cut)
+        return self.drop_finished_and_lower_floor(boxes, boxes.too_narrow_to_cut), cams
 
-    def try_middle_of_first_box(self, boxes: DesignBoxes, *, with_grid_search: bool) -> None:
-        """Try cams in the middle of the first box, and store where they exceed limits the most."""
-        design = boxes.take(slice(1)).middle_designs(self.problem.design)
-        problem, motion = self.problem_and_motion_at_box_middle(boxes)
+    def try_cams(self, cams: DesignBoxes, *, closely: bool) -> None:
+        """Try cams that differ in their sizes alone, and store where one exceeds limits the most."""
+        design = cams.middle_designs(self.problem.design)
+        problem, motion = self.problem_and_motion_of_design(design)
         self.add_worst_excess_places(design, problem)
         if problem.setup.mechanism.has_no_assembly:
             return
         design = design.without_numbers(self.motion_fields)
-        if with_grid_search:
+        if closely:
             low, high = self.bounds["size"]
             bounds = {**self.bounds, "size": (low, max(low, min(high, self.best.size)))}
             self.update_best(solve_small_cam_unproved(problem, bounds, self.best.design, self.budget), motion)
         rounding = allowed_proof_gap(design) / 4.0
-        low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
+        low, high = (float(ends["size"][0]) for ends in (cams.low, cams.high))
         high = min(high + rounding, self.best.size)
         for _ in range(LADDER_ROUNDS):
             sizes = np.linspace(low, high, LADDER_SIZES)
             ladder = replace(design.take(np.zeros(LADDER_SIZES, dtype=int)), size=sizes)
             cam = first_feasible_design(problem, ladder, empty_known_crossings(problem), self.budget)
             if cam is None:
+                self.try_first_undecided_cam(problem, ladder, motion)
                 return
             self.update_best(SmallestCam(cam, 0.0), motion)
             low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
+
+    def try_first_undecided_cam(self, problem: Problem, designs: Designs, motion: Any) -> None:
+        """Try the first design that doubles do not refute, by intervals."""
+        self.budget.spend(problem.evaluation_work(len(designs)))
+        designs = designs.take(designs.size < self.best.size - allowed_proof_gap(designs))
+        designs = designs.take(feasible_designs(problem.without_deferred_limits, designs, include_undecided=True))
+        if len(designs) and is_provably_feasible(problem, first := designs.take([0]), self.budget):
+            self.update_best(SmallestCam(first, 0.0), motion)
 
     def update_best(self, answer: SmallestCam, motion: Any) -> None:
         """Keep a cam and its motion if it is smaller than the best."""

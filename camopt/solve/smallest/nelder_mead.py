@@ -76,14 +76,17 @@ class NelderMead:
         )
 
     def best_of_few_turns(self) -> TurnOptimum:
-        """The best turn by the closed form, if it decides; else the best of the middle, corner and scene turns."""
+        """The best turn by the closed form, if it decides; else the first with a cam of a few.
+
+        These are the middle turn, the scene's and the corner turns.
+        """
         self.solve_small_cam_of_turn(self.best.freed_angles)
         if self.free.size > 1 and self.descend_by_closed_form():
             return self.best
         scene = self.turns.scene_angles
         inside = np.all((scene >= self.box.low) & (scene <= self.box.high))
-        for freed in [*self.turns.corner_turn_angles, *([scene] if inside else [])]:
-            if not self.turns.budget.is_spent:
+        for freed in [*([scene] if inside else []), *self.turns.corner_turn_angles]:
+            if self.best.answer.design is None and not self.turns.budget.is_spent:
                 self.solve_small_cam_of_turn(freed)
         return self.best
 

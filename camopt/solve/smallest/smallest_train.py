@@ -28,7 +28,6 @@ from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.sample import SAMPLERS
 from camopt.scene.problem.settings import NumberSetting
 from camopt.scene.problem.variables import Variable
-from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import negligible_size
 from camopt.solve.smallest.grid_search import largest_possible_size
 from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
@@ -76,9 +75,8 @@ class TrainBoxSearch(MotionSearch):
         trains = {each.key: each.range_ends for each in self.problem.search_space.trains if each.has_range}
         return {**self.bounds, **trains, "size": (least, most)}
 
-    def problem_and_motion_at_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, Problem]:
-        numbers = {key: float(boxes.low[key][0] + boxes.high[key][0]) / 2.0 for key in self.motion_fields}
-        problem = self.problem.with_numbers(numbers)
+    def problem_and_motion_of_design(self, design: Designs) -> tuple[Problem, Problem]:
+        problem = self.problem.with_numbers({key: float(design.numbers[key][0]) for key in self.motion_fields})
         return problem, problem
 
     def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:

@@ -203,8 +203,8 @@ class TurnBoxSearch(MotionSearch):
         slack = SIDE_ROUNDING * total
         return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
 
-    def problem_and_motion_at_box_middle(self, boxes: DesignBoxes) -> tuple[Problem, FloatArray]:
-        freed = self.angles_at_first_box_middle(boxes)
+    def problem_and_motion_of_design(self, design: Designs) -> tuple[Problem, FloatArray]:
+        freed = self.turn_of_design(design)
         return self.problem.with_programme(self.turns.programme_with_angles(freed)), freed
 
     def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
@@ -263,12 +263,10 @@ class TurnBoxSearch(MotionSearch):
             np.all(low <= high + SAME_POSITION, axis=0)
         )
 
-    def angles_at_first_box_middle(self, boxes: DesignBoxes) -> FloatArray:
-        """A turn in the middle of the first box; dwells share the remaining degrees, if their ranges allow it."""
+    def turn_of_design(self, design: Designs) -> FloatArray:
+        """A turn with the strokes' angles of a design; the dwells, then the strokes give way to keep the total."""
         low, high = self.box.low.copy(), self.box.high.copy()
         for name, k in self.motion_fields.items():
-            low[k] = high[k] = (boxes.low[name][0] + boxes.high[name][0]) / 2.0
-        if not low.sum() <= self.turns.scene_angles.sum() <= high.sum():
-            for name, k in self.motion_fields.items():
-                low[k], high[k] = boxes.low[name][0], boxes.high[name][0]
-        return self.turns.angles_at_shares(np.full(low.size, 0.5), AngleRanges(low, high))
+            low[k] = high[k] = design.numbers[name][0]
+        angles = self.turns.turn_near_angles((low + high) / 2.0, AngleRanges(low, high))
+        return self.turns.turn_near_angles(angles, self.box)

@@ -118,8 +118,11 @@ class SegmentAngles:
 
     def angles_at_shares(self, shares: FloatArray, box: AngleRanges) -> FloatArray:
         """A turn of a box near these shares of the segments' ranges; the shares give way to keep the total."""
-        angles, total = box.low + shares * (box.high - box.low), self.scene_angles.sum()
-        excess = angles.sum() - total
+        return self.turn_near_angles(box.low + shares * (box.high - box.low), box)
+
+    def turn_near_angles(self, angles: FloatArray, box: AngleRanges) -> FloatArray:
+        """A turn of a box near these angles of its segments, which give way to keep the total."""
+        excess = angles.sum() - self.scene_angles.sum()
         room = angles - box.low if excess > 0.0 else box.high - angles
         return np.asarray(np.clip(angles - excess * room / (room.sum() or 1.0), box.low, box.high))
 

@@ -119,7 +119,7 @@ def test_no_box_loses_a_feasible_cam(name):
                 start = cam[key] - rng.uniform() * width
                 ends[key] = (max(start, low), min(start + width, high)) if high > low else (low, high)
             boxes = DesignBoxes.single_box(ends, 10.0, search.problem.search_space.variables)
-            left = search.contract_by_limits(boxes)
+            left, _ = search.contract_by_limits(boxes)
             assert len(left) == 1
             for key in boxes.free:
                 assert left.low[key][0] <= cam[key] <= left.high[key][0]

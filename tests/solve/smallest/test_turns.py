@@ -17,6 +17,7 @@ from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import size_lower_bound
+from camopt.solve.smallest.nelder_mead import NelderMead
 from camopt.solve.smallest.optimise import search_boxes
 from camopt.solve.smallest.result import SmallestCam
 from camopt.solve.smallest.smallest import solve_small_cam_unproved, solve_smallest_cam
@@ -211,7 +212,7 @@ def test_no_box_loses_a_feasible_cam(name):
         one = boxes.with_ends_and_cut_side(
             *({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side
         )
-        left = search.contract_by_limits(search.boxes_with_possible_motion(one))
+        left, _ = search.contract_by_limits(search.boxes_with_possible_motion(one))
         assert len(left) == 1
         for n in boxes.free:
             assert left.low[n][0] <= cams[n][number] <= left.high[n][0]
@@ -308,6 +309,51 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
 def test_a_sweep_leaves_angles_to_optimise():
     with pytest.raises(BadInput, match=r"search\.angle_rise: a sweep takes the angles of the scene"):
         sweep(scene(**ANGLES))
+
+
+STRESSED = {
+    "the optimum is at an end of a range": (
+        {"contact": "roller", "roller_radius": 12},
+        770,
+        {"offset": {"start": -10, "stop": 10}, "roller_radius": {"start": 8, "stop": 16}},
+    ),
+    "doubles do not decide cams near an undercut": ({"contact": "flat"}, 600, {}),
+}
+
+
+@pytest.mark.parametrize("name", STRESSED)
+def test_boxes_prove_a_cam_under_a_stress_without_descents(name):
+    follower, stress, search = STRESSED[name]
+    strokes = {"lift": 20, "law": "cycloidal"}
+    angles = (("rise", 110), ("dwell", 60), ("return", 110), ("dwell", 80))
+    problem = with_rounding_relative_error(
+        resolve(
+            Scene.from_dict(
+                {
+                    "cam": {"form": "disc", "rotation": "cw", "rpm": 1000, "base_radius": 40},
+                    "follower": {
+                        "motion": "translating",
+                        **follower,
+                        "dynamics": {"mass": 4, "spring_rate": 6, "preload": 900},
+                    },
+                    "materials": {"cam": "steel", "follower": "steel", "face_width": 12},
+                    "motion": [
+                        {"segment": kind, "angle": angle, **({} if kind == "dwell" else strokes)}
+                        for kind, angle in angles
+                    ],
+                    "limits": {"contact_stress": stress},
+                    "search": {
+                        **search,
+                        **{f"angle_{kind}": {"start": 80, "stop": 140} for kind in ("rise", "return")},
+                    },
+                }
+            )
+        )
+    )
+    turns, bounds = SegmentAngles(problem, (None, None)), search_boxes(problem)[0]
+    boxes = TurnBoxSearch(turns, bounds, NelderMead(turns, bounds).best_of_few_turns())
+    assert boxes.find_smallest_cam().is_proved
+    assert boxes.trial_count < 60
 
 
 def test_a_load_over_the_turn_stays_at_its_cam_angles():
