@@ -1,8 +1,10 @@
 """What the public functions and classes say of themselves: all sections are there, and the examples run."""
 
+import ast
 import dataclasses
 import doctest
 import inspect
+import re
 import textwrap
 from functools import cache, wraps
 
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 from numpydoc.docscrape import FunctionDoc
 from numpydoc.validate import validate
+from support.sources import PACKAGE, parsed_modules
 
 import camopt
 
@@ -64,6 +67,29 @@ def test_a_function_says_what_it_takes_and_raises(name):
     assert told["Parameters"] == given
     assert bool(told["Raises"]) == bool(given)
     assert {*told["Raises"]} <= {*camopt.__all__, "OSError"}
+
+
+UNITS_AND_AXES = {"mm", "deg", "rad", "s", "s2", "s3", "in", "x", "y"}
+"""Ends of columns of exported files, whose names are made."""
+
+
+def test_docstrings_name_parameters_and_what_the_package_has():
+    """A renaming otherwise leaves the old names. Names of one word are words, too."""
+    known, named = {*camopt.QUANTITIES}, []
+    for path, tree in parsed_modules(PACKAGE).items():
+        known.add(path.stem)
+        for node in ast.walk(tree):
+            match node:
+                case ast.FunctionDef() | ast.ClassDef():
+                    known.add(node.name)
+                    names = re.findall(r"``([a-z]+(?:_[a-z0-9]+)+)``", ast.get_docstring(node) or "")
+                    named += [(path.name, node.name, name) for name in names]
+                case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name) | ast.alias(name=name):
+                    known.add(name)
+                case ast.Constant(value=str(text)) if len(text) < 80:
+                    known |= {*re.findall(r"\w+", text)}
+    unknown = [place for place in named if place[2] not in known]
+    assert [place for place in unknown if place[2].rpartition("_")[2] not in UNITS_AND_AXES] == []
 
 
 @pytest.mark.parametrize(
