@@ -86,10 +86,7 @@ def test_a_root_of_samples_is_next_to_the_smallest_radius(law):
     assert by_brentq(law) < radius
 
 
-*FEWER_FREE, ALL_FREE = optimisers.PROBLEMS
-
-
-@pytest.mark.parametrize("name", [*FEWER_FREE, pytest.param(ALL_FREE, marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", optimisers.PROBLEMS)
 def test_the_smallest_cam_holds_what_the_rivals_see_and_no_smaller_one_does(name):
     scene, problem = optimisers.PROBLEMS[name]
     best = optimisers.by_camopt(scene)
