@@ -10,7 +10,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.turn_curve import CurveExtreme, TurnCurve, extreme_of_larger_magnitude, sum_curves
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.model.motion.stroke import DWELL, Stroke
+from camopt.model.motion.stroke import DWELL
 from camopt.scene.machine import Clearance, Machine
 from camopt.show.drawing.picture import STROKE_NAMES, four_digit_text, value_with_unit
 from camopt.solve.machine.clearances import ClearanceResult
@@ -54,33 +54,20 @@ class Span(NamedTuple):
 def segment_spans(station: ResolvedStation) -> list[Span]:
     """The segments of a station's tool over a turn of the shaft. Dwells that follow each other are one span."""
     ratio, phase = station.station.ratio, station.station.phase
-    strokes = _strokes_with_joined_dwells(station.problem.programme.tool.strokes)
-    if len(strokes) == 1 and strokes[0][0].kind == DWELL:
+    tool = station.problem.programme.tool
+    strokes = [*(stroke for stroke in tool.strokes if stroke.kind != DWELL), *tool.dwells]
+    if len(strokes) == 1 and tool.dwells:
         return [Span.from_start_and_width(phase, 360.0, STROKE_NAMES[DWELL])]
     return sorted(
         Span.from_start_and_width(
             phase + (np.degrees(stroke.start) + 360.0 * turn) / ratio,
-            np.degrees(angle) / ratio,
+            np.degrees(stroke.angle) / ratio,
             STROKE_NAMES.get(stroke.kind, MOVE),
             stroke.law.NAME if stroke.law and stroke.law.NAME != MOVE else "",
         )
         for turn in range(ratio)
-        for stroke, angle in strokes
+        for stroke in strokes
     )
-
-
-def _strokes_with_joined_dwells(strokes: Iterable[Stroke]) -> list[tuple[Stroke, float]]:
-    """Strokes with their angles [rad]. Neighbouring dwells are joined, also across the end of the turn."""
-    joined: list[tuple[Stroke, float]] = []
-    for stroke in strokes:
-        if joined and stroke.kind == DWELL == joined[-1][0].kind:
-            joined[-1] = (joined[-1][0], joined[-1][1] + stroke.angle)
-        else:
-            joined.append((stroke, stroke.angle))
-    if len(joined) > 1 and joined[0][0].kind == DWELL == joined[-1][0].kind:
-        (_, more), *joined = joined
-        joined[-1] = (joined[-1][0], joined[-1][1] + more)
-    return joined
 
 
 def clearance_span(clearance: Clearance, unit: str, result: ClearanceResult | None = None) -> Span:

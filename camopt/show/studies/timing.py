@@ -14,8 +14,6 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics import FloatArray
-from camopt.core.numerics.panels import value_and_three_derivatives
 from camopt.core.numerics.turn_curve import TURN
 from camopt.core.quantities import displacement_unit
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
@@ -247,7 +245,7 @@ def _passages_above_lift(programme: Programme, lift: float, velocity_per_slope: 
     """Passages above a lift; ``velocity_per_slope`` converts a slope by the cam angle into a velocity."""
     passages = []
     for start, end in programme.lift_curve.spans_above(lift * programme.unit_in_mm_or_rad):
-        slopes = _motion_at(programme, np.mod([start, end], TURN))[1] * velocity_per_slope
+        slopes = programme.lift_curve.derivative.value(np.mod([start, end], TURN)) * velocity_per_slope
         passages.append(
             Passage(
                 lift,
@@ -259,10 +257,3 @@ def _passages_above_lift(programme: Programme, lift: float, velocity_per_slope: 
             )
         )
     return passages
-
-
-def _motion_at(programme: Programme, angles: FloatArray) -> Any:
-    """Displacement and derivatives at cam angles, from the table of the motion."""
-    table = programme.table
-    panels = np.searchsorted(table.centre + table.half_width, angles).clip(max=len(table.centre) - 1)
-    return value_and_three_derivatives(table, panels, (angles - table.centre[panels]) / table.half_width[panels])
