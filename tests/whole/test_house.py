@@ -23,7 +23,7 @@ MOST_IMPORTS_INSIDE, MOST_OF_OURS = 71, 23
 """Imports inside functions, and those of modules of the package among them: lower them where there are fewer."""
 
 
-MOST_STATEMENTS = {"core": 5_600, "model": 9_100, "scene": 6_560, "solve": 20_920, "show": 12_640, "cli": 1_080}
+MOST_STATEMENTS = {"core": 5_610, "model": 9_100, "scene": 6_560, "solve": 20_990, "show": 12_640, "cli": 1_080}
 """Budgets of statements of the six folders; that of commands has the package's own files. To raise one is a commit
 that says why."""
 
