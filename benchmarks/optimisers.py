@@ -162,28 +162,43 @@ def stress_usage(force: Array, curvature: Array, width: float, stress: float) ->
     return np.where(curvature > 0.0, np.sqrt(pressed * np.maximum(curvature, 0.0)) / stress, 10.0)
 
 
-def loaded_roller(free: tuple[str, ...], stress: float) -> tuple[Scene, Problem]:
-    """20 mm up in 110° and back in 110°: 4 kg on a spring, in a line contact of 12 mm."""
+MATERIALS = {"cam": "steel", "follower": "steel", "face_width": WIDTH}
+ANGLE_RANGES = {f"angle_{kind}": {"start": 80, "stop": 140} for kind in ("rise", "return")}
+
+
+def loaded_turn(lift: float) -> list[dict[str, Any]]:
+    """Up in 110° and back in 110°."""
+    turn = (("rise", 110), ("dwell", 60), ("return", 110), ("dwell", 80))
+    return [
+        {"segment": kind, "angle": angle} | ({} if kind == "dwell" else {"lift": lift, "law": LAW})
+        for kind, angle in turn
+    ]
+
+
+def roller_contact(roller: float, bend: Array) -> Array:
+    """The sum of the curvatures of a roller and of the flank under it; −1 where the cam is undercut."""
+    gap = 1.0 - roller * bend
+    return np.where(gap > 0.0, 1.0 / (roller * np.where(gap > 0.0, gap, 1.0)), -1.0)
+
+
+def loaded_roller(free: tuple[str, ...], **limit: float) -> tuple[Scene, Problem]:
+    """20 mm up and back: 4 kg on a spring, a stress in a line contact of 12 mm or another load limited."""
     ranges = {"offset": (-10.0, 10.0), "roller_radius": (8.0, 16.0)}
     search: dict[str, Any] = {
         name: dict(zip(("start", "stop"), ranges[name], strict=True)) for name in free if name in ranges
     }
     bounds = [SIZES, *(ranges[name] for name in free if name in ranges)]
     if "angles" in free:
-        search |= {f"angle_{kind}": {"start": 80, "stop": 140} for kind in ("rise", "return")}
+        search |= ANGLE_RANGES
         bounds.append((80.0, 140.0))
     dynamics = {"mass": 4, "spring_rate": 6, "preload": PRELOAD}
-    turn = (("rise", 110), ("dwell", 60), ("return", 110), ("dwell", 80))
     scene = Scene.from_dict(
         {
             "cam": {"form": "disc", "rotation": "cw", "rpm": RPM, "base_radius": 40},
             "follower": {"motion": "translating", "contact": "roller", "roller_radius": 12, "dynamics": dynamics},
-            "materials": {"cam": "steel", "follower": "steel", "face_width": WIDTH},
-            "motion": [
-                {"segment": kind, "angle": angle} | ({} if kind == "dwell" else {"lift": 20, "law": LAW})
-                for kind, angle in turn
-            ],
-            "limits": {"pressure_angle": LIMITS[0], "contact_stress": stress},
+            "materials": MATERIALS,
+            "motion": loaded_turn(20),
+            "limits": {"pressure_angle": LIMITS[0], **limit},
             "search": search,
         }
     )
@@ -196,13 +211,88 @@ def loaded_roller(free: tuple[str, ...], stress: float) -> tuple[Scene, Problem]
             up, side = height + y + 1e-12, y1 - lead
             square = up**2 + side**2
             bend = (square + side * y1 - up * y2) / square**1.5
-            force = (4e-3 * (RPM * np.pi / 30.0) ** 2 * y2 + 6.0 * y + PRELOAD) * np.sqrt(square) / up
-            gap = 1.0 - roller * bend
-            touch = np.where(gap > 0.0, 1.0 / (roller * np.where(gap > 0.0, gap, 1.0)), -1.0)
-            parts += [np.abs(side / up) / np.tan(np.radians(LIMITS[0])), stress_usage(force, touch, WIDTH, stress)]
+            force = 4e-3 * (RPM * np.pi / 30.0) ** 2 * y2 + 6.0 * y + PRELOAD
+            normal = force * np.sqrt(square) / up
+            loads = {
+                "contact_stress": lambda bound: stress_usage(normal, roller_contact(roller, bend), WIDTH, bound),  # noqa: B023
+                "normal_force": lambda bound: normal / bound,  # noqa: B023
+                "side_thrust": lambda bound: np.abs(force * side / up) / bound,  # noqa: B023
+            }
+            parts += [np.abs(side / up) / np.tan(np.radians(LIMITS[0]))]
+            parts += [loads[name](bound) for name, bound in limit.items()]
         return np.concatenate(parts)
 
     return scene, Problem(tuple(bounds), usage)
+
+
+def loaded_flat(*, angles: bool, stress: float) -> tuple[Scene, Problem]:
+    """20 mm up and back: 2 kg on a spring, under a flat face."""
+    dynamics = {"mass": 2, "spring_rate": 6, "preload": PRELOAD}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rotation": "cw", "rpm": RPM, "base_radius": 40},
+            "follower": {"motion": "translating", "contact": "flat", "dynamics": dynamics},
+            "materials": MATERIALS,
+            "motion": loaded_turn(20),
+            "limits": {"contact_stress": stress},
+            "search": {"law": [LAW], **(ANGLE_RANGES if angles else {})},
+        }
+    )
+
+    def usage(x: Array, samples: int) -> Array:
+        rise, parts = x[1] if angles else 110.0, []
+        for y, _, y2 in strokes(rise, 220.0 - rise, 20.0, samples):
+            radius = x[0] + y + y2
+            force = 2e-3 * (RPM * np.pi / 30.0) ** 2 * y2 + 6.0 * y + PRELOAD
+            touch = np.where(radius > 0.0, 1.0 / np.where(radius > 0.0, radius, 1.0), -1.0)
+            parts.append(stress_usage(force, touch, WIDTH, stress))
+        return np.concatenate(parts)
+
+    return scene, Problem((SIZES, *[(80.0, 140.0)] * angles), usage)
+
+
+def loaded_arm(stress: float) -> tuple[Scene, Problem]:
+    """12° up and back: 0.02 kg·m² on a spring, a roller of 12 mm on an arm of free length."""
+    lift, arm, centre = np.radians(12.0), (90.0, 130.0), 130.0
+    dynamics = {"inertia": 0.02, "spring_rate": 40, "preload": 60}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rpm": RPM, "base_radius": 40},
+            "follower": {
+                "motion": "oscillating",
+                "contact": "roller",
+                "roller_radius": 12,
+                "arm_length": 110,
+                "centre_distance": centre,
+                "dynamics": dynamics,
+            },
+            "materials": MATERIALS,
+            "motion": loaded_turn(12),
+            "limits": {"pressure_angle": SWING_LIMITS[0], "contact_stress": stress},
+            "search": {"law": [LAW], "arm_length": dict(zip(("start", "stop"), arm, strict=True))},
+        }
+    )
+
+    def usage(x: Array, samples: int) -> Array:
+        size, length = x
+        cosine = (centre**2 + length**2 - (size + 12.0) ** 2) / (2 * centre * length)
+        if not -1.0 < cosine < 1.0 or np.arccos(cosine) + lift >= np.pi:
+            return np.full(4 * (samples // 2), 10.0 + abs(cosine))
+        parts = []
+        for y, y1, y2 in strokes(110.0, 110.0, lift, samples):
+            psi, turned = np.arccos(cosine) + y, 1.0 + y1
+            s, w = centre * np.sin(psi), length * turned - centre * np.cos(psi)
+            square, s1, w1 = s**2 + w**2, centre * np.cos(psi) * y1, length * y2 + s * y1
+            bend = (turned * square - (w1 * s - w * s1)) / square**1.5
+            moment = 0.02 * (RPM * np.pi / 30.0) ** 2 * y2 + 40.0 * y + 60.0
+            normal = 1e3 * moment / length * np.sqrt(square) / s
+            parts += [
+                np.abs(w / s) / np.tan(np.radians(SWING_LIMITS[0])),
+                stress_usage(normal, roller_contact(12.0, bend), WIDTH, stress),
+            ]
+        return np.concatenate(parts)
+
+    return scene, Problem((SIZES, arm), usage)
 
 
 PROBLEMS = {
@@ -212,11 +302,16 @@ PROBLEMS = {
     "arm": oscillating(arm=True, centre=False),
     "arm and centre": oscillating(arm=True, centre=True),
     "face and centre": flat(),
-    "stress: roller": loaded_roller(("roller_radius",), 740.0),
-    "stress: offset": loaded_roller(("offset",), 820.0),
-    "stress: angles": loaded_roller(("angles",), 820.0),
-    "stress: offset, roller": loaded_roller(("offset", "roller_radius"), 740.0),
-    "stress: offset, roller, angles": loaded_roller(("offset", "roller_radius", "angles"), 760.0),
+    "stress: roller": loaded_roller(("roller_radius",), contact_stress=740.0),
+    "stress: offset": loaded_roller(("offset",), contact_stress=820.0),
+    "stress: angles": loaded_roller(("angles",), contact_stress=820.0),
+    "stress: offset, roller": loaded_roller(("offset", "roller_radius"), contact_stress=740.0),
+    "stress: flat": loaded_flat(angles=False, stress=500.0),
+    "stress: flat, angles": loaded_flat(angles=True, stress=500.0),
+    "stress: arm": loaded_arm(585.0),
+    "side thrust: offset": loaded_roller(("offset",), side_thrust=350.0),
+    "normal force: offset, angles": loaded_roller(("offset", "angles"), normal_force=2420.0),
+    "stress: offset, roller, angles": loaded_roller(("offset", "roller_radius", "angles"), contact_stress=760.0),
 }
 
 

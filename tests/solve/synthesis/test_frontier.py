@@ -389,7 +389,7 @@ def test_convex_steps_of_an_arm_keep_the_range_of_the_base_radius():
 def test_a_cam_of_the_least_radius_in_the_range_is_found_without_a_search(monkeypatch):
     """Few arms allow it: a search among all of them took from one to many seconds."""
     gentle = AxisMinimiser(find_scene("face-groove-shutter"), ("size", "acceleration"), "acceleration", ("size",))
-    monkeypatch.setattr(Bisection, "bisect", lambda *given: pytest.fail("a search"))
+    monkeypatch.setattr(Bisection, "size_bound_by_bisection", lambda *given: pytest.fail("a search"))
     assert gentle.minimise_at({"size": 18.00018}).row["size"] == 18.0
 
 
