@@ -114,7 +114,7 @@ class MotionSearch(Bisection):
         boxes, cams = self.contract_by_limits(self.boxes_with_possible_motion(boxes))
         if len(cams):
             self.trial_count += 1
-            self.try_cams(cams, closely=self.trial_count <= SEARCHED_TRIALS)
+            self.try_cams(cams, with_grid_search=self.trial_count <= SEARCHED_TRIALS)
         return boxes
 
     def contract_by_limits(self, boxes: DesignBoxes) -> tuple[DesignBoxes, DesignBoxes]:
@@ -152,7 +152,7 @@ class MotionSearch(Bisection):
         boxes = boxes.with_ends_and_cut_side(new_low, new_high, side).take(~empty)
         return self.drop_finished_and_lower_floor(boxes, boxes.too_narrow_to_cut), cams
 
-    def try_cams(self, cams: DesignBoxes, *, closely: bool) -> None:
+    def try_cams(self, cams: DesignBoxes, *, with_grid_search: bool) -> None:
         """Try cams that differ in their sizes alone, and store where one exceeds limits the most."""
         design = cams.middle_designs(self.problem.design)
         problem, motion = self.problem_and_motion_of_design(design)
@@ -160,7 +160,7 @@ class MotionSearch(Bisection):
         if problem.setup.mechanism.has_no_assembly:
             return
         design = design.without_numbers(self.motion_fields)
-        if closely:
+        if with_grid_search:
             low, high = self.bounds["size"]
             bounds = {**self.bounds, "size": (low, max(low, min(high, self.best.size)))}
             self.update_best(solve_small_cam_unproved(problem, bounds, self.best.design, self.budget), motion)

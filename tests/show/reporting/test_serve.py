@@ -461,6 +461,15 @@ def test_a_connection_that_breaks_off_leaves_the_server(server):
     assert request(server, "POST", f"/{server.token}/move", QUESTION)[0] == 200
 
 
+@pytest.mark.parametrize(("error", "is_printed"), [(BrokenPipeError(), False), (ZeroDivisionError(), True)])
+def test_only_a_broken_connection_is_ignored(server, capsys, error, is_printed):
+    try:
+        raise error
+    except type(error):
+        server.handle_error(None, ("127.0.0.1", 1))
+    assert (type(error).__name__ in capsys.readouterr().err) == is_printed
+
+
 def test_the_server_listens_on_this_machine_alone(server):
     assert server.socket.getsockname()[0] == "127.0.0.1"
 
