@@ -121,37 +121,30 @@ def rival(number: str) -> Rival:
         raise SystemExit("the rival needs a C compiler, cc or that of the variable CC")
     flags = [*FLAGS, f"-DNUMBER={number}"]
     library = c_library("rival.c", flags)
-    sampling = {each: _work(getattr(library, f"{each}_extremes"), number) for each in MECHANISMS}
-    polishing = {each: _polishing(getattr(library, f"{each}_polished"), number) for each in MECHANISMS}
+    sampling, polishing = (
+        {
+            each: _work(getattr(library, f"{each}_{kind}"), number, polishes=kind == "polished")
+            for each in MECHANISMS
+        }
+        for kind in ("extremes", "polished")
+    )
     name = f"C, {' '.join(flags)}, {compiler}"
     return Rival(name, NUMBERS[number], sampling, polishing, _share_out(library.share_out, number))
-
-
-def _argument_types(number: str) -> list[Any]:
-    table, one = _table(number), getattr(ctypes, f"c_{number}")
-    return [ctypes.c_long, table, one, one, ctypes.c_long, table, table]
 
 
 def _table(number: str) -> Any:
     return np.ctypeslib.ndpointer(NUMBERS[number], 2, flags="C")
 
 
-def _work(function: Any, number: str) -> Work:
+def _work(function: Any, number: str, *, polishes: bool) -> Work:
     """A function of the library, for arrays."""
-    function.argtypes, function.restype = _argument_types(number), None
-
-    def work(sizes: Any, sense: float, lift: float, motion: Any, found: Any) -> None:
-        function(len(sizes), sizes, sense, lift, motion.shape[1], motion, found)
-
-    return work
-
-
-def _polishing(function: Any, number: str) -> Work:
-    function.argtypes = [*_argument_types(number), ctypes.c_long, _table(number), ctypes.c_long]
+    table, one, count = _table(number), getattr(ctypes, f"c_{number}"), ctypes.c_long
+    function.argtypes = [count, table, one, one, count, table, table, *[count, table, count] * polishes]
     function.restype = None
 
-    def work(sizes: Any, sense: float, lift: float, motion: Any, found: Any, terms: Any) -> None:
-        function(len(sizes), sizes, sense, lift, motion.shape[1], motion, found, len(terms), terms, CELL_SAMPLES)
+    def work(sizes: Any, sense: float, lift: float, motion: Any, found: Any, *terms: Any) -> None:
+        cells = [argument for each in terms for argument in (len(each), each, CELL_SAMPLES)]
+        function(len(sizes), sizes, sense, lift, motion.shape[1], motion, found, *cells)
 
     return work
 

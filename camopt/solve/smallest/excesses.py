@@ -107,7 +107,7 @@ def feasible_box_ends_and_empty_boxes(
     return low, high, excesses.boxes_surely_infeasible | np.any(low > high, axis=0)
 
 
-class LinearProgramme(NamedTuple):
+class LinearProgrammeSolution(NamedTuple):
     """The solution of the linear programme that minimises the size in a box."""
 
     multipliers: FloatArray
@@ -116,32 +116,35 @@ class LinearProgramme(NamedTuple):
     """The optimum relative to the middle of the box (d,); if there is none, the least size in the middle."""
 
 
-def append_weighted_sum(over: Excesses, multipliers: FloatArray) -> Excesses:
+def append_weighted_sum(excesses: Excesses, multipliers: FloatArray) -> Excesses:
     """Excesses (m, n), followed by their sum weighted with multipliers (m,), which bounds a size.
 
     The multipliers of one box are valid for all boxes, and best for those near it.
     """
     active = np.flatnonzero(multipliers)
     if active.size < 2:
-        return over
+        return excesses
     weights = multipliers[active]
-    ends = [np.tensordot(weights, end[:, active], (0, 1))[:, None] for end in (over.slopes.low, over.slopes.high)]
-    at = (weights @ over.at[active])[None]
-    rounding, bound = (weights @ over.rounding[active])[None], np.full(at.shape, inf)
-    at = at - SIDE_ROUNDING * (weights @ np.abs(over.at[active]))
-    return concatenate_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
+    ends = [
+        np.tensordot(weights, end[:, active], (0, 1))[:, None]
+        for end in (excesses.slopes.low, excesses.slopes.high)
+    ]
+    at = (weights @ excesses.at[active])[None]
+    rounding, bound = (weights @ excesses.rounding[active])[None], np.full(at.shape, inf)
+    at = at - SIDE_ROUNDING * (weights @ np.abs(excesses.at[active]))
+    return concatenate_excesses([excesses, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
-def solve_linear_programme(over: Excesses, span: Interval, size_index: int) -> LinearProgramme:
+def solve_linear_programme(excesses: Excesses, span: Interval, size_index: int) -> LinearProgrammeSolution:
     """The least size in the first box under the constraints linearised at its middle.
 
     ``span`` is each box relative to its middle (d, n).
     """
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
-    rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0
+    rows = width * (excesses.slopes.low + excesses.slopes.high)[..., 0].T / 2.0
     scale = np.abs(rows).max(axis=1)  # near 1, for the residuals of the solver
-    usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(over.at[:, 0]))
+    usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(excesses.at[:, 0]))
     weights, optimum = np.zeros(scale.size), np.where(np.arange(width.size) == size_index, span.low[:, 0], 0.0)
     if usable.size:
         ends = np.array([span.low[:, 0], span.high[:, 0]]).T / width[:, None]
@@ -150,10 +153,10 @@ def solve_linear_programme(over: Excesses, span: Interval, size_index: int) -> L
         solution = scipy.optimize.linprog(
             np.arange(width.size) == size_index,
             rows[usable] / scale[:, None],
-            -over.at[usable, 0] / scale,
+            -excesses.at[usable, 0] / scale,
             bounds=ends,
         )
         if solution.status == 0:
             weights[usable] = np.maximum(-solution.ineqlin.marginals, 0.0) / scale
             optimum = solution.x * width
-    return LinearProgramme(weights, optimum)
+    return LinearProgrammeSolution(weights, optimum)
