@@ -158,6 +158,22 @@ def choose_open_inexact_designs(inexact_count, panel, node, query, workspace):
 
 
 @inline_in_kernels
+def evaluate_panel_ends(curve, first_design, design_count, node, query, workspace):
+    """Evaluate the designs in ``workspace.chosen`` at both ends of the panel that begins at ``node``."""
+    for side in range(2):
+        ends = (
+            curve.source,
+            node + side,
+            query.sign,
+            first_design,
+            workspace.chosen,
+            design_count,
+            workspace.sides[side],
+        )
+        call_by_address(curve.node, ends)
+
+
+@inline_in_kernels
 def search_panel_for_inexact_designs(curve, first_design, inexact_count, panels, panel, node, query, workspace):
     """Search a panel again for blurred designs, in parts with their own rounding errors.
 
@@ -167,19 +183,7 @@ def search_panel_for_inexact_designs(curve, first_design, inexact_count, panels,
     left, right, parts = workspace.sides[0], workspace.sides[1], workspace.parts
     inexact_count = choose_open_inexact_designs(inexact_count, panel, node, query, workspace)
     if inexact_count:
-        for side in range(2):
-            call_by_address(
-                curve.node,
-                (
-                    curve.source,
-                    node + side,
-                    query.sign,
-                    first_design,
-                    workspace.chosen,
-                    inexact_count,
-                    workspace.sides[side],
-                ),
-            )
+        evaluate_panel_ends(curve, first_design, inexact_count, node, query, workspace)
         for j in range(inexact_count):
             parts.design[j] = workspace.chosen[j]
             write_part_ends(
@@ -192,19 +196,7 @@ def search_panel_for_inexact_designs(curve, first_design, inexact_count, panels,
 def search_panel_for_chosen_designs(curve, first_design, design_count, panels, panel, node, query, workspace):
     """Search one panel, which begins at ``node``, for all designs in ``workspace.chosen``."""
     place = (panels.centre[panel], panels.half_width[panel])
-    for side in range(2):
-        call_by_address(
-            curve.node,
-            (
-                curve.source,
-                node + side,
-                query.sign,
-                first_design,
-                workspace.chosen,
-                design_count,
-                workspace.sides[side],
-            ),
-        )
+    evaluate_panel_ends(curve, first_design, design_count, node, query, workspace)
     climbs, opened = classify_panel_for_designs(design_count, panel, place[1], query, workspace)
     if opened:
         there = (
