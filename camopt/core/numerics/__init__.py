@@ -1,5 +1,7 @@
 """Mathematics: piecewise polynomials, exact extremes, intervals, jets and series."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,9 @@ IntArray = NDArray[np.int64]
 IndexArray = NDArray[np.intp]
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
+Number = Any
+"""What a formula runs on: a float, an array, a ``Dual``, a ``Taylor``, an ``Interval``, a ``SlopedInterval`` or a
+number of ``mpmath``. A number that a scene need not give is ``None`` where it is absent."""
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
 """Goals of a question about a curve's extremes."""

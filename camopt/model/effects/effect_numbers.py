@@ -7,8 +7,9 @@ these. A number that the scene does not give is None, but 0 for forces on the fo
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from camopt.core.numerics import Number
 from camopt.core.quantities import NUMBER_KEYS, has_number_angular_unit
 from camopt.model.trains.train import Train
 
@@ -65,10 +66,6 @@ class ToleranceBands:
     def is_asymmetric(self) -> bool:
         """Whether an error reaches further to one side than to the other."""
         return any(band.middle for band in (*self.sizes.values(), self.phase, self.tilt))
-
-
-Number = Any
-"""A number, an array (designs,), an Interval or a SlopedInterval; None if the scene does not give it."""
 
 
 class ConvertedTable:
@@ -132,7 +129,7 @@ class ContactBodies(ConvertedTable):
     @cached_property
     def modulus(self) -> Number:
         """Contact modulus E* [MPa]: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; None if one of these is not given."""
-        compliance: Any = 0.0
+        compliance: Number = 0.0
         for body in ("cam", "follower"):
             modulus, poisson = (getattr(self, f"{body}_{name}") for name in ("modulus", "poisson"))
             if modulus is None or poisson is None:
