@@ -281,13 +281,11 @@ def enclose_motion_derivatives(
     inside = (table.centre > np.array([[s.start] for s in spans])) & (
         table.centre < np.array([[s.end] for s in spans])
     )
-    meets = inside & (begin <= end_angles[:, None]) & (end >= start_angles[:, None])
+    first_angles, last_angles = start_angles - CURVE_ANGLE_ROUNDING, end_angles + CURVE_ANGLE_ROUNDING
+    meets = inside & (begin <= last_angles[:, None]) & (end >= first_angles[:, None])  # also between rounded ends
     stretch, panel = np.nonzero(meets)
     centre, half = table.centre[panel], table.half_width[panel]
-    ends = (
-        np.clip((angle[stretch] - centre) / half, -1.0, 1.0)
-        for angle in (start_angles - CURVE_ANGLE_ROUNDING, end_angles + CURVE_ANGLE_ROUNDING)
-    )
+    ends = (np.clip((angle[stretch] - centre) / half, -1.0, 1.0) for angle in (first_angles, last_angles))
     derivatives = derivative_intervals_over_parts(
         table, panel, *part_middles_and_angle_intervals(table, panel, *ends), REMAINDER_DERIVATIVES
     )

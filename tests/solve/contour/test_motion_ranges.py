@@ -7,7 +7,9 @@ from support import own
 from support.balls.ball import precisely
 from support.balls.motion import exact_motion, motion_at
 
+from camopt import find_scene, shipped_scenes
 from camopt.model.motion.programme import Programme
+from camopt.scene.problem.problem import resolve_design
 from camopt.solve.contour.curve import enclose_motion_derivatives, smooth_spans
 
 POINTS = 3
@@ -70,3 +72,16 @@ def test_ranges_hold_the_motion_at_every_point_of_a_stretch(seed):
 @pytest.mark.long
 def test_ten_thousand_stretches_hold_their_motion():
     assert sum(count_missed(seed, 100) for seed in range(100, 200)) == 0
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_an_angle_between_the_rounded_ends_of_two_parts_has_a_range(name):
+    """Parts of a law begin and end at rounded cam angles, with doubles between them that are in neither."""
+    programme = resolve_design(find_scene(name)).programme
+    for span in smooth_spans(programme):
+        centre, half = programme.table.centre, programme.table.half_width
+        ends = np.concatenate([centre - half, centre + half])
+        near = np.concatenate([ends, np.nextafter(ends, -np.inf), np.nextafter(ends, np.inf)])
+        angles = near[(near >= span.start) & (near <= span.end)]
+        rows = enclose_motion_derivatives(programme, [span] * angles.size, angles, angles)
+        assert {row.low.shape for row in rows} == {angles.shape}
