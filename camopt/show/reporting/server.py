@@ -27,7 +27,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.show.reporting.machine_session import MachineSession
 from camopt.show.reporting.session import PageSession, Session, answer_request
-from camopt.solve.smallest.complete_scene import with_all_sizes
+from camopt.solve.smallest.optimise import with_all_sizes
 
 HOST = "127.0.0.1"
 MOST_BYTES = 1 << 16  # of a request

@@ -24,7 +24,7 @@ from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.show.studies.accuracy.subjects import random_designs
-from camopt.solve.smallest.complete_scene import with_all_sizes
+from camopt.solve.smallest.optimise import with_all_sizes
 from camopt.solve.tables.result import Branch, Result
 from camopt.solve.verdicts.effect_runs import with_quantities_of_effect
 from camopt.solve.verdicts.evaluation import scene_number_text

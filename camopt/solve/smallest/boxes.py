@@ -47,13 +47,12 @@ class DesignBoxes:
         cls,
         variable_ranges: SizeBounds,
         scale: float,
-        variables: Mapping[str, Variable] | None = None,
+        variables: Mapping[str, Variable],
         discs: tuple[str, ...] = ("size",),
     ) -> "DesignBoxes":
         """The box between the given ends; a field without a ``Variable`` is a length."""
         low, high = ({n: np.array([end[k]]) for n, end in variable_ranges.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in variable_ranges.items() if b > a)
-        variables = variables or {}
         units = {n: variables[n].order_of_magnitude(scale) if n in variables else scale for n in free}
         side = next(free.index(disc) for disc in discs if disc in free)
         return cls(low, high, np.array([side]), free, scale, units, discs)
@@ -132,24 +131,21 @@ class DesignBoxes:
         """The boxes, each cut in two across its side."""
         below, above = dict(self.high), dict(self.low)
         for k, name in enumerate(self.free):
-            middle = self._cut_positions(name)
-            below[name] = np.where(self.side == k, middle, self.high[name])
-            above[name] = np.where(self.side == k, middle, self.low[name])
+            low, high = self.low[name], self.high[name]
+            middle = (low + high) / 2
+            if name in self.discs:
+                geometric = linear_then_geometric_sizes(low, high, self.scale, 3)[1]
+                middle = np.where(high > 2.0 * np.maximum(low, self.scale), geometric, middle)
+            below[name] = np.where(self.side == k, middle, high)
+            above[name] = np.where(self.side == k, middle, low)
         return replace(self, high=below).append_boxes(replace(self, low=above))
-
-    def _cut_positions(self, name: str) -> FloatArray:
-        low, high = self.low[name], self.high[name]
-        mean = (low + high) / 2
-        if name not in self.discs:
-            return mean
-        wide = high > 2.0 * np.maximum(low, self.scale)
-        return np.where(wide, linear_then_geometric_sizes(low, high, self.scale, 3)[1], mean)
 
 
 class Bisection(ABC):
     """A search for the least size by bisection of boxes of the free variables."""
 
     problem: Problem
+    budget: Budget
     most_boxes: int
     """The search ends after this many boxes."""
     floor: float = inf
@@ -163,15 +159,15 @@ class Bisection(ABC):
     def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
 
-    def size_bound_by_bisection(self, boxes: DesignBoxes, budget: Budget) -> float:
+    def size_bound_by_bisection(self, boxes: DesignBoxes) -> float:
         """Lower bound of the size over all boxes [mm], by as many cuts as the budget allows."""
         examined = 0
-        while len(boxes) and examined < self.most_boxes and not budget.is_spent:
+        while len(boxes) and examined < self.most_boxes and not self.budget.is_spent:
             while len(boxes) < LEAST_BATCH:
                 boxes = boxes.halve_boxes().with_widest_side_cut
             batch, rest = self.select_batch(boxes)
             examined += len(batch)
-            budget.spend(self.problem.evaluation_work(0, len(batch)))
+            self.budget.spend(self.problem.evaluation_work(0, len(batch)))
             boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 

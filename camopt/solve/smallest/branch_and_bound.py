@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.core.numerics import Number
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.interval import Interval
 from camopt.model.effects.self_crossing_boxes import KnownCrossings
@@ -72,7 +73,7 @@ def branch_and_bound(
     budget is spent, the answer is the best so far, not proved. ``discs`` are the fields of the sizes whose maximum
     is minimised. ``start`` is a feasible design, if one is known.
     """
-    look = (
+    grid_optimum = (
         GridOptimum(start)
         if start
         else search_coarse_grid(problem, bounds, GRID_VALUES if floor < inf else FEW_GRID_VALUES, budget)
@@ -80,27 +81,29 @@ def branch_and_bound(
     least = max(negligible_size(problem, bounds), floor if len(discs) == 1 else 0.0)
     most = (
         largest_possible_size(problem, bounds)
-        if look.design is None
-        else float(largest_base_radii(look.design, discs)[0])
+        if grid_optimum.design is None
+        else float(largest_base_radii(grid_optimum.design, discs)[0])
     )
-    if look.design is None and not look.motion_infeasible:
+    if grid_optimum.design is None and not grid_optimum.motion_infeasible:
         most = _largest_assemblable_size(problem, bounds, most)
     ends = {disc: (max(bounds[disc][0], least), min(bounds[disc][1], most)) for disc in discs}
-    if look.design is not None and most <= floor + allowed_proof_gap(look.design):
-        return SmallestCam(look.design, floor, look.nearest, discs)
-    if look.motion_infeasible or most <= floor or max(most - low for low, _ in ends.values()) <= 0.0:
-        return SmallestCam(look.design, inf, look.nearest, discs)
+    if grid_optimum.design is not None and most <= floor + allowed_proof_gap(grid_optimum.design):
+        return SmallestCam(grid_optimum.design, floor, grid_optimum.nearest, discs)
+    if grid_optimum.motion_infeasible or most <= floor or max(most - low for low, _ in ends.values()) <= 0.0:
+        return SmallestCam(grid_optimum.design, inf, grid_optimum.nearest, discs)
     boxes = DesignBoxes.single_box(
         {**bounds, **ends}, size_scale(problem, bounds), problem.search_space.variables, discs
     )
-    crossings = empty_known_crossings(problem)
-    constraints: list[ProblemConstraint[AnyConstraint]] = [
-        *size_constraints_with_error_variants(problem),
-        *size_dependent_mean_constraints(problem),
-    ]
-    search = BoxSearch(problem, constraints, crossings, look.design, budget, discs)
-    bound = search.size_bound_by_bisection(boxes, budget)
-    return SmallestCam(search.incumbent, max(bound, floor), look.nearest, discs)
+    search = BoxSearch(
+        problem,
+        [*size_constraints_with_error_variants(problem), *size_dependent_mean_constraints(problem)],
+        empty_known_crossings(problem),
+        grid_optimum.design,
+        budget,
+        discs,
+    )
+    bound = search.size_bound_by_bisection(boxes)
+    return SmallestCam(search.incumbent, max(bound, floor), grid_optimum.nearest, discs)
 
 
 @dataclass
@@ -119,7 +122,7 @@ class BoxSearch(Bisection):
     discs: tuple[str, ...] = ("size",)
     """The fields of the sizes whose maximum is minimised."""
 
-    def design_sizes(self, designs: Designs) -> Any:
+    def design_sizes(self, designs: Designs) -> Number:
         """Size of each design [mm]."""
         return largest_base_radii(designs, self.discs)
 
@@ -211,8 +214,9 @@ class BoxSearch(Bisection):
                 self.design_sizes(points) < (inf if self.incumbent is None else self.design_sizes(self.incumbent))
             )
             points = points.take(np.argsort(self.design_sizes(points), kind="stable"))
-            design = first_feasible_design(self.problem, points, self.crossings, self.budget)
-            self.incumbent = design or self.incumbent
+            self.incumbent = (
+                first_feasible_design(self.problem, points, self.crossings, self.budget) or self.incumbent
+            )
 
 
 class DiscSearch(BoxSearch):
@@ -230,9 +234,7 @@ class DiscSearch(BoxSearch):
         return np.zeros_like(within_rounding)
 
 
-def disc_size_lower_bound(
-    problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, budget: Budget = UNLIMITED
-) -> float:
+def disc_size_lower_bound(problem: Problem, bounds: SizeBounds, pair: Designs, disc: str, budget: Budget) -> float:
     """Lower bound of one disc of a pair, whatever the other disc is [mm]; at most its size in ``pair``."""
     second = disc == SECOND_SIZE
     others = pair.second if not second else [name.removeprefix("second_") for name in pair.second]
@@ -245,7 +247,7 @@ def disc_size_lower_bound(
     )
     search = DiscSearch(problem, constraints, None, pair, budget, (disc,))
     return search.size_bound_by_bisection(
-        DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,)), budget
+        DesignBoxes.single_box(ends, size_scale(problem, bounds), problem.search_space.variables, (disc,))
     )
 
 
@@ -258,7 +260,7 @@ def _largest_assemblable_size(problem: Problem, bounds: SizeBounds, largest_size
     def can_assemble(designs: Designs) -> Any:
         return problem.setup.mechanism.can_assemble(designs, problem.programme)
 
-    grid = coarse_grid(problem, bounds, problem.programme.lift, GRID_VALUES)
+    grid = coarse_grid(problem, bounds, GRID_VALUES)
     grid = grid.take(can_assemble(grid))
     if not len(grid) or np.any(can_assemble(replace(grid, size=np.full(len(grid), largest_size)))):
         return largest_size

@@ -33,12 +33,11 @@ def size_lower_bound(problem: Problem, bounds: SizeBounds) -> float:
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which must meet limits on curvature.
     """
-    limit_sizes = max((limit.least_size for limit in problem.limits), default=0.0)
-    least = max(bounds["size"][0], limit_sizes, negligible_size(problem, bounds))
+    limit_sizes = (limit.least_size for limit in problem.limits)
+    least = max(bounds["size"][0], negligible_size(problem, bounds), *limit_sizes)
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
-    if rests and problem.setup.mechanism.body.closed:
-        least = max(least, required_profile_radius(problem))
-    return least
+    is_arc = rests and problem.setup.mechanism.body.closed
+    return max(least, required_profile_radius(problem)) if is_arc else least
 
 
 def required_profile_radius(problem: Problem) -> float:
@@ -47,24 +46,30 @@ def required_profile_radius(problem: Problem) -> float:
     face_radii = [
         -limit.upper_bound_of_each_side() for limit in constraints_on_curve(problem, mechanism.profile_radius)
     ]
-    factors = [constraint.factor for constraint in constraints_on_curve(problem, mechanism.curvature)]
-    body_radii = [factor.radius for factor in factors if isinstance(factor, BodyRadiusPlus)]
+    body_radii = [
+        factor.radius
+        for constraint in constraints_on_curve(problem, mechanism.curvature)
+        if isinstance(factor := constraint.factor, BodyRadiusPlus)
+    ]
     return float(max([0.0, *face_radii, *body_radii]))
 
 
 def negligible_size(problem: Problem, bounds: SizeBounds) -> float:
     """Size below which a feasible cam has no effective limit [mm]: tiny beside lift and follower."""
-    lift = 0.0 if problem.setup.angular else problem.programme.lift
     return RELATIVE_GAP * max(
-        lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0
+        0.0 if problem.setup.angular else problem.programme.lift,
+        *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends),
+        0.0,
     )
 
 
 def pressure_tangents_by_stroke(problem: Problem) -> list[tuple[float, int]]:
     """The limits on the pressure angle: tan β and the kinds of stroke that each applies to."""
-    constraints = constraints_on_curve(problem, problem.setup.mechanism.pressure)
-    tangents = [(constraint.upper_bound_of_each_side(), constraint.kinds) for constraint in constraints]
-    return [(tangent, kinds) for tangent, kinds in tangents if problem.programme.has_kinds(kinds)]
+    return [
+        (constraint.upper_bound_of_each_side(), constraint.kinds)
+        for constraint in constraints_on_curve(problem, problem.setup.mechanism.pressure)
+        if problem.programme.has_kinds(constraint.kinds)
+    ]
 
 
 def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
@@ -86,11 +91,13 @@ def closed_form_design(problem: Problem, bounds: SizeBounds) -> Designs | None:
         size = max(low, radius - weighted_derivative_range(problem.programme, (1, 0, 1), ALL_STROKES)[0])
         middle.setdefault("offset", problem.design.offset[0])
     elif mechanism.moves_as(cylindrical.MECHANISM) and slopes:
-        steepest = [
-            max(map(abs, weighted_derivative_range(problem.programme, (0, 1), kinds))) / tangent
-            for tangent, kinds in slopes
-        ]
-        size = max(low, *steepest)
+        size = max(
+            low,
+            *(
+                max(map(abs, weighted_derivative_range(problem.programme, (0, 1), kinds))) / tangent
+                for tangent, kinds in slopes
+            ),
+        )
         middle.setdefault("roller_radius", bounds["roller_radius"][1])
     else:
         return None
@@ -130,11 +137,14 @@ def _pressure_angle_lines(
     programme: Programme, pressure_tangents: list[tuple[float, int]]
 ) -> list[tuple[float, float]]:
     """The lines s₀ ≥ a + b·e, as a and b."""
-    lines = []
-    for tangent, kinds in pressure_tangents:
-        lines.append((weighted_derivative_range(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
-        lines.append((-weighted_derivative_range(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
-    return lines
+    return [
+        line
+        for tangent, kinds in pressure_tangents
+        for line in (
+            (weighted_derivative_range(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent),
+            (-weighted_derivative_range(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent),
+        )
+    ]
 
 
 def _robust_offset_and_least_prime_radius(

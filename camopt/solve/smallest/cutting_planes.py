@@ -133,7 +133,10 @@ def _planes_active_at_samples(
 ) -> Planes:
     """The planes that are active at a sample of cam angles, by exchange among them; it takes some milliseconds."""
     ranges, planes = form.range_planes(programme, bounds), np.empty((0, 4))
-    samples = [group for limit in limits for group in limit.planes(_sample_motion(programme, limit.kinds))]
+    shares, samples = (np.arange(PLANE_SAMPLES) + 0.5) / PLANE_SAMPLES, list[Planes]()
+    for limit in limits:
+        angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & limit.kinds])
+        samples += limit.planes(programme.motion_at(angles[(programme.kinds_at(angles) & limit.kinds) != 0])[:3])
     for _ in range(PLANE_ROUNDS):
         point = form.least_point(np.concatenate([ranges, planes]), bounds)
         if point is None:
@@ -144,13 +147,6 @@ def _planes_active_at_samples(
             break
         planes = np.concatenate([planes, worst])
     return planes
-
-
-def _sample_motion(programme: Programme, stroke_kinds: int) -> FloatArray:
-    """The motion (y, y', y'') at samples of the strokes of some kinds."""
-    shares = (np.arange(PLANE_SAMPLES) + 0.5) / PLANE_SAMPLES
-    angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & stroke_kinds])
-    return programme.motion_at(angles[(programme.kinds_at(angles) & stroke_kinds) != 0])[:3]
 
 
 def _planes_at_worst_cam_angles(problem: Problem, limits: list[LinearLimit], design: Designs) -> Planes:

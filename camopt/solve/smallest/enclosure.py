@@ -30,6 +30,7 @@ from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
 from camopt.solve.smallest.excesses import (
+    EXCESS_ROUNDING,
     Excesses,
     append_weighted_sum,
     choose_cut_side,
@@ -164,15 +165,14 @@ def enclose_limits(
             over = _box_excesses(present, box.take(index), inside.take(index), free)
             with_sums = over
             for disc in set(discs).intersection(free) if len(free) > 1 else ():
-                solution = solve_linear_programme(with_sums, span, free.index(disc))
-                with_sums = append_weighted_sum(with_sums, solution.multipliers)
-            level[index] = over.boxes_feasible_within_rounding
+                multipliers, _ = solve_linear_programme(with_sums, span, free.index(disc))
+                with_sums = append_weighted_sum(with_sums, multipliers)
+            level[index] = np.all(over.most <= np.fmin(over.rounding, EXCESS_ROUNDING), axis=0)
             side[index] = choose_cut_side(over, span)
             low[:, index], high[:, index], empty[index] = feasible_box_ends_and_empty_boxes(
                 with_sums, low[:, index], high[:, index], point
             )
-    ends = (dict(zip(free, end, strict=True)) for end in (low, high))
-    return BoxState(empty, level, inside, side, *ends)
+    return BoxState(empty, level, inside, side, *(dict(zip(free, end, strict=True)) for end in (low, high)))
 
 
 def constraints_on_present_strokes(problem: Problem, constraints: Sequence[Constraint]) -> list[Constraint]:
@@ -210,8 +210,7 @@ def _box_excesses(
 def state_enclosing_rounding(state: State, programme: Programme) -> State:
     """A state at cam angles as intervals that cover the rounding of laws and of the train's forces."""
     table = programme.table
-    errors = table.error.max(axis=0)[:4]
-    y, y1, y2, y3 = (Interval(x - e, x + e) for x, e in zip(state[:4], errors, strict=True))
+    y, y1, y2, y3 = (Interval(x - e, x + e) for x, e in zip(state[:4], table.error.max(axis=0)[:4], strict=True))
     load = state.load
     if isinstance(table.load, TrainLoadTable):
         rounding = [error for force in table.load for error in force.error[:, :2].max(axis=0)]

@@ -46,16 +46,6 @@ class Excesses(NamedTuple):
         least, most, at, rounding = (x.reshape(angle_count, -1) for x in columns)
         return cls(least, most, at, excess.slopes.reshape(-1, angle_count, at.shape[1]), rounding)
 
-    @property
-    def boxes_surely_infeasible(self) -> Any:
-        """Which boxes are empty: every design exceeds some limit (n,)."""
-        return np.any(self.least > 0.0, axis=0)
-
-    @property
-    def boxes_feasible_within_rounding(self) -> Any:
-        """Over which boxes no limit is exceeded by more than rounding (n,)."""
-        return np.all(self.most <= np.fmin(self.rounding, EXCESS_ROUNDING), axis=0)
-
 
 def concatenate_excesses(parts: list[Excesses]) -> Excesses:
     """Excesses of the same boxes, one after the other."""
@@ -68,8 +58,7 @@ def choose_cut_side(excesses: Excesses, span: Interval) -> Any:
     """The side across which the excess over the worst limit changes the most."""
     worst = np.argmax(np.nan_to_num(excesses.at, nan=-np.inf), axis=0)
     steepest = np.take_along_axis(excesses.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
-    width = span.high - span.low
-    return np.argmax(np.where(np.isfinite(steepest), steepest, UNBOUNDED_SLOPE) * width, axis=0)
+    return np.argmax(np.where(np.isfinite(steepest), steepest, UNBOUNDED_SLOPE) * (span.high - span.low), axis=0)
 
 
 def feasible_span(excesses: Excesses, span: Interval) -> Interval:
@@ -82,8 +71,7 @@ def feasible_span(excesses: Excesses, span: Interval) -> Interval:
     slack = SIDE_ROUNDING * (np.abs(excesses.at) + changes.largest_magnitude.sum(axis=0))
     low, high = span.low.copy(), span.high.copy()
     for k in range(len(low)):
-        others = np.delete(changes.low, k, axis=0).sum(axis=0)
-        rest = excesses.at + others - slack
+        rest = excesses.at + np.delete(changes.low, k, axis=0).sum(axis=0) - slack
         is_cut = rest > 0.0
         below, above = -rest / excesses.slopes.high[k], -rest / excesses.slopes.low[k]
         smaller = ~is_cut | ((excesses.slopes.high[k] > 0.0) & (below >= span.low[k]))
@@ -104,16 +92,7 @@ def feasible_box_ends_and_empty_boxes(
     span = Interval(low - point, high - point)
     part, rounding = feasible_span(excesses, span), SIDE_ROUNDING * (np.abs(point) + span.largest_magnitude)
     low, high = np.maximum(low, point + part.low - rounding), np.minimum(high, point + part.high + rounding)
-    return low, high, excesses.boxes_surely_infeasible | np.any(low > high, axis=0)
-
-
-class LinearProgrammeSolution(NamedTuple):
-    """The solution of the linear programme that minimises the size in a box."""
-
-    multipliers: FloatArray
-    """The multiplier of each constraint; all 0 if the programme has no solution."""
-    optimum: FloatArray
-    """The optimum relative to the middle of the box (d,); if there is none, the least size in the middle."""
+    return low, high, np.any(excesses.least > 0.0, axis=0) | np.any(low > high, axis=0)
 
 
 def append_weighted_sum(excesses: Excesses, multipliers: FloatArray) -> Excesses:
@@ -135,10 +114,11 @@ def append_weighted_sum(excesses: Excesses, multipliers: FloatArray) -> Excesses
     return concatenate_excesses([excesses, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
-def solve_linear_programme(excesses: Excesses, span: Interval, size_index: int) -> LinearProgrammeSolution:
-    """The least size in the first box under the constraints linearised at its middle.
+def solve_linear_programme(excesses: Excesses, span: Interval, size_index: int) -> tuple[FloatArray, FloatArray]:
+    """The least size in the first box under the constraints linearised at its middle: multipliers and optimum.
 
-    ``span`` is each box relative to its middle (d, n).
+    Without a solution, all multipliers are 0, and the optimum is the least size in the middle. The optimum (d,) and
+    ``span``, each box (d, n), are relative to the middle.
     """
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
@@ -159,4 +139,4 @@ def solve_linear_programme(excesses: Excesses, span: Interval, size_index: int) 
         if solution.status == 0:
             weights[usable] = np.maximum(-solution.ineqlin.marginals, 0.0) / scale
             optimum = solution.x * width
-    return LinearProgrammeSolution(weights, optimum)
+    return weights, optimum

@@ -9,7 +9,6 @@ Source: J. W. Blankenship, J. E. Falk, Infinitely constrained optimization probl
 (1976).
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,23 +41,13 @@ def certify_robust_answer(
     if verdict == UNDECIDED:
         room = (allowed_proof_gap(answer.design) - (answer.gap if answer.is_proved else 0.0)) / 2.0
         larger = answer.with_larger_sizes(np.array([room]))
-        within = all(larger.sizes[disc][0] <= bounds[disc][1] for disc in answer.discs)
         if (
-            within
+            all(larger.sizes[disc][0] <= bounds[disc][1] for disc in answer.discs)
             and feasible_designs(problem, larger)[0]
             and certify_over_tolerances(problem, larger, budget)[0] == HELD
         ):
             return replace(answer, design=larger, every_cam=HELD), []
     return replace(answer, every_cam=verdict), violating
-
-
-def violating_cam_errors(problem: Problem, design: Designs, errors: Sequence[NumberErrors]) -> list[NumberErrors]:
-    """The errors with which a design breaks a limit, in doubles; for limits that no proof decides."""
-    return [
-        error
-        for error in errors
-        if not feasible_designs(replace(problem, robust_errors=(error,)), design, include_undecided=True)[0]
-    ]
 
 
 def certify_over_tolerances(problem: Problem, design: Designs, budget: Budget) -> tuple[str, list[NumberErrors]]:

@@ -18,6 +18,11 @@ from camopt.solve.verdicts.limit_verdicts import worst_excesses_over_variants
 EXCESS_STEP = 1e-6  # step of differences, relative to a variable's scale
 
 
+def free_train_numbers(problem: Problem) -> list[Variable]:
+    """The numbers of the train with a range in ``[search]``."""
+    return [number for number in problem.search_space.trains if number.has_range]
+
+
 class RangeEnd(NamedTuple):
     """An end of a range of ``[search]``: side · (variable − value) ≤ 0."""
 
@@ -57,26 +62,31 @@ class FreeVariables:
     def variables(self) -> tuple[Variable, ...]:
         """The free variables: always the size, others if they have a range in ``[search]``."""
         size, varied = self.problem.variables[0], self.problem.search_space.variables
-        free = [v for v in varied.values() if v.is_searched_continuously and v.field != "size"]
-        designs = [v for v in free if v.is_size or v.key in self.problem.setup.free]
-        return (varied.get("size", size), *designs, *self.train_variables, *self.turns.variables)
-
-    @property
-    def train_variables(self) -> tuple[Variable, ...]:
-        """The numbers of the train with a range."""
-        return tuple(number for number in self.problem.search_space.trains if number.has_range)
+        designs = [
+            each
+            for each in varied.values()
+            if each.is_searched_continuously and each.field != "size"
+            if each.is_size or each.key in self.problem.setup.free
+        ]
+        return (varied.get("size", size), *designs, *free_train_numbers(self.problem), *self.turns.variables)
 
     @property
     def design_variables(self) -> tuple[Variable, ...]:
         """The sizes and numbers of the cam itself, without those of its train and angles."""
-        return self.variables[: len(self.variables) - len(self.turns.freed_segments) - len(self.train_variables)]
+        return self.variables[
+            : len(self.variables) - len(self.turns.freed_segments) - len(free_train_numbers(self.problem))
+        ]
 
     @cached_property
     def values(self) -> FloatArray:
         """The values of the variables for the cam."""
         values = [float(self.problem.design.values[each.field][0]) for each in self.design_variables]
         return np.array(
-            [*values, *(self.problem.setup.given[each.key] for each in self.train_variables), *self.angles]
+            [
+                *values,
+                *(self.problem.setup.given[each.key] for each in free_train_numbers(self.problem)),
+                *self.angles,
+            ]
         )
 
     @cached_property
@@ -126,7 +136,10 @@ class FreeVariables:
             + steps @ self.independent_change_directions.T
         )
         excesses = np.empty((len(limits), len(values)))
-        motions, trains = values[:, len(self.design_variables) :], [each.key for each in self.train_variables]
+        motions, trains = (
+            values[:, len(self.design_variables) :],
+            [each.key for each in free_train_numbers(self.problem)],
+        )
         for motion in dict.fromkeys(map(tuple, motions)):
             points = np.flatnonzero((motions == motion).all(axis=1))
             numbers, freed = dict(zip(trains, motion, strict=False)), motion[len(trains) :]
@@ -134,8 +147,8 @@ class FreeVariables:
             problem = problem.with_numbers(numbers) if numbers else problem
             if problem.setup.mechanism.has_no_assembly:
                 excesses[:, points] = np.inf
-                continue
-            varied = {each.field: values[points, number] for number, each in enumerate(self.design_variables)}
-            designs = problem.design.take(np.zeros(points.size, dtype=int)).with_values(varied)
-            excesses[:, points] = worst_excesses_over_variants(problem, limits, designs)
+            else:
+                varied = {each.field: values[points, number] for number, each in enumerate(self.design_variables)}
+                designs = problem.design.take(np.zeros(points.size, dtype=int)).with_values(varied)
+                excesses[:, points] = worst_excesses_over_variants(problem, limits, designs)
         return excesses

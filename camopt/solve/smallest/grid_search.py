@@ -12,8 +12,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import UNLIMITED, Budget
-from camopt.model.mechanisms.design import SIZE_FIELDS as SIZE_FIELDS
-from camopt.model.mechanisms.design import Designs, SizeBounds
+from camopt.model.mechanisms.design import SIZE_FIELDS, Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
 from camopt.scene.tables import LARGEST_VALUE
 from camopt.solve.smallest.result import (
@@ -54,10 +53,10 @@ class GridOptimum:
 
 
 def search_coarse_grid(
-    problem: Problem, bounds: SizeBounds, values_per_variable: int = GRID_VALUES, budget: Budget = UNLIMITED
+    problem: Problem, bounds: SizeBounds, values_per_variable: int, budget: Budget
 ) -> GridOptimum:
     """The best design of a coarse grid, with ``values_per_variable`` of each free variable except the size."""
-    points = coarse_grid(problem, bounds, problem.programme.lift, values_per_variable)
+    points = coarse_grid(problem, bounds, values_per_variable)
     points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme))
     points = points.take(np.argsort(largest_base_radii(points, minimised_disc_fields(bounds)), kind="stable"))
     crossings = empty_known_crossings(problem)
@@ -88,15 +87,15 @@ def linear_then_geometric_sizes(low: Any, high: Any, scale: float, count: int) -
 
 def size_scale(problem: Problem, bounds: SizeBounds, lift: float | None = None) -> float:
     """A length of the order of the largest sizes of interest [mm]; ``lift`` replaces that of the problem."""
-    sizes = (ends for name, ends in bounds.items() if name in SIZE_FIELDS and name != "size")
+    sizes = [ends for name, ends in bounds.items() if name in SIZE_FIELDS and name != "size"]
     lengths = [*(end for ends in sizes for end in ends), bounds["size"][0]]
     return max([abs(length) for length in lengths] + [problem.programme.lift if lift is None else lift])
 
 
-def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values_per_variable: int) -> Designs:
+def coarse_grid(problem: Problem, bounds: SizeBounds, values_per_variable: int) -> Designs:
     """A grid: sizes even near the least, then geometric, and ``values_per_variable`` of each other variable."""
     low, high = bounds["size"][0], largest_possible_size(problem, bounds)
-    scale = size_scale(problem, bounds, lift)
+    scale = size_scale(problem, bounds)
     near = np.linspace(low, min(high, low + 20 * scale), GRID_SIZES // 2)
     sizes = (
         np.unique(np.concatenate([near, linear_then_geometric_sizes(low, high, scale, GRID_SIZES // 2)]))
@@ -107,8 +106,7 @@ def coarse_grid(problem: Problem, bounds: SizeBounds, lift: float, values_per_va
         n: np.linspace(a, b, values_per_variable if b > a else 1) for n, (a, b) in bounds.items() if n != "size"
     }
     mesh = np.meshgrid(*others.values(), sizes[sizes > 0.0], indexing="ij")
-    fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
-    return problem.design.with_values(fields)
+    return problem.design.with_values(dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True)))
 
 
 def largest_possible_size(problem: Problem, bounds: SizeBounds) -> float:
@@ -138,14 +136,12 @@ def _motion_breaks_limit(problem: Problem, design: Designs) -> bool:
 
 
 def _is_infeasible_at_every_size(problem: Problem, excess: FloatArray) -> bool:
-    for limit, over in zip(problem.limits, excess, strict=True):
-        if limit.is_decided_by_motion_alone and np.all(over > 0.0):
-            return True
-        if limit.required_quantities and problem.programme.corners and np.all(over == inf):
-            return True
-        if limit.is_infinite_on_motion(problem.programme):
-            return True
-    return False
+    return any(
+        (limit.is_decided_by_motion_alone and np.all(over > 0.0))
+        or (limit.required_quantities and problem.programme.corners and np.all(over == inf))
+        or limit.is_infinite_on_motion(problem.programme)
+        for limit, over in zip(problem.limits, excess, strict=True)
+    )
 
 
 def find_nearest_miss(problem: Problem, bounds: SizeBounds, design: Designs, budget: Budget = UNLIMITED) -> Designs:
@@ -176,7 +172,7 @@ def _best_design_on_zoomed_grids(
     design: Designs,
     choose_design: DesignChoice,
     zooms: int,
-    budget: Budget = UNLIMITED,
+    budget: Budget,
 ) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
@@ -191,9 +187,11 @@ def _best_design_on_zoomed_grids(
         points = design.with_values({n: columns.get(n, v * ones) for n, v in design.values.items()})
         points = points.take(problem.setup.mechanism.can_assemble(points, problem.programme) & (points.size > 0.0))
         if len(points):
-            variants = problem.nominal_and_error_variants(points)
             excess = np.concatenate(
-                [quantities_with_excess_bounds(*pair, frozenset(), budget).outer for pair in variants]
+                [
+                    quantities_with_excess_bounds(*pair, frozenset(), budget).outer
+                    for pair in problem.nominal_and_error_variants(points)
+                ]
             )
             if budget.is_spent:  # some excesses may be missing
                 break

@@ -4,12 +4,11 @@ The reason is the first of these that applies: the parts cannot be assembled; no
 no design meets a smallest set of limits together. The range of the size is added if a cam beyond it is feasible.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor, inf, log10
 
-from camopt.core.mistakes import join_words
-from camopt.core.numerics.budget import UNLIMITED, Budget
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.irreducible import irreducible_set
 from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.mechanisms.design import SizeBounds
@@ -20,7 +19,6 @@ from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.tables.cells import number_text, with_unit
 
 REASON_DIGITS = 6  # digits of a size in a reason
-MOST_LISTED_BOXES = 3  # boxes whose sizes a reason lists
 
 
 @dataclass(frozen=True)
@@ -36,48 +34,28 @@ class Infeasibility:
     is_smallest: bool = True
     """Whether that cam is proved to be the smallest."""
 
-    def __str__(self) -> str:
-        return self.cause + self.range_in_words()
 
-    def range_in_words(self, other_sizes: str = "") -> str:
-        """The range, and the cam beyond it; ``other_sizes`` describes the other sizes of this cam."""
-        if not self.size_range:
-            return ""
-        which = "the smallest feasible cam has" if self.is_smallest else "a feasible cam has"
-        cam = f"{which} {with_unit(self.size, 'mm')}{f', with {other_sizes}' if other_sizes else ''}"
-        return f", for {self.size_range} ({cam})"
-
-
-def find_infeasibility(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> Infeasibility:
+def find_infeasibility(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
     """The limits that no design within bounds meets, alone or together.
 
     Once the budget is spent, the set named together may be larger than needed.
     """
-    problem = with_rounding_relative_error(problem)
-    return replace(
-        _infeasibility_with_cam_beyond_range(problem, bounds, budget),
-        cause=_blocking_limits_in_words(problem, bounds, budget),
+    problem, (low, high) = with_rounding_relative_error(problem), bounds["size"]
+    beyond = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, budget) if high < inf else None
+    cause = _blocking_limits_in_words(problem, bounds, budget)
+    if beyond is None or beyond.design is None:
+        return Infeasibility(cause)
+    ends = (
+        with_unit(high, "mm")
+        if low == high
+        else f"{number_text(to_shown_unit(low, 'mm'))} to {with_unit(high, 'mm')}"
     )
-
-
-def join_infeasibilities(reasons: Mapping[str, Infeasibility]) -> str:
-    """One text of the reasons of all boxes, each reason once, with the boxes that it applies to.
-
-    The keys describe the sizes of the boxes. A reason names the smallest cam beyond the range, over its boxes.
-    """
-    boxes_by_cause: dict[tuple[str, str], list[str]] = {}
-    for where, reason in reasons.items():
-        boxes_by_cause.setdefault((reason.cause, reason.size_range), []).append(where)
-    texts = []
-    for (cause, _), boxes in boxes_by_cause.items():
-        best = min(boxes, key=lambda where: reasons[where].size)
-        where = f", if {join_words(boxes, MOST_LISTED_BOXES)}" if len(boxes_by_cause) > 1 else ""
-        texts.append(f"{cause}{where}{reasons[best].range_in_words(best)}")
-    return "; ".join(texts)
+    size_range = f"{problem.setup.mechanism.body.size_key} = {ends}"
+    return Infeasibility(cause, size_range, round_size_up(beyond.size), beyond.is_proved)
 
 
 def _blocking_limits_in_words(problem: Problem, bounds: SizeBounds, budget: Budget) -> str:
-    grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_GRID_VALUES)
+    grid = coarse_grid(replace(problem, limits=()), bounds, FEW_GRID_VALUES)
     if not problem.setup.mechanism.can_assemble(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}"
     limits = problem.without_deferred_limits.limits  # deferred limits need designs that meet all others
@@ -91,21 +69,6 @@ def _blocking_limits_in_words(problem: Problem, bounds: SizeBounds, budget: Budg
         return names[0]
     late = " (perhaps fewer of them: the search stopped early)" if budget.is_spent else ""
     return f"{join_names(names)} together{late}"
-
-
-def _infeasibility_with_cam_beyond_range(problem: Problem, bounds: SizeBounds, budget: Budget) -> Infeasibility:
-    """The range of the size, if there is one and a cam beyond it is feasible; without a cause."""
-    low, high = bounds["size"]
-    answer = solve_smallest_cam(problem, {**bounds, "size": (0.0, inf)}, budget) if high < inf else None
-    if answer is None or answer.design is None:
-        return Infeasibility("")
-    key, size = problem.setup.mechanism.body.size_key, round_size_up(answer.size)
-    ends = (
-        with_unit(high, "mm")
-        if low == high
-        else f"{number_text(to_shown_unit(low, 'mm'))} to {with_unit(high, 'mm')}"
-    )
-    return Infeasibility("", f"{key} = {ends}", size, answer.is_proved)
 
 
 def round_size_up(size: float) -> float:

@@ -20,6 +20,7 @@ solution of a linear programme. With two or three unknowns, all points where the
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from math import inf
 from typing import Any, NamedTuple
@@ -27,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.numerics import LARGEST, LEAST, FloatArray
-from camopt.model.mechanisms import cylindrical_oscillating, oscillating, oscillating_flat
+from camopt.model.mechanisms import oscillating_flat
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
@@ -36,8 +37,6 @@ from camopt.solve.smallest.closed_form import pressure_tangents_by_stroke
 
 PLANE_TOLERANCE = 1e-12  # relative: by how much rounding may exceed a plane
 PARALLEL_SINE = 1e-13  # planes with a smaller sine between them count as parallel
-
-BOTH_EXTREMES = (LARGEST, LEAST)
 
 Planes = FloatArray
 """(m, 4): a·u + b·v + c·w ≥ d, the normal (a, b, c) of length 1."""
@@ -78,21 +77,26 @@ class LinearForm:
     """The sizes at (u, v, w), for a roller radius."""
 
 
+def _pressure_angle_limits(problem: Problem, plane: Callable[..., tuple[Any, ...]]) -> list[LinearLimit]:
+    """The limits on the pressure angle; ``plane`` takes tan β, then the arguments of ``LinearLimit.plane``."""
+    curve = problem.setup.mechanism.pressure
+    return [
+        LinearLimit(curve, kinds, (LARGEST, LEAST), partial(plane, tangent))
+        for tangent, kinds in pressure_tangents_by_stroke(problem)
+    ]
+
+
 # Arms with a trace point
 
 
 def _linear_arm_limits(problem: Problem) -> list[LinearLimit]:
-    sense, limits = problem.design.sense, []
-    for tangent, kinds in pressure_tangents_by_stroke(problem):
+    sense = problem.design.sense
 
-        def pressure_angle_plane(
-            sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent
-        ) -> tuple[Any, ...]:
-            s, c = np.sin(y), np.cos(y)
-            return tangent * s + sign * c, tangent * c - sign * s, -sign * (1.0 + sense * y1), 0.0
+    def pressure_angle_plane(tangent: float, sign: float, y: Any, y1: Any, y2: Any) -> tuple[Any, ...]:
+        s, c = np.sin(y), np.cos(y)
+        return tangent * s + sign * c, tangent * c - sign * s, -sign * (1.0 + sense * y1), 0.0
 
-        limits.append(LinearLimit(oscillating.MECHANISM.pressure, kinds, BOTH_EXTREMES, pressure_angle_plane))
-    return limits
+    return _pressure_angle_limits(problem, pressure_angle_plane)
 
 
 def _arm_end_position_planes(programme: Programme, bounds: SizeBounds) -> Planes:
@@ -155,17 +159,14 @@ def _arm_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[str
 
 
 def _linear_face_limits(problem: Problem) -> list[LinearLimit]:
-    mechanism, sense, limits = oscillating_flat.MECHANISM, problem.design.sense, []
+    mechanism, sense = oscillating_flat.MECHANISM, problem.design.sense
     if not oscillating_flat.least_relative_turning_rate(sense, problem.programme) > 0.0:
         return []  # no face of any size stays in contact
-    for tangent, kinds in pressure_tangents_by_stroke(problem):
 
-        def pressure_angle_plane(
-            sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent
-        ) -> tuple[Any, ...]:
-            return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
+    def pressure_angle_plane(tangent: float, sign: float, y: Any, y1: Any, y2: Any) -> tuple[Any, ...]:
+        return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
 
-        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure_angle_plane))
+    limits = _pressure_angle_limits(problem, pressure_angle_plane)
     for constraint in constraints_on_curve(problem, mechanism.profile_radius):
 
         def curvature_radius_plane(
@@ -191,9 +192,16 @@ def _face_range_planes(programme: Programme, bounds: SizeBounds) -> Planes:
     """cos ψ ≥ 0 in both end positions, the range of the offset, and the least base radius."""
     (low, high), least = bounds["face_offset"], bounds["size"][0]
     s, c = np.sin(programme.lift), np.cos(programme.lift)
-    swing = [[1.0, 0.0, 0.0, 0.0], [c, -s, 0.0, 0.0]]
     half = np.sqrt(0.5)
-    return np.array([*swing, [0.0, 0.0, 1.0, low], [0.0, 0.0, -1.0, -high], [0.0, half, half, half * least]])
+    return np.array(
+        [
+            [1.0, 0.0, 0.0, 0.0],
+            [c, -s, 0.0, 0.0],
+            [0.0, 0.0, 1.0, low],
+            [0.0, 0.0, -1.0, -high],
+            [0.0, half, half, half * least],
+        ]
+    )
 
 
 def _smallest_face_cam_point(planes: Planes, bounds: SizeBounds) -> FloatArray | None:
@@ -259,17 +267,12 @@ def _face_cam_sizes_at_point(point: FloatArray, roller_radius: float) -> dict[st
 
 
 def _linear_groove_limits(problem: Problem) -> list[LinearLimit]:
-    sense, half, limits = problem.design.sense, problem.programme.lift / 2, []
-    mechanism = cylindrical_oscillating.MECHANISM
-    for tangent, kinds in pressure_tangents_by_stroke(problem):
+    sense, half = problem.design.sense, problem.programme.lift / 2
 
-        def pressure_angle_plane(
-            sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent
-        ) -> tuple[Any, ...]:
-            return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0
+    def pressure_angle_plane(tangent: float, sign: float, y: Any, y1: Any, y2: Any) -> tuple[Any, ...]:
+        return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0
 
-        limits.append(LinearLimit(mechanism.pressure, kinds, BOTH_EXTREMES, pressure_angle_plane))
-    return limits
+    return _pressure_angle_limits(problem, pressure_angle_plane)
 
 
 def _groove_range_planes(programme: Programme, bounds: SizeBounds) -> Planes:

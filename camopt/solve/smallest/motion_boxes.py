@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
@@ -40,6 +39,8 @@ from camopt.solve.verdicts.feasible_filter import feasible_designs
 from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 
 MOTION_BATCH = 256  # boxes examined together, at most, so that the search can stop
+IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
+STROKE_PLACES = 17  # evenly spaced places of each stroke at which every box is evaluated
 SEARCHED_TRIALS = 2  # trials whose motion is searched: another local optimum may be better
 LADDER_ROUNDS, LADDER_SIZES = 3, 16  # rounds of sizes that are tried, each round finer, and sizes in each
 
@@ -59,7 +60,6 @@ class MotionSearch(Bisection):
 
     most_boxes = 50_000
     bounds: SizeBounds
-    budget: Budget
     best: SmallestCam
     """The smallest cam so far."""
     best_motion: Any
@@ -96,7 +96,7 @@ class MotionSearch(Bisection):
         if most > floor:
             scale = size_scale(self.problem, self.bounds, self.lift)
             floor = self.size_bound_by_bisection(
-                DesignBoxes.single_box(ends, scale, self.problem.search_space.variables), self.budget
+                DesignBoxes.single_box(ends, scale, self.problem.search_space.variables)
             )
         return replace(self.best, floor=floor)
 
@@ -142,10 +142,10 @@ class MotionSearch(Bisection):
                 cut = boxes.with_ends_and_cut_side({}, {}, np.argmax(reach.high, axis=0))
                 return cut, boxes.cams_at_point_of_first_box(middle[:, 0])
             over = concatenate_excesses([*limits, *others])
-            solution = solve_linear_programme(over, reach, boxes.free.index("size"))
-            cams = boxes.cams_at_point_of_first_box(middle[:, 0] + solution.optimum)
+            multipliers, optimum = solve_linear_programme(over, reach, boxes.free.index("size"))
+            cams = boxes.cams_at_point_of_first_box(middle[:, 0] + optimum)
             low, high, empty = feasible_box_ends_and_empty_boxes(
-                append_weighted_sum(over, solution.multipliers), low, high, middle
+                append_weighted_sum(over, multipliers), low, high, middle
             )
             side = choose_cut_side(concatenate_excesses([*limits, *guides]), reach)
         new_low, new_high = (dict(zip(boxes.free, end, strict=True)) for end in (low, high))
@@ -172,18 +172,16 @@ class MotionSearch(Bisection):
             ladder = replace(design.take(np.zeros(LADDER_SIZES, dtype=int)), size=sizes)
             cam = first_feasible_design(problem, ladder, empty_known_crossings(problem), self.budget)
             if cam is None:
-                self.try_first_undecided_cam(problem, ladder, motion)
+                # intervals try the first design that doubles do not refute
+                self.budget.spend(problem.evaluation_work(LADDER_SIZES))
+                ladder = ladder.take(ladder.size < self.best.size - allowed_proof_gap(ladder))
+                nominal_limits = problem.without_deferred_limits
+                ladder = ladder.take(feasible_designs(nominal_limits, ladder, include_undecided=True))
+                if len(ladder) and is_provably_feasible(problem, first := ladder.take([0]), self.budget):
+                    self.update_best(SmallestCam(first, 0.0), motion)
                 return
             self.update_best(SmallestCam(cam, 0.0), motion)
             low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
-
-    def try_first_undecided_cam(self, problem: Problem, designs: Designs, motion: Any) -> None:
-        """Try the first design that doubles do not refute, by intervals."""
-        self.budget.spend(problem.evaluation_work(len(designs)))
-        designs = designs.take(designs.size < self.best.size - allowed_proof_gap(designs))
-        designs = designs.take(feasible_designs(problem.without_deferred_limits, designs, include_undecided=True))
-        if len(designs) and is_provably_feasible(problem, first := designs.take([0]), self.budget):
-            self.update_best(SmallestCam(first, 0.0), motion)
 
     def update_best(self, answer: SmallestCam, motion: Any) -> None:
         """Keep a cam and its motion if it is smaller than the best."""

@@ -83,17 +83,12 @@ def active_constraints(free_variables: FreeVariables) -> list[ActiveConstraint]:
         unit = limit.quantity.unit if limit.quantity else "mm"
         by_value = float(limit.excess_derivative_by_bound(columns[cam], cams[cam])[0])
         bounds.append(ActiveConstraint(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
-    return [*bounds, *_active_range_ends(free_variables)]
-
-
-def _active_range_ends(free_variables: FreeVariables) -> Iterator[ActiveConstraint]:
     for end in free_variables.range_ends:
-        if (
-            end.side * (free_variables.values[end.variable] - end.value)
-            > -ACTIVE_DISTANCE * free_variables.scales[end.variable]
-        ):
+        distance = end.side * (free_variables.values[end.variable] - end.value)
+        if distance > -ACTIVE_DISTANCE * free_variables.scales[end.variable]:
             gradient = end.side * free_variables.independent_change_directions[[end.variable]]
-            yield ActiveConstraint(end.key, end.value, end.unit, end.relation, gradient, -end.side)
+            bounds.append(ActiveConstraint(end.key, end.value, end.unit, end.relation, gradient, -end.side))
+    return bounds
 
 
 def _excess_gradients(free_variables: FreeVariables, limits: Sequence[Limit]) -> Iterator[FloatArray]:
@@ -160,9 +155,9 @@ def price_rates(
         noise = error * np.abs(slope).max()
         if abs(price) <= noise and abs(high) <= FAINT_FACTOR * noise:
             rates[key] = ZERO_RATES
-            continue
-        is_unique = abs(high - low) <= EQUAL_PRICES * abs(high)
-        rates[key] = PriceRates(price, price) if is_unique else PriceRates(low, high)
+        else:
+            is_unique = abs(high - low) <= EQUAL_PRICES * abs(high)
+            rates[key] = PriceRates(price, price) if is_unique else PriceRates(low, high)
     return rates
 
 

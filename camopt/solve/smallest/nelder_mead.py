@@ -57,10 +57,14 @@ def descend_simplex(
         "fatol": change,
         "maxfev": moves_per_variable * start.size,
     }
-    bounds = None if variable_range is None else [variable_range] * start.size
     return np.asarray(
         scipy.optimize.minimize(
-            cost, start, bounds=bounds, method="Nelder-Mead", callback=stop_when_budget_is_spent, options=options
+            cost,
+            start,
+            bounds=None if variable_range is None else [variable_range] * start.size,
+            method="Nelder-Mead",
+            callback=stop_when_budget_is_spent,
+            options=options,
         ).x
     )
 
@@ -71,9 +75,8 @@ class NelderMead:
     def __init__(self, turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.angle_box
         self.free = np.flatnonzero(self.box.high - self.box.low > NARROW_RANGE)
-        self.best = best or TurnOptimum(
-            SmallestCam(None, 0.0), turns.angles_at_shares(np.full(len(turns.freed_segments), 0.5), self.box)
-        )
+        middle = self.box.low + 0.5 * (self.box.high - self.box.low)
+        self.best = best or TurnOptimum(SmallestCam(None, 0.0), turns.turn_near_angles(middle, self.box))
 
     def best_of_few_turns(self) -> TurnOptimum:
         """The best turn by the closed form, if it decides; else the first with a cam of a few.

@@ -1,14 +1,15 @@
 """``camopt.optimise``: the smallest cam of a scene over its laws and sizes, with its active limits."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.core.engines.progress import Progress, report_progress, with_progress_bar
-from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake, Unmet, join_words
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget, search_budget
 from camopt.core.quantities import in_column_order
@@ -25,16 +26,19 @@ from camopt.scene.problem.settings import (
 from camopt.scene.problem.space import describe_listed_values, search_boxes
 from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
 from camopt.scene.problem.variables import variation_mistakes
+from camopt.scene.scene import Scene
 from camopt.solve.smallest.closed_form import negligible_size
-from camopt.solve.smallest.exchange import CAM_EXCHANGES, certify_robust_answer, violating_cam_errors
-from camopt.solve.smallest.infeasibility import Infeasibility, find_infeasibility, join_infeasibilities, join_names
+from camopt.solve.smallest.exchange import CAM_EXCHANGES, certify_robust_answer
+from camopt.solve.smallest.free_variables import free_train_numbers
+from camopt.solve.smallest.infeasibility import Infeasibility, find_infeasibility, join_names
 from camopt.solve.smallest.multipliers import ACTIVE_DISTANCE
 from camopt.solve.smallest.optimum import Optimum
 from camopt.solve.smallest.result import RELATIVE_GAP, SmallestCam
 from camopt.solve.smallest.smallest import solve_smallest_cam
-from camopt.solve.smallest.smallest_train import TrainOptimiser, free_train_numbers, listed_train_combinations
+from camopt.solve.smallest.smallest_train import TrainOptimiser
 from camopt.solve.smallest.smallest_turn import smallest_cam_over_turns
 from camopt.solve.smallest.turns import SegmentAngles
+from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.designs import Design, DesignsByLaw, joined_laws
 from camopt.solve.verdicts.design_warnings import warnings_of_design
 from camopt.solve.verdicts.feasible_filter import feasible_designs
@@ -49,6 +53,7 @@ from camopt.solve.verdicts.verdict_words import UNDECIDED
 
 OPTIMISE_WORK = 60e6  # default work of a search
 NOMINAL_PARTS = 3  # a robust search gives one of this many parts of its budget to the nominal cam
+MOST_LISTED_BOXES = 3  # boxes whose sizes a reason lists
 CLEARANCE_SIZES = 48  # sizes above the optimum at which feasibility is evaluated
 
 
@@ -107,13 +112,23 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
     scene = scene_from(scene)
     problem, end = with_rounding_relative_error(resolve(scene)), search_budget(seconds, OPTIMISE_WORK)
     shared = [number for number in problem.search_space.numbers if number.role == "shared"]
-    mistakes = [*variation_mistakes(problem.file, shared, "optimise takes"), *_train_range_mistakes(problem)]
-    if mistakes := [*given_profile_mistakes(problem, "the base radius"), *mistakes]:
+    why = (
+        "cannot have a range while angles of the motion are free: give optimise a list of values, or fix the angles"
+    )
+    mistakes = [
+        *given_profile_mistakes(problem, "the base radius"),
+        *variation_mistakes(problem.file, shared, "optimise takes"),
+        *(
+            Mistake(problem.file, number.search_key, None, why, bare=True)
+            for number in free_train_numbers(problem)
+            if problem.search_space.angles
+        ),
+    ]
+    if mistakes:
         raise BadInput(mistakes)
     problem = problem_with_searched_numbers_per_design(problem)
     quantities: dict[str, dict[str, Any]] = {}
-    cams: dict[str, Problem] = {}
-    sizes: dict[str, float] = {}
+    cams: dict[str, BoxOptimum] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
     out_of_time, programmes = False, law_pair_by_programme(problem)
@@ -125,33 +140,53 @@ def optimise(scene: SceneSource, *, progress: Progress | None = None, seconds: f
         nominal = _nominal_optimum(problem.with_programme(programme), turns, until.share(NOMINAL_PARTS))
         answers, least = solve_all_trains_and_boxes(problem.with_programme(programme), turns, until)
         out_of_time |= until.is_spent or any(answer.out_of_time for answer in answers)
-        if least is not None:
-            assert least.answer.design is not None
-            reduced, design = least.problem.absorb_untoleranced_numbers(least.answer.design)
-            quantities[laws] = _optimum_quantities(reduced, replace(least.answer, design=design), until)
-            quantities[laws] |= least.angles
-            if nominal is not None:
-                safety = least.answer.size - nominal.size
-                quantities[laws] |= {
-                    "nominal_mm": nominal.size,
-                    "nominal_proved": nominal.is_proved,
-                    "safety_mm": safety,
-                }
-            cams[laws], sizes[laws] = replace(least.problem, design=least.answer.design), least.answer.size
+        if least is None:
+            obstacles[laws] = _infeasibility_in_words(answers, end.share(len(programmes) - done))
+            misses += [
+                _excess_rank_and_quantities(each.problem, each.answer.nearest)
+                for each in answers
+                if each.answer.nearest
+            ]
             continue
-        obstacles[laws] = _infeasibility_in_words(answers, end.share(len(programmes) - done))
-        misses += [
-            _excess_rank_and_quantities(each.problem, each.answer.nearest)
-            for each in answers
-            if each.answer.nearest
-        ]
-    order = sorted(quantities, key=lambda laws: sizes[laws])
+        assert least.answer.design is not None
+        reduced, design = least.problem.absorb_untoleranced_numbers(least.answer.design)
+        quantities[laws] = _optimum_quantities(reduced, replace(least.answer, design=design), until)
+        if turns.freed_segments:
+            quantities[laws]["angles_deg"] = turns.all_segment_angles(least.freed_angles)
+        if nominal is not None:
+            quantities[laws] |= {
+                "nominal_mm": nominal.size,
+                "nominal_proved": nominal.is_proved,
+                "safety_mm": least.answer.size - nominal.size,
+            }
+        cams[laws] = least._replace(problem=replace(least.problem, design=least.answer.design))
+    order = sorted(cams, key=lambda laws: cams[laws].answer.size)
     ranked = DesignsByLaw((laws, Design(quantities[laws], scene)) for laws in order)
     least_miss = None if quantities else min(misses, key=lambda miss: miss[0], default=None)
     nearest = least_miss and Design(least_miss[1], scene)
     best = next(iter(ranked.values()), None)
-    warnings = tuple(_optimum_warnings(cams[order[0]], best)) if best else ()
+    warnings = tuple(_optimum_warnings(cams[order[0]].problem, best)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
+
+
+def with_all_sizes(scene: Scene) -> Scene:
+    """The scene itself if it gives all sizes and numbers; else that of the smallest cam, or of the nearest miss.
+
+    Raises
+    ------
+    BadInput
+        As ``optimise``.
+    Unmet
+        If no cam can be assembled.
+    """
+    if not resolve(scene).missing_variables:
+        return scene
+    optimum = optimise(scene)
+    design = optimum.best or optimum.nearest_miss
+    if design is None:
+        obstacles = "; ".join(optimum.obstacles.values())
+        raise Unmet(f"the scene omits sizes, and no cam can be assembled for them: {obstacles}")
+    return design.scene
 
 
 class BoxOptimum(NamedTuple):
@@ -163,8 +198,6 @@ class BoxOptimum(NamedTuple):
     answer: SmallestCam
     freed_angles: FloatArray
     """The angles of freed segments, deg."""
-    angles: dict[str, Any]
-    """``angles_deg`` of all segments, if some are free; else empty."""
     out_of_time: bool = False
     """Whether the search among trains stopped early."""
 
@@ -185,7 +218,7 @@ def solve_all_trains_and_boxes(
     if entries_of_train_numbers(problem.zones):  # few of the many trains at corners matter; the proof finds these
         problem, turns = _with_robust_errors(problem, turns, ())
     for _ in range(CAM_EXCHANGES if problem.zones else 1):
-        answers = list(solve_each_train(problem, turns, budget))
+        answers = list(solve_each_train_and_box(problem, turns, budget))
         least = _smallest_of_boxes(problem, answers)
         if least is None or not problem.zones:
             break
@@ -193,8 +226,15 @@ def solve_all_trains_and_boxes(
         all_errors = [*corner_errors, *(error for error in problem.robust_errors if error not in corner_errors)]
         least = least._replace(answer=proved, problem=replace(least.problem, robust_errors=tuple(all_errors)))
         if proved.every_cam == UNDECIDED and proved.design is not None:
-            new = [error for error in corner_errors if error not in problem.robust_errors]
-            violating = violating_cam_errors(least.problem, proved.design, new)
+            # no proof decides these limits: doubles show which corners of the tolerances break them
+            violating = [
+                error
+                for error in corner_errors
+                if error not in problem.robust_errors
+                and not feasible_designs(
+                    replace(least.problem, robust_errors=(error,)), proved.design, include_undecided=True
+                )[0]
+            ]
         if not violating:
             break
         problem, turns = _with_robust_errors(problem, turns, (*problem.robust_errors, *violating))
@@ -209,33 +249,30 @@ def _with_robust_errors(
     return replace(problem, robust_errors=errors), replace(turns, problem=robust)
 
 
-def solve_each_train(problem: Problem, turns: SegmentAngles, budget: Budget) -> Iterator[BoxOptimum]:
-    """The smallest cam of each train that ``[search]`` lists, in each box of sizes."""
-    trains = listed_train_combinations(problem)
-    for done, numbers in enumerate(trains):
-        end, listed = budget.share(len(trains) - done), problem.with_numbers(numbers)
-        if listed.setup.mechanism.has_no_assembly:
-            for box in search_boxes(listed):
-                yield BoxOptimum(listed, box, SmallestCam(None, inf), turns.scene_angles, {})
-        else:
-            yield from _solve_each_box(listed, replace(turns, problem=turns.problem.with_numbers(numbers)), end)
-
-
-def _solve_each_box(problem: Problem, turns: SegmentAngles, budget: Budget) -> Iterator[BoxOptimum]:
-    """The smallest cam of each box of sizes, with the problem's train or with the best train in its ranges."""
-    boxes = search_boxes(problem)
-    for done, bounds in enumerate(boxes):
-        end = budget.share(len(boxes) - done)
-        if free_train_numbers(problem):
-            best = TrainOptimiser(problem, bounds, end).find_smallest_cam()
-            yield BoxOptimum(best.problem, bounds, best.answer, turns.scene_angles, {}, best.out_of_time)
-            continue
-        if not turns.freed_segments:
-            yield BoxOptimum(problem, bounds, solve_smallest_cam(problem, bounds, end), turns.scene_angles, {})
-            continue
-        answer, freed = smallest_cam_over_turns(replace(turns, budget=end), bounds)
-        angles = {"angles_deg": turns.all_segment_angles(freed)}
-        yield BoxOptimum(turns.problem_with_angles(freed), bounds, answer, freed, angles)
+def solve_each_train_and_box(problem: Problem, turns: SegmentAngles, budget: Budget) -> Iterator[BoxOptimum]:
+    """The smallest cam of each train that ``[search]`` lists, or of the best train in its ranges, in each box."""
+    listed_numbers = [number for number in problem.search_space.trains if not number.has_range]
+    trains = [*product(*(number.grid_values.tolist() for number in listed_numbers))]
+    for done_trains, values in enumerate(trains):
+        numbers = {number.key: value for number, value in zip(listed_numbers, values, strict=True)}
+        listed, listed_turns = (
+            problem.with_numbers(numbers),
+            replace(turns, problem=turns.problem.with_numbers(numbers)),
+        )
+        end, boxes = budget.share(len(trains) - done_trains), search_boxes(listed)
+        for done, bounds in enumerate(boxes):
+            until = end.share(len(boxes) - done)
+            if listed.setup.mechanism.has_no_assembly:
+                yield BoxOptimum(listed, bounds, SmallestCam(None, inf), turns.scene_angles)
+            elif free_train_numbers(listed):
+                best = TrainOptimiser(listed, bounds, until).find_smallest_cam()
+                yield BoxOptimum(best.problem, bounds, best.answer, turns.scene_angles, best.out_of_time)
+            elif not turns.freed_segments:
+                answer = solve_smallest_cam(listed, bounds, until)
+                yield BoxOptimum(listed, bounds, answer, turns.scene_angles)
+            else:
+                answer, freed = smallest_cam_over_turns(replace(listed_turns, budget=until), bounds)
+                yield BoxOptimum(listed_turns.problem_with_angles(freed), bounds, answer, freed)
 
 
 def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimum | None:
@@ -245,19 +282,34 @@ def _smallest_of_boxes(problem: Problem, answers: list[BoxOptimum]) -> BoxOptimu
         return None
     if least.answer.size <= 2 * max(negligible_size(each.problem, each.bounds) for each in answers):
         wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
-        what = f"nothing limits the size: add {wanted}"
-        raise BadInput([Mistake(problem.file, "limits", None, what, bare=True)])
+        raise BadInput([Mistake(problem.file, "limits", None, f"nothing limits the size: add {wanted}", bare=True)])
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
 def _infeasibility_in_words(answers: list[BoxOptimum], budget: Budget) -> str:
-    """Why no box of sizes holds a feasible design, box by box where the reasons differ."""
-    reasons = {}
-    for done, box in enumerate(answers):
-        reasons[describe_listed_values(box.problem, box.bounds)] = _infeasibility_of_box(
+    """Why no box of sizes holds a feasible design: each reason once, with the boxes that it applies to.
+
+    A reason names the smallest cam beyond the range, over its boxes.
+    """
+    reasons = {
+        describe_listed_values(box.problem, box.bounds): _infeasibility_of_box(
             box, budget.share(len(answers) - done)
         )
-    return join_infeasibilities(reasons)
+        for done, box in enumerate(answers)
+    }
+    boxes_by_cause: dict[tuple[str, str], list[str]] = {}
+    for where, reason in reasons.items():
+        boxes_by_cause.setdefault((reason.cause, reason.size_range), []).append(where)
+    texts = []
+    for (cause, size_range), boxes in boxes_by_cause.items():
+        best = min(boxes, key=lambda where: reasons[where].size)
+        where = f", if {join_words(boxes, MOST_LISTED_BOXES)}" if len(boxes_by_cause) > 1 else ""
+        if size_range:
+            cam = "the smallest feasible cam has" if reasons[best].is_smallest else "a feasible cam has"
+            sizes = f"{with_unit(reasons[best].size, 'mm')}{f', with {best}' if best else ''}"
+            where += f", for {size_range} ({cam} {sizes})"
+        texts.append(f"{cause}{where}")
+    return "; ".join(texts)
 
 
 def _infeasibility_of_box(box: BoxOptimum, budget: Budget) -> Infeasibility:
@@ -273,27 +325,6 @@ def _infeasibility_of_box(box: BoxOptimum, budget: Budget) -> Infeasibility:
     return Infeasibility(f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)")
 
 
-def _train_range_mistakes(problem: Problem) -> Iterator[Mistake]:
-    """A mistake for each number of the train with a range, if angles of the motion have ranges too."""
-    for number in free_train_numbers(problem) if problem.search_space.angles else ():
-        why = (
-            "cannot have a range while angles of the motion are free: "
-            "give optimise a list of values, or fix the angles"
-        )
-        yield Mistake(problem.file, number.search_key, None, why, bare=True)
-
-
-def _free_numbers_changing_no_limit(problem: Problem, active_limit_names: Sequence[str]) -> Iterator[str]:
-    """The keys of free numbers that change no active limit of the problem's design."""
-    limits = [limit for limit in problem.without_deferred_limits.limits if limit.name in active_limit_names]
-    for number in problem.search_space.numbers:
-        if number.is_searched_continuously:
-            ends = problem.design.take([0, 0]).with_values({number.field: np.array(number.range_ends)})
-            low, high = worst_excesses_over_variants(problem, limits, ends).T
-            if np.array_equal(low, high):
-                yield number.key
-
-
 def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
     """Warnings on the smallest cam, which is the problem's design.
 
@@ -305,7 +336,14 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
     if (ranges := free_train_numbers(problem)) and not best["proved"]:
         numbers = join_names(number.key for number in ranges)
         yield f"this is the best of the trains tried in the ranges of {numbers}; no proof covers the others"
-    if idle := [*_free_numbers_changing_no_limit(problem, best["binding"])]:
+    active = [limit for limit in problem.without_deferred_limits.limits if limit.name in best["binding"]]
+    idle = []
+    for number in problem.search_space.numbers:
+        if number.is_searched_continuously:
+            ends = problem.design.take([0, 0]).with_values({number.field: np.array(number.range_ends)})
+            if np.array_equal(*worst_excesses_over_variants(problem, active, ends).T):
+                idle.append(number.key)
+    if idle:
         names = join_names(idle)
         remedy = f"sweep with {names} as an objective to find the best"
         yield f"the size does not depend on {names} here: camopt shows one feasible value of many; {remedy}"
@@ -318,9 +356,9 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
 
 def _excess_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
     """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
-    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_quantity_names)
+    names = problem.evaluated_quantities | problem.size_quantity_names
+    values = evaluate_with_verdicts(problem, design, names).records()[0]
     excess = worst_excesses_over_variants(problem, problem.limits, design)
-    values = rows.records()[0]
     if problem.robust_errors:
         values["violated"] = str(violated_limit_names(problem.limits, excess)[0])
     return excess_rank(excess[:, 0]), {name: values[name] for name in in_column_order(values)}
@@ -330,10 +368,9 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -
     """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
-    rows = evaluate_with_verdicts(problem, design, problem.evaluated_quantities | problem.size_quantity_names)
+    names = problem.evaluated_quantities | problem.size_quantity_names
+    values = evaluate_with_verdicts(problem, design, names).records()[0]
     excess = worst_excesses_over_variants(problem, problem.limits, design)[:, 0]
-    values = rows.records()[0]
-    quantities = {name: values[name] for name in in_column_order(values)}
     smaller = answer.with_larger_sizes(-ACTIVE_DISTANCE * design.prime_radius)
     stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), budget).column("violated")[0]).split(",")
     binding = [
@@ -341,13 +378,12 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -
         for limit, over in zip(problem.limits, excess, strict=True)
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
-    clear = _size_above_which_cams_are_feasible(problem, answer, budget)
     return {
-        **quantities,
+        **{name: values[name] for name in in_column_order(values)},
         "binding": binding,
         "proved": answer.is_proved,
         "gap_mm": answer.gap,
-        "clear_above_mm": clear,
+        "clear_above_mm": _size_above_which_cams_are_feasible(problem, answer, budget),
         **({"every_cam": answer.every_cam} if answer.every_cam else {}),
     }
 

@@ -79,8 +79,7 @@ class PricedTolerance:
         step = TOLERANCE_STEP * self.largest_deviation_in_unit * self.unit_size
         names, excesses = [limit.name for limit in limits], []
         for change in (step, -step):
-            band = ErrorBand(self.band.low - change, self.band.high + change)
-            changed = self.problem_with_band(problem, band)
+            changed = self.problem_with_band(problem, ErrorBand(self.band.low - change, self.band.high + change))
             changed_limits = {limit.name: limit for limit in changed.limits}
             excesses.append(
                 worst_excesses_over_variants(changed, [changed_limits[name] for name in names], problem.design)[
@@ -106,15 +105,17 @@ def nonzero_tolerances(problem: Problem) -> Iterator[PricedTolerance]:
             )
     if bands is None:
         return
-    for key, name in (("profile", "profile"), ("bore_eccentricity", "bore")):
-        if size := getattr(bands, name):
-            yield PricedTolerance(
-                f"tolerances.{key}", ErrorBand(-size, size), *MICRON, partial(_with_angle_or_distance_band, name)
-            )
-    for key, name in (("phase", "phase"), ("face_tilt", "tilt"), ("disc_phase", "disc_phase")):
-        band = getattr(bands, name)
+    for key, name, unit in (
+        ("profile", "profile", MICRON),
+        ("bore_eccentricity", "bore", MICRON),
+        ("phase", "phase", DEGREE),
+        ("face_tilt", "tilt", DEGREE),
+        ("disc_phase", "disc_phase", DEGREE),
+    ):
+        value = getattr(bands, name)
+        band = value if isinstance(value, ErrorBand) else ErrorBand(-value, value)
         if band.low or band.high:
-            yield PricedTolerance(f"tolerances.{key}", band, *DEGREE, partial(_with_angle_or_distance_band, name))
+            yield PricedTolerance(f"tolerances.{key}", band, *unit, partial(_with_angle_or_distance_band, name))
 
 
 def _with_number_band(key: str, field: str, bands: ToleranceBands, band: ErrorBand) -> ToleranceBands:
@@ -215,8 +216,11 @@ def _free_variables_by_law(optimum: Optimum) -> Iterator[tuple[str, FreeVariable
         numbers = {each.key: row[each.quantity] for each in problem.search_space.trains}
         law_problem = problem.with_programme(programme).with_numbers(numbers)
         turns = SegmentAngles(law_problem, pair)
-        varied = [each for each in problem.variables if each.is_size or each.key in problem.setup.free]
-        values = {each.field: np.array([row[each.quantity]]) for each in varied if each.quantity in row}
+        values = {
+            each.field: np.array([row[each.quantity]])
+            for each in problem.variables
+            if each.quantity in row and (each.is_size or each.key in problem.setup.free)
+        }
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed_segments])
         turn_problem = turns.problem_with_angles(freed) if turns.freed_segments else law_problem
         yield laws, FreeVariables(replace(turn_problem, design=problem.design.with_values(values)), turns, freed)
@@ -226,10 +230,19 @@ def _prices_of_active_limits(cam: FreeVariables) -> list[Price]:
     """The prices of the active limits of a smallest cam, without the cams that lack them."""
     bounds = active_constraints(cam)
     tolerances = {tolerance.key: tolerance for tolerance in nonzero_tolerances(cam.problem)}
-    slopes = {key: _constraint_slopes_by_tolerance(tolerance, cam, bounds) for key, tolerance in tolerances.items()}
+    # change of each constraint per unit of each tolerance; ends of ranges do not change
+    slopes = {key: np.zeros(len(bounds)) for key in tolerances}
+    of_limits = [bound.limit is not None for bound in bounds]
+    for key, tolerance in tolerances.items():
+        slopes[key][of_limits] = tolerance.excess_slopes(
+            cam.problem, [bound.limit for bound in bounds if bound.limit is not None]
+        )
     rates = price_rates(cam, bounds, slopes)
-    binding = _drop_range_ends_without_price(bounds, rates)
-    priced = {bound.key: bound for bound in binding if bound.limit is None or bound.limit.set_by_scene}
+    priced = {
+        bound.key: bound
+        for bound in _drop_range_ends_without_price(bounds, rates)
+        if bound.limit is None or bound.limit.set_by_scene
+    }
     rows = [(key, bound.value, bound.unit, bound.relation) for key, bound in priced.items()]
     rows += [
         (key, each.largest_deviation_in_unit, each.unit, "±")
@@ -237,15 +250,6 @@ def _prices_of_active_limits(cam: FreeVariables) -> list[Price]:
         if np.any(slopes[key])
     ]
     return [Price(*row, _finite_price(rates[row[0]].eased), _finite_price(rates[row[0]].tightened)) for row in rows]
-
-
-def _constraint_slopes_by_tolerance(
-    tolerance: PricedTolerance, cam: FreeVariables, bounds: list[ActiveConstraint]
-) -> FloatArray:
-    """Change of each constraint per unit of a tolerance; 0 for ends of ranges."""
-    limits = [bound.limit for bound in bounds if bound.limit is not None]
-    slopes = iter(tolerance.excess_slopes(cam.problem, limits))
-    return np.array([0.0 if bound.limit is None else next(slopes) for bound in bounds])
 
 
 def _drop_range_ends_without_price(

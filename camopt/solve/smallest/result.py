@@ -4,12 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from math import inf
-from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
-from camopt.core.numerics.budget import UNLIMITED, Budget
+from camopt.core.numerics import FloatArray, Number
+from camopt.core.numerics.budget import Budget
 from camopt.model.effects.self_crossing_boxes import KnownCrossings
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, SizeBounds
 from camopt.scene.problem.problem import Problem
@@ -25,7 +24,7 @@ def minimised_disc_fields(bounds: SizeBounds) -> tuple[str, ...]:
     return ("size", SECOND_SIZE) if low < high else ("size",)
 
 
-def largest_base_radii(designs: Designs, discs: tuple[str, ...]) -> Any:
+def largest_base_radii(designs: Designs, discs: tuple[str, ...]) -> Number:
     """Size of the largest disc of each design [mm]."""
     return reduce(np.maximum, (designs.sizes[disc] for disc in discs))
 
@@ -74,7 +73,7 @@ def allowed_proof_gap(design: Designs) -> float:
 
 
 def first_feasible_design(
-    problem: Problem, designs: Designs, crossings: KnownCrossings | None, budget: Budget = UNLIMITED
+    problem: Problem, designs: Designs, crossings: KnownCrossings | None, budget: Budget
 ) -> Designs | None:
     """The first feasible one of some designs, or None if none is found within the budget.
 
@@ -100,7 +99,7 @@ def first_feasible_design(
     return None
 
 
-def is_provably_feasible(problem: Problem, design: Designs, budget: Budget = UNLIMITED) -> bool:
+def is_provably_feasible(problem: Problem, design: Designs, budget: Budget) -> bool:
     """Whether a design is proved feasible within the budget, by intervals where doubles do not decide."""
     return all(
         evaluate_with_verdicts(own, each, frozenset(), budget).column("feasible")[0]

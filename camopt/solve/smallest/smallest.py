@@ -23,6 +23,7 @@ from camopt.solve.smallest.closed_form import NUDGES, closed_form_design, nudge_
 from camopt.solve.smallest.cutting_planes import LINEAR_WORK, LinearOptimum, cutting_plane_optimum
 from camopt.solve.smallest.grid_search import (
     CLOSE_ZOOMS,
+    GRID_VALUES,
     NEAR_ZOOMS,
     largest_possible_size,
     search_coarse_grid,
@@ -77,10 +78,12 @@ def solve_small_cam_unproved(
     zooms = CLOSE_ZOOMS if with_fine_grids else NEAR_ZOOMS
     design = None if nearby_design is None else shrink_on_grids(problem, bounds, nearby_design, zooms, budget)
     if design is None:
-        look = search_coarse_grid(problem, bounds, budget=budget)
-        if look.design is None:
-            return SmallestCam(None, inf if look.motion_infeasible else linear.floor, look.nearest, discs)
-        design = shrink_on_grids(problem, bounds, look.design, zooms, budget)
+        grid_optimum = search_coarse_grid(problem, bounds, GRID_VALUES, budget)
+        if grid_optimum.design is None:
+            return SmallestCam(
+                None, inf if grid_optimum.motion_infeasible else linear.floor, grid_optimum.nearest, discs
+            )
+        design = shrink_on_grids(problem, bounds, grid_optimum.design, zooms, budget)
     return SmallestCam(design, linear.floor, discs=discs)
 
 
@@ -146,22 +149,20 @@ def _shrink_smaller_disc(problem: Problem, bounds: SizeBounds, answer: SmallestC
 
     If the discs are equal, each is tried.
     """
-    if answer.design is None:
+    start = answer.design
+    if start is None:
         return answer
-    sizes = {disc: float(answer.design.sizes[disc][0]) for disc in answer.discs}
+    sizes = {disc: float(start.sizes[disc][0]) for disc in answer.discs}
     smaller = [disc for disc, size in sizes.items() if size <= min(sizes.values()) + EQUAL_DISCS * answer.size]
-    count, start = len(smaller), answer.design
-    pairs = [_shrink_disc(problem, bounds, start, disc, budget.share(count - k)) for k, disc in enumerate(smaller)]
+    pairs = []
+    for done, disc in enumerate(smaller):
+        own = start.second if disc == SECOND_SIZE else [name.removeprefix("second_") for name in start.second]
+        ends = {name: (float(value[0]), float(value[0])) for name, value in start.values.items()}
+        ends |= {name: bounds[name] for name in own}
+        end = budget.share(len(smaller) - done)
+        pairs.append(branch_and_bound(problem, ends, 0.0, end, discs=(disc,), start=start))
     best = min(pairs, key=lambda pair: pair.size)
     return replace(answer, design=best.design, second_disc_gap=best.gap)
-
-
-def _shrink_disc(problem: Problem, bounds: SizeBounds, design: Designs, disc: str, budget: Budget) -> SmallestCam:
-    """The pair with one disc minimised by the sizes that belong to this disc alone."""
-    own = design.second if disc == SECOND_SIZE else [name.removeprefix("second_") for name in design.second]
-    ends = {name: (float(value[0]), float(value[0])) for name, value in design.values.items()}
-    ends |= {name: bounds[name] for name in own}
-    return branch_and_bound(problem, ends, 0.0, budget, discs=(disc,), start=design)
 
 
 def _tighten_size_range(problem: Problem, bounds: SizeBounds) -> SizeBounds:
@@ -178,7 +179,7 @@ def _tighten_size_range(problem: Problem, bounds: SizeBounds) -> SizeBounds:
     return tight
 
 
-def _solve_linear_limits(problem: Problem, bounds: SizeBounds, budget: Budget = UNLIMITED) -> LinearOptimum:
+def _solve_linear_limits(problem: Problem, bounds: SizeBounds, budget: Budget) -> LinearOptimum:
     budget.spend(LINEAR_WORK * problem.evaluation_work(1))
     start = closed_form_design(problem, bounds)
     if start is None:

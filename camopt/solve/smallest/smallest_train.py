@@ -26,9 +26,8 @@ from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.sample import SAMPLERS
-from camopt.scene.problem.settings import NumberSetting
-from camopt.scene.problem.variables import Variable
 from camopt.solve.smallest.closed_form import negligible_size
+from camopt.solve.smallest.free_variables import free_train_numbers
 from camopt.solve.smallest.grid_search import largest_possible_size
 from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
 from camopt.solve.smallest.nelder_mead import INFEASIBLE_COST, descend_simplex
@@ -43,7 +42,6 @@ SPREAD_TRAINS, CORNERED_NUMBERS = (
     3,
 )  # sampled trains; up to this many numbers the corners of their ranges are tried too
 TRAIN_WORK = 1e4
-TRAIN_DESCENTS = 1  # descents from the best sampled trains, before boxes
 PHASE_SHARES = 1 / 6, 1 / 4, 5 / 6  # shares of the budget after which the sample, the first descents and boxes end
 
 
@@ -69,10 +67,10 @@ class TrainBoxSearch(MotionSearch):
         return searched_train_keys(self.problem)
 
     def search_ranges(self) -> SizeBounds:
-        limit_sizes = max((limit.least_size for limit in self.problem.limits), default=0.0)
-        least = max(self.bounds["size"][0], limit_sizes, negligible_size(self.problem, self.bounds))
+        limit_sizes = (limit.least_size for limit in self.problem.limits)
+        least = max(self.bounds["size"][0], negligible_size(self.problem, self.bounds), *limit_sizes)
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
-        trains = {each.key: each.range_ends for each in self.problem.search_space.trains if each.has_range}
+        trains = {each.key: each.range_ends for each in free_train_numbers(self.problem)}
         return {**self.bounds, **trains, "size": (least, most)}
 
     def problem_and_motion_of_design(self, design: Designs) -> tuple[Problem, Problem]:
@@ -87,39 +85,6 @@ class TrainBoxSearch(MotionSearch):
     def box_excesses(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         with np.errstate(all="ignore"):
             return self.limits.box_excesses(boxes, inside, template_interval)
-
-
-def listed_train_combinations(problem: Problem) -> list[NumberSetting]:
-    """All combinations of the train's numbers that ``[search]`` lists; one empty combination if it lists none."""
-    listed = [number for number in problem.search_space.trains if not number.has_range]
-    combinations = product(*(number.grid_values.tolist() for number in listed))
-    return [dict(zip((number.key for number in listed), values, strict=True)) for values in combinations]
-
-
-def free_train_numbers(problem: Problem) -> list[Variable]:
-    """The numbers of the train with a range in ``[search]``."""
-    return [number for number in problem.search_space.trains if number.has_range]
-
-
-class Descent(NamedTuple):
-    """The settings of a descent over trains."""
-
-    reach: float
-    """First step, a share of each range."""
-    moves: int
-    """Most trains tried, for each number."""
-    share: float
-    """It ends when steps are at most this share of each range, and sizes differ by at most ``size``."""
-    size: float
-    """mm"""
-    solve: Callable[..., SmallestCam]
-    """The function that finds the cam of one train."""
-
-
-ROUGH_DESCENT, FINE_DESCENT = (
-    Descent(0.1, 15, 1e-3, 1e-3, solve_small_cam_unproved),
-    Descent(0.02, 50, 1e-7, 1e-9, solve_smallest_cam),
-)
 
 
 @dataclass
@@ -138,15 +103,17 @@ class TrainOptimiser:
         for shares in self._trial_train_shares():
             self.cam_size_of_train(shares, solve_small_cam_unproved, spread)
         stopped_early = spread.is_spent
-        for start in self._shares_of_best_tried_trains(TRAIN_DESCENTS):
-            self.descend_from_train(start, ROUGH_DESCENT, rough)
+        self.descend_from_best_train(
+            solve_small_cam_unproved, rough, first_step=0.1, end_tolerances=(1e-3, 1e-3), moves_per_number=15
+        )
         stopped_early |= rough.is_spent
         bounded = self._bound_all_trains(boxes)
         if bounded.answer.is_proved:
             return bounded
         stopped_early |= boxes.is_spent
-        for start in self._shares_of_best_tried_trains(1):
-            self.descend_from_train(start, FINE_DESCENT, self.budget)
+        self.descend_from_best_train(
+            solve_smallest_cam, self.budget, first_step=0.02, end_tolerances=(1e-7, 1e-9), moves_per_number=50
+        )
         best = min(bounded, self._best_train_optimum, key=lambda train: train.answer.size)
         return best._replace(answer=replace(best.answer, floor=bounded.answer.floor), out_of_time=stopped_early)
 
@@ -180,9 +147,9 @@ class TrainOptimiser:
         """Size of the cam of a train [mm]; ``INFEASIBLE_COST`` if there is none or the budget is spent."""
         if self.optima and budget.is_spent:
             return INFEASIBLE_COST
-        variables = free_train_numbers(self.problem)
         values = {
-            each.key: float(each.values_at_shares(np.array(s))) for each, s in zip(variables, shares, strict=True)
+            each.key: float(each.values_at_shares(np.array(s)))
+            for each, s in zip(free_train_numbers(self.problem), shares, strict=True)
         }
         self.budget.spend(TRAIN_WORK)
         problem = self.problem.with_numbers(values)
@@ -193,16 +160,24 @@ class TrainOptimiser:
             self.optima[key] = TrainOptimum(problem, answer)
         return min(answer.size, INFEASIBLE_COST)
 
-    def descend_from_train(self, start: FloatArray, descent: Descent, budget: Budget) -> None:
-        """Descend from a train by the simplex method; all trains tried go into ``optima``."""
-        cost = partial(self.cam_size_of_train, solve=descent.solve, budget=budget)
-        steps = np.where(start > 0.5, -descent.reach, descent.reach)
-        closest = descent.share, descent.size
-        descend_simplex(cost, start, steps, closest, descent.moves, budget, variable_range=(0.0, 1.0))
+    def descend_from_best_train(
+        self,
+        solve: Callable[..., SmallestCam],
+        budget: Budget,
+        first_step: float,
+        end_tolerances: tuple[float, float],
+        moves_per_number: int,
+    ) -> None:
+        """Descend from the best train tried, if it has a cam, by the simplex method; its trains go into ``optima``.
 
-    def _shares_of_best_tried_trains(self, count: int) -> list[FloatArray]:
-        feasible = (shares for shares, train in self.optima.items() if train.answer.design is not None)
-        return [np.array(shares) for shares in sorted(feasible, key=lambda s: self.optima[s].answer.size)[:count]]
+        ``first_step`` and the first tolerance are shares of each range; the second is a difference of sizes, mm.
+        """
+        feasible = [shares for shares, train in self.optima.items() if train.answer.design is not None]
+        if feasible:
+            start = np.array(min(feasible, key=lambda shares: self.optima[shares].answer.size))
+            cost = partial(self.cam_size_of_train, solve=solve, budget=budget)
+            steps = np.where(start > 0.5, -first_step, first_step)
+            descend_simplex(cost, start, steps, end_tolerances, moves_per_number, budget, variable_range=(0.0, 1.0))
 
     def _trial_train_shares(self) -> Iterator[FloatArray]:
         """The shares of the scene's train, of the corners of few ranges, and of a sample of all ranges."""

@@ -18,8 +18,7 @@ import numpy as np
 
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import law_peaks
-from camopt.solve.smallest.closed_form import closed_form_design
-from camopt.solve.smallest.nelder_mead import NelderMead
+from camopt.solve.smallest.nelder_mead import INFEASIBLE_COST, NelderMead
 from camopt.solve.smallest.result import SmallestCam
 from camopt.solve.smallest.smallest import solve_smallest_cam
 from camopt.solve.smallest.turn_boxes import TurnBoxSearch
@@ -47,17 +46,11 @@ def smallest_cam_over_turns(turns: SegmentAngles, bounds: SizeBounds) -> TurnOpt
     if best.answer.is_proved:
         return best
     descended = (NelderMead(kind, bounds, best).find_best_turn() for kind in turns.with_and_without_lowest_dwell)
-    return _with_size_lower_bound(
-        _solve_best_turn(turns, bounds, reduce(better_turn, descended, best)), min(floors)
-    )
-
-
-def _solve_best_turn(turns: SegmentAngles, bounds: SizeBounds, best: TurnOptimum) -> TurnOptimum:
-    """The smallest cam of the best turn, if the budget allows; a descent has only come near it."""
-    if best.answer.design is None or turns.budget.is_spent:
-        return best
-    answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.budget)
-    return better_turn(best, TurnOptimum(answer, best.freed_angles))
+    best = reduce(better_turn, descended, best)
+    if best.answer.design is not None and not turns.budget.is_spent:  # a descent has only come near this cam
+        answer = solve_smallest_cam(turns.problem_with_angles(best.freed_angles), bounds, turns.budget)
+        best = better_turn(best, TurnOptimum(answer, best.freed_angles))
+    return _with_size_lower_bound(best, min(floors))
 
 
 def _with_size_lower_bound(turn: TurnOptimum, floor: float) -> TurnOptimum:
@@ -71,16 +64,13 @@ def size_lower_bound_if_convex(turns: SegmentAngles, bounds: SizeBounds, best: T
     if len(turns.freed_segments) != 2 or any(law_peaks(law)["jumps"] == "velocity" for law in laws):
         return 0.0
 
-    def closed_form_size_at_angle(angle: float) -> float | None:
-        design = closed_form_design(turns.problem_with_angles(np.array([angle, total - angle])), bounds)
-        return None if design is None else float(design.size[0])
-
     near = [best.freed_angles[0] + k * NEIGHBOUR_STEP for k in (-2, -1, 0, 1, 2)]
     angles = sorted({float(np.clip(angle, box.low[0], box.high[0])) for angle in near})
-    sizes = [closed_form_size_at_angle(angle) for angle in angles]
-    if len(angles) < 3 or any(value is None for value in sizes):
+    search = NelderMead(turns, bounds, best)
+    sizes = [search.closed_form_size(np.array([angle, total - angle])) for angle in angles]
+    if len(angles) < 3 or INFEASIBLE_COST in sizes:
         return 0.0
-    return convex_lower_bound([float(box.low[0]), *angles, float(box.high[0])], [v for v in sizes if v is not None])
+    return convex_lower_bound([float(box.low[0]), *angles, float(box.high[0])], sizes)
 
 
 def convex_lower_bound(angles: list[float], values: list[float]) -> float:
@@ -94,8 +84,7 @@ def convex_lower_bound(angles: list[float], values: list[float]) -> float:
     lines = [(*first, (second[1] - first[1]) / (second[0] - first[0])) for first, second in pairwise(points)]
     floor = inf
     for k, (left, right) in enumerate(zip([ends[0], *at], [*at, ends[1]], strict=True)):
-        neighbours = [lines[i] for i in (k - 2, k) if 0 <= i < len(lines)]
-        floor = min(floor, _envelope_minimum(neighbours, left, right))
+        floor = min(floor, _envelope_minimum([lines[i] for i in (k - 2, k) if 0 <= i < len(lines)], left, right))
     return floor
 
 
@@ -104,12 +93,8 @@ def _envelope_minimum(lines: list[tuple[float, float, float]], left: float, righ
 
     Each line is a place, the value there, and the slope.
     """
-
-    def maximum_of_lines(x: float) -> float:
-        return max(v + slope * (x - at) for at, v, slope in lines)
-
     places = [left, right]
     if len(lines) == 2 and lines[0][2] != lines[1][2]:
         (a, v, s), (b, w, t) = lines
         places.append(min(max((w - t * b - v + s * a) / (s - t), left), right))
-    return min(map(maximum_of_lines, places))
+    return min(max(v + slope * (x - at) for at, v, slope in lines) for x in places)

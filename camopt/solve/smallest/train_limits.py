@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
 from math import pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray, IntArray
+from camopt.core.numerics import LARGEST, LEAST, FloatArray, IntArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.sloped_interval import (
@@ -27,7 +27,6 @@ from camopt.core.numerics.sloped_interval import (
     value_at_box_point,
 )
 from camopt.model.effects import EvaluationBlock
-from camopt.model.effects.mean import Mean
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.load import ExternalLoad, TrainLoad
@@ -37,9 +36,9 @@ from camopt.model.motion.tool_drive import tool_travel_range
 from camopt.scene.problem.constraints import Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.scene.problem.tolerance_zones import NumberErrors, with_added_errors
-from camopt.solve.smallest.enclosure import constraints_on_present_strokes, motion_peak_as_curve
+from camopt.solve.smallest.enclosure import constraints_on_present_strokes, with_motion_peak_as_curve
 from camopt.solve.smallest.excesses import UNBOUNDED_SLOPE, Excesses
-from camopt.solve.smallest.motion_boxes import BoxExcesses
+from camopt.solve.smallest.motion_boxes import IDLE_EXCESS, STROKE_PLACES, BoxExcesses
 from camopt.solve.verdicts.constraint_boxes import relative_excess
 from camopt.solve.verdicts.driven_boxes import (
     MOTION_TERMS,
@@ -52,8 +51,6 @@ from camopt.solve.verdicts.driven_boxes import (
 from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_of_curve_power
 from camopt.solve.verdicts.train_means import is_of_chosen_stroke_kind, mean_of_curve_power_of_designs
 
-TRAIN_IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
-STROKE_PLACES = 17  # evenly spaced places of each stroke at which every box is evaluated
 SCAN_ANGLES, SCAN_ZOOMS = (
     256,
     4,
@@ -83,15 +80,6 @@ def _cam_angle_of_largest_derivative(turn: Programme, order: int, side: float, s
     )
 
 
-class WorstPlaces(NamedTuple):
-    """The places at which boxes are evaluated for one side of a constraint."""
-
-    constraint: Constraint
-    side: float
-    place: IntArray
-    """The index of the place, for each box."""
-
-
 @dataclass
 class TrainLimits:
     """The constraints of limits, and the cam angles at which boxes are evaluated."""
@@ -107,20 +95,27 @@ class TrainLimits:
 
     @classmethod
     def from_problem(cls, problem: Problem) -> "TrainLimits":
-        strokes = problem.programme.tool.strokes
         even = [
-            each.start + each.angle * np.linspace(0.0, 1.0, STROKE_PLACES if each.law else 1) for each in strokes
+            each.start + each.angle * np.linspace(0.0, 1.0, STROKE_PLACES if each.law else 1)
+            for each in problem.programme.tool.strokes
         ]
         train_constraints = [constraint for limit in problem.limits for constraint in limit.train_constraints]
         constraints = [
-            each if _derivative_order(each) else each._replace(curve=motion_peak_as_curve(each.curve, each.kinds))
+            each if _derivative_order(each) else with_motion_peak_as_curve(each)
             for each in strictest_constraints(
                 constraint for limit in problem.limits for constraint in limit.constraints
             )
         ]
-        return cls(
-            problem, constraints, train_constraints, enclosable_mean_constraints(problem), np.concatenate(even)
-        )
+        # boxes enclose means of cams and trains, under loads constant over the turn
+        load = problem.programme.load
+        is_load_varying = isinstance(load, ExternalLoad) or (isinstance(load, TrainLoad) and bool(load.loads))
+        mean_constraints = [
+            constraint
+            for limit in problem.limits
+            if (constraint := limit.mean_constraint) is not None and not is_load_varying
+            if constraint.mean.smooth is None and not isinstance(constraint.mean.curves[0][0], MotionDerivative)
+        ]
+        return cls(problem, constraints, train_constraints, mean_constraints, np.concatenate(even))
 
     @property
     def evaluation_places(self) -> ToolPlaces:
@@ -185,16 +180,20 @@ class TrainLimits:
 
     def _designs_with_errors(self, designs: Designs, errors: NumberErrors) -> Designs:
         """Designs with errors; numbers that only the problem has start from their nominal values."""
-        nominal = {
-            key: np.full(len(designs), self.problem.nominal_numbers[key])
-            for key in errors.keys() - designs.values.keys()
-        }
-        return with_added_errors(designs.with_values(nominal), errors)
+        return with_added_errors(
+            designs.with_values(
+                {
+                    key: np.full(len(designs), self.problem.nominal_numbers[key])
+                    for key in errors.keys() - designs.values.keys()
+                }
+            ),
+            errors,
+        )
 
     def _excesses_of_cam(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         places, count = self.evaluation_places, template_interval.size
-        near = list(self._worst_excess_places(inside, places))
-        where = np.array([worst.place for worst in near] or [np.zeros(count, dtype=int)])
+        near = list(self._worst_excess_places(inside, places, self.constraints, _motion_excess))
+        where = np.array([place for _, _, place in near] or [np.zeros(count, dtype=int)])
         radicands, copies = list[SlopedInterval](), boxes.take(np.tile(np.arange(count), len(where)))
         driven = driven_motion_over_boxes(self.problem, copies, places, where.ravel(), radicands)
         limits = []
@@ -210,7 +209,9 @@ class TrainLimits:
         margins = self.problem.setup.mechanism.assembly_margins(boxes, motion)
         assembly = [_assembly_excess(margin, 1) for margin in margins if isinstance(margin, SlopedInterval)]
         assembly += [_assembly_excess(radicand, len(where)) for radicand in radicands]
-        for constraint, side, place in self._worst_train_excess_places(inside, places):
+        for constraint, side, place in self._worst_excess_places(
+            inside, places, self.train_constraints, _train_excess
+        ):
             radicands = list[SlopedInterval]()
             part = driven_motion_over_boxes(self.problem, boxes, places, place, radicands)
             excess = Excesses.from_sloped_value(
@@ -232,33 +233,33 @@ class TrainLimits:
             [Excesses.from_sloped_value(as_sloped_interval(motion.moved, template_interval))._replace(at=unknown)],
         )
 
-    def _worst_excess_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
-        """For both sides of each near constraint, the place where one design of each box exceeds it the most."""
-        motion = driven_motion_at_places(self.problem, inside, places)
-        kinds = np.where(motion.sense > 0.0, places.kinds[:, None], places.against[:, None])
-        for constraint in self.constraints:
-            for side in constraint.side_signs:
-                over = _motion_excess(constraint, side, motion, inside) + np.zeros(kinds.shape)
-                over = np.where(kinds & constraint.kinds, np.nan_to_num(over, nan=-np.inf), -np.inf)
-                if np.max(over) > TRAIN_IDLE_EXCESS:
-                    yield WorstPlaces(constraint, side, np.argmax(over, axis=0))
-
-    def _worst_train_excess_places(self, inside: Designs, places: ToolPlaces) -> Iterator[WorstPlaces]:
-        if not self.train_constraints:
+    def _worst_excess_places(
+        self,
+        inside: Designs,
+        places: ToolPlaces,
+        constraints: list[Constraint],
+        excess_of: Callable[[Constraint, float, DrivenMotion, Designs], Number],
+    ) -> Iterator[tuple[Constraint, float, IntArray]]:
+        """Each side of each near constraint, with the index of the place where one design of each box is worst."""
+        if not constraints:
             return
         motion = driven_motion_at_places(self.problem, inside, places)
-        for constraint, side in self._train_constraint_sides:
-            over = _train_excess(constraint, side, motion, inside) + np.zeros((places.angles.size, len(inside)))
-            over = np.nan_to_num(over, nan=-np.inf)
-            if np.max(over) > TRAIN_IDLE_EXCESS:
-                yield WorstPlaces(constraint, side, np.argmax(over, axis=0))
+        kinds = np.where(motion.sense > 0.0, places.kinds[:, None], places.against[:, None])
+        for constraint in constraints:
+            for side in constraint.side_signs:
+                over = excess_of(constraint, side, motion, inside) + np.zeros(kinds.shape)
+                over = np.nan_to_num(over, nan=-np.inf)
+                if excess_of is _motion_excess:  # constraints on trains hold in all strokes
+                    over = np.where(kinds & constraint.kinds, over, -np.inf)
+                if np.max(over) > IDLE_EXCESS:
+                    yield constraint, side, np.argmax(over, axis=0)
 
 
-def _train_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Any:
+def _train_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Number:
     return relative_excess(constraint, side, as_quotient(constraint.curve(designs, motion.links)), designs)
 
 
-def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Any:
+def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Number:
     curve: Any = constraint.curve
     order = _derivative_order(constraint)
     value = motion.state[order] if order else curve_value(curve(designs, motion), ..., motion.state)
@@ -276,19 +277,6 @@ def _assembly_excess(margin: SlopedInterval, place_count: int) -> Excesses:
     """The excess of a margin of assembly, which must be above 0, at ``place_count`` places one after the other."""
     scale = value_at_box_point(margin).largest_magnitude
     return Excesses.from_sloped_value(-margin / np.where(scale > 0.0, scale, 1.0), place_count)
-
-
-def enclosable_mean_constraints(problem: Problem) -> list[TurnMeanConstraint]:
-    """The constraints on means that boxes can enclose: of cams and trains, under loads constant over the turn."""
-    load = problem.programme.load
-    if isinstance(load, ExternalLoad) or (isinstance(load, TrainLoad) and load.loads):
-        return []
-    means = [limit.mean_constraint for limit in problem.limits if limit.mean_constraint is not None]
-    return [
-        limit
-        for limit in means
-        if limit.mean.smooth is None and not isinstance(limit.mean.curves[0][0], MotionDerivative)
-    ]
 
 
 def mean_excess_and_known_boxes(
@@ -309,45 +297,21 @@ def mean_excess_and_known_boxes(
     low, high, error = (rows[panels, :MOTION_TERMS].T.copy() for rows in (table.low, table.high, table.error))
     low[0], high[0] = low[0] + zero, high[0] + zero
     ranges = [Interval(a - e, b + e) for a, b, e in zip(low, high, error, strict=True)]
-    driven = driven_motion_over_ranges(problem, designs, ranges, _stroke_kinds_of_panels(problem)[panels])
+    stroke_kinds = np.repeat(table.kind, np.diff(table.first_panel))
+    driven = driven_motion_over_ranges(problem, designs, ranges, stroke_kinds[panels])
     known = np.all(driven.sense.reshape(-1, count) != 0.0, axis=0)
-    parts = [
-        _mean_range_and_slopes_of_curve(
-            problem, constraint.mean, number, designs, driven, template_interval[copies], count
-        )
-        for number in range(len(constraint.mean.curves))
-    ]
-    value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    at = mean_of_curve_power_of_designs(
-        problem, constraint.mean, inside, table.centre, table.half_width, _stroke_kinds_of_panels(problem)
-    )
-    mean = narrow_by_mean_value(value, at, slopes, template_interval)
-    return Excesses.from_sloped_value(excess_from_mean_of_curve_power(constraint, mean, boxes)), known
-
-
-def _stroke_kinds_of_panels(problem: Problem) -> Any:
-    table = problem.programme.tool.table
-    return np.repeat(table.kind, np.diff(table.first_panel))
-
-
-def _mean_range_and_slopes_of_curve(
-    problem: Problem,
-    mean: Mean,
-    curve_index: int,
-    designs: Designs,
-    driven: DrivenMotion,
-    template_interval: SlopedInterval,
-    box_count: int,
-) -> tuple[Interval, Interval]:
-    """The part that one curve contributes to a mean: its range (n,) and its slopes (d, n)."""
+    mean, like = constraint.mean, template_interval[copies]
+    weights, panel_kinds = np.repeat(table.half_width / np.pi, count), np.repeat(stroke_kinds, count)
+    parts = []  # what each curve contributes to the mean: its range (n,) and its slopes (d, n)
     curve: Any
-    curve, kinds = mean.curves[curve_index]
-    value = curve_value(curve(designs, driven), ..., driven.state)
-    sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, template_interval)
-    power = np.square(sloped) if mean.power == 2 else sloped
-    weights = np.repeat(problem.programme.tool.table.half_width / np.pi, box_count)
-    panel_kinds = np.repeat(_stroke_kinds_of_panels(problem), box_count)
-    shares = np.where(is_of_chosen_stroke_kind(panel_kinds, kinds, driven.sense), weights, 0.0).reshape(
-        -1, box_count
-    )
-    return enclose_weighted_sums(shares, power.value), enclose_weighted_sums(shares, power.slopes)
+    for curve, kinds in mean.curves:
+        value = curve_value(curve(designs, driven), ..., driven.state)
+        sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
+        power = np.square(sloped) if mean.power == 2 else sloped
+        applies = is_of_chosen_stroke_kind(panel_kinds, kinds, driven.sense)
+        shares = np.where(applies, weights, 0.0).reshape(-1, count)
+        parts.append([enclose_weighted_sums(shares, each) for each in (power.value, power.slopes)])
+    whole, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
+    at = mean_of_curve_power_of_designs(problem, mean, inside, table.centre, table.half_width, stroke_kinds)
+    narrow = narrow_by_mean_value(whole, at, slopes, template_interval)
+    return Excesses.from_sloped_value(excess_from_mean_of_curve_power(constraint, narrow, boxes)), known

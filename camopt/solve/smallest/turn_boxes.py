@@ -14,12 +14,12 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby
+from itertools import groupby, product
 from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LEAST, FloatArray, Number
 from camopt.core.numerics.curves import LOADED_CURVES, curve_value
 from camopt.core.numerics.sloped_interval import SlopedInterval, as_quotient, as_sloped_interval
 from camopt.core.numerics.state import State
@@ -29,19 +29,16 @@ from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.model.motion.programme import Programme, weighted_derivative_range
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, Stroke
 from camopt.scene.problem.constraints import Constraint
-from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.solve.smallest.boxes import DesignBoxes
 from camopt.solve.smallest.closed_form import size_lower_bound
 from camopt.solve.smallest.enclosure import size_constraints_with_error_variants, state_enclosing_rounding
 from camopt.solve.smallest.excesses import SIDE_ROUNDING, Excesses
 from camopt.solve.smallest.grid_search import largest_possible_size
-from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
+from camopt.solve.smallest.motion_boxes import IDLE_EXCESS, STROKE_PLACES, BoxExcesses, MotionSearch
 from camopt.solve.smallest.turns import SAME_POSITION, AngleRanges, SegmentAngles, TurnOptimum
 from camopt.solve.verdicts.constraint_boxes import relative_excess
 
-STROKE_IDLE_EXCESS = -0.5  # relative: a limit with no greater excess at any sampled point of boxes is skipped
-STROKE_SHARES = 17  # evenly spaced places of a stroke at which every box is evaluated
 ADDED_PLACES = 64  # most further places, where designs tried so far exceed a limit the most
 
 
@@ -60,21 +57,6 @@ class StrokeLimit:
     """y, y', y'' and y''' by the share of the stroke, at evenly spaced places (4, places)."""
     added_motion: FloatArray
     """The same at places where a design exceeds the limit the most."""
-
-    @classmethod
-    def from_constraint(
-        cls, constraint: Constraint, stroke: Stroke, turn: Programme, name: str | None
-    ) -> "StrokeLimit":
-        stroke = replace(stroke, start=0.0)
-        shares = np.linspace(0.0, 1.0, STROKE_SHARES if stroke.law else 1)
-        return cls(
-            constraint,
-            stroke,
-            turn,
-            name,
-            _motion_on_both_sides_of_shares(stroke, shares, constraint.kinds),
-            np.empty((4, 0)),
-        )
 
     def add_worst_excess_place(self, problem: Problem, design: Designs) -> None:
         """Add the place at which one design exceeds the limit the most."""
@@ -99,19 +81,16 @@ class StrokeLimit:
         places, count = np.concatenate([self.even_motion, self.added_motion], axis=1), template_interval.size
         points = inside.take(np.tile(np.arange(count), places.shape[1]))
         for side in self.constraint.side_signs:
-            state = np.repeat(places, count, axis=1)
-            excess = self._constraint_excess(side, state, points)
+            excess = self._constraint_excess(side, np.repeat(places, count, axis=1), points)
             excess = np.nan_to_num(excess + np.zeros(len(points)), nan=-np.inf).reshape(-1, count)
-            if np.max(excess) < STROKE_IDLE_EXCESS:
-                continue
-            worst = state_enclosing_rounding(
-                State(*places[:, np.argmax(excess, axis=0)]), _unit_angle_programme(self.stroke)
-            )
-            yield Excesses.from_sloped_value(
-                as_sloped_interval(self._constraint_excess(side, worst, box), template_interval)
-            )
+            if np.max(excess) >= IDLE_EXCESS:
+                worst = state_enclosing_rounding(
+                    State(*places[:, np.argmax(excess, axis=0)]), _unit_angle_programme(self.stroke)
+                )
+                over_box = self._constraint_excess(side, worst, box)
+                yield Excesses.from_sloped_value(as_sloped_interval(over_box, template_interval))
 
-    def _constraint_excess(self, side: float, state: Any, designs: Designs) -> Any:
+    def _constraint_excess(self, side: float, state: Any, designs: Designs) -> Number:
         y, y1, y2, y3 = state[:4]
         angle: Any = (
             self.stroke.angle if self.angle_name is None else designs.numbers[self.angle_name] * (np.pi / 180.0)
@@ -146,38 +125,40 @@ class TurnBoxSearch(MotionSearch):
         self.limits = [*self._stroke_limits()]
 
     def _stroke_limits(self) -> Iterator[tuple[Problem, StrokeLimit]]:
-        """The limits on strokes, each with the problem (of the nominal cam or a robust variant) that moves them."""
-        for variant, group in groupby(
-            size_constraints_with_error_variants(self.problem_without_varying_load_limits),
-            lambda item: item.problem,
-        ):
+        """The limits on strokes, each with the problem (of the nominal cam or a robust variant) that moves them.
+
+        Limits that depend on where in the turn a stroke lies, by a load that changes over the turn, are left out.
+        """
+        problem = self.problem
+        if self.longest.load is not None:
+            limits = tuple(
+                limit
+                for limit in problem.limits
+                if not any(
+                    type(constraint.curve(problem.design, self.longest)) in LOADED_CURVES
+                    for constraint in limit.constraints
+                )
+            )
+            problem = replace(problem, limits=limits)
+        for variant, group in groupby(size_constraints_with_error_variants(problem), lambda item: item.problem):
             longest = self.longest
             if variant.programme is not self.problem.programme:
                 longest = replace(self.turns, problem=variant).programme_with_angles(self.box.high)
-            for _, constraint in group:
-                for stroke, name in self.angle_field_of_each_stroke(longest).items():
-                    limit = StrokeLimit.from_constraint(constraint, stroke, longest, name)
-                    if limit.even_motion.size:  # the constraint applies to the stroke
-                        yield variant, limit
-
-    @cached_property
-    def problem_without_varying_load_limits(self) -> Problem:
-        """The problem without limits that depend on where in the turn a stroke lies."""
-        if self.longest.load is None:
-            return self.problem
-        limits = tuple(limit for limit in self.problem.limits if not self.depends_on_varying_load(limit))
-        return replace(self.problem, limits=limits)
-
-    def depends_on_varying_load(self, limit: Limit) -> bool:
-        """Whether a limit depends on a load that changes over the turn."""
-        curves = (constraint.curve(self.problem.design, self.longest) for constraint in limit.constraints)
-        return any(type(curve) in LOADED_CURVES for curve in curves)
+            for (_, constraint), (stroke, name) in product(group, self.angle_field_of_each_stroke(longest).items()):
+                first = replace(stroke, start=0.0)
+                shares = np.linspace(0.0, 1.0, STROKE_PLACES if stroke.law else 1)
+                even_motion = _motion_on_both_sides_of_shares(first, shares, constraint.kinds)
+                if even_motion.size:  # the constraint applies to the stroke
+                    yield variant, StrokeLimit(constraint, first, longest, name, even_motion, np.empty((4, 0)))
 
     @cached_property
     def motion_fields(self) -> dict[str, int]:
         """The index among the freed segments of each stroke, by the field of its angle in boxes."""
-        angles = enumerate(self.turns.variables)
-        return {each.field: k for k, each in angles if self.turns.segments[each.segment].segment != "dwell"}
+        return {
+            each.field: k
+            for k, each in enumerate(self.turns.variables)
+            if self.turns.segments[each.segment].segment != "dwell"
+        }
 
     def angle_field_of_each_stroke(self, turn: Programme) -> dict[Stroke, str | None]:
         """The strokes and dwells of the longest turn.
@@ -204,7 +185,12 @@ class TurnBoxSearch(MotionSearch):
         return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
 
     def problem_and_motion_of_design(self, design: Designs) -> tuple[Problem, FloatArray]:
-        freed = self.turn_of_design(design)
+        # the dwells, then the strokes give way to keep the total
+        low, high = self.box.low.copy(), self.box.high.copy()
+        for name, k in self.motion_fields.items():
+            low[k] = high[k] = design.numbers[name][0]
+        angles = self.turns.turn_near_angles((low + high) / 2.0, AngleRanges(low, high))
+        freed = self.turns.turn_near_angles(angles, self.box)
         return self.problem.with_programme(self.turns.programme_with_angles(freed)), freed
 
     def add_worst_excess_places(self, design: Designs, problem: Problem) -> None:
@@ -216,7 +202,10 @@ class TurnBoxSearch(MotionSearch):
         excesses = [
             excess for _, limit in self.limits for excess in limit.box_excesses(boxes, inside, template_interval)
         ]
-        return BoxExcesses(excesses, [*self.angle_sum_excesses(boxes)])
+        (low, high), total = self.angle_sum_range_deg, sum(boxes.numbers[name] for name in self.motion_fields)
+        if not isinstance(total, SlopedInterval):
+            return BoxExcesses(excesses)
+        return BoxExcesses(excesses, [Excesses.from_sloped_value(x / 360.0) for x in (total - high, low - total)])
 
     def search_ranges(self) -> SizeBounds:
         least = size_lower_bound(self.problem.with_programme(self.longest), self.bounds)
@@ -233,24 +222,15 @@ class TurnBoxSearch(MotionSearch):
         """Least angle of a stroke that meets the limits on velocity, acceleration and jerk [deg]."""
         least = 0.0
         for constraint in self.problem.constraints:
-            if not isinstance(constraint.curve, MotionDerivative):
-                continue
-            source = constraint.curve.motion_of_tool_or_follower(self.longest).strokes[
-                self.longest.strokes.index(stroke)
-            ]
-            if constraint.kinds & source.kind:
-                order = constraint.curve.order
-                ends = weighted_derivative_range(Programme((source,)), (0.0,) * order + (1.0,), ALL_STROKES)
-                share = max(-ends[0], ends[1]) / constraint.upper_bound_of_each_side()
-                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * SIDE_ROUNDING))
+            if isinstance(constraint.curve, MotionDerivative):
+                turn = constraint.curve.motion_of_tool_or_follower(self.longest)
+                source, order = turn.strokes[self.longest.strokes.index(stroke)], constraint.curve.order
+                if constraint.kinds & source.kind:
+                    ends = weighted_derivative_range(Programme((source,)), (0.0,) * order + (1.0,), ALL_STROKES)
+                    share = max(-ends[0], ends[1]) / constraint.upper_bound_of_each_side()
+                    least_angle = np.degrees(stroke.angle) * share ** (1.0 / order)
+                    least = max(least, least_angle * (1.0 - 16.0 * SIDE_ROUNDING))
         return float(least)
-
-    def angle_sum_excesses(self, boxes: Designs) -> Iterator[Excesses]:
-        """The excesses of the sum of the strokes' angles over its range."""
-        total = sum(boxes.numbers[name] for name in self.motion_fields)
-        if isinstance(total, SlopedInterval):
-            for excess in (total - self.angle_sum_range_deg[1], self.angle_sum_range_deg[0] - total):
-                yield Excesses.from_sloped_value(excess / 360.0)
 
     def boxes_with_possible_motion(self, boxes: DesignBoxes) -> DesignBoxes:
         """The parts of boxes whose angles fit a turn."""
@@ -262,11 +242,3 @@ class TurnBoxSearch(MotionSearch):
         return boxes.with_ends_and_cut_side(next(ends), next(ends), boxes.side).take(
             np.all(low <= high + SAME_POSITION, axis=0)
         )
-
-    def turn_of_design(self, design: Designs) -> FloatArray:
-        """A turn with the strokes' angles of a design; the dwells, then the strokes give way to keep the total."""
-        low, high = self.box.low.copy(), self.box.high.copy()
-        for name, k in self.motion_fields.items():
-            low[k] = high[k] = design.numbers[name][0]
-        angles = self.turns.turn_near_angles((low + high) / 2.0, AngleRanges(low, high))
-        return self.turns.turn_near_angles(angles, self.box)

@@ -1,5 +1,6 @@
 """The turns of a scene whose freed segments share a fixed total of degrees."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -55,10 +56,12 @@ class SegmentAngles:
 
     @property
     def angle_box(self) -> AngleRanges:
-        """The box of all turns."""
+        """The box of all turns: without angles that the other segments cannot complete."""
         low, high = np.array([each.range_ends for each in self.variables], dtype=float).reshape(-1, 2).T
         high[[i in self.skipped_dwells for i in self.freed_segments]] = 0.0
-        return self.tighten_ranges(AngleRanges(low, high))
+        total, low_sum, high_sum = self.scene_angles.sum(), low.sum(), high.sum()
+        low, high = np.maximum(low, total - (high_sum - high)), np.minimum(high, total - (low_sum - low))
+        return AngleRanges(np.minimum(low, high), high)
 
     @property
     def with_and_without_lowest_dwell(self) -> list["SegmentAngles"]:
@@ -78,24 +81,16 @@ class SegmentAngles:
         return [self, without] if dwells and may_vanish and fits else [self]
 
     @property
-    def corner_turn_angles(self) -> list[FloatArray]:
+    def corner_turn_angles(self) -> Iterator[FloatArray]:
         """Turns whose first segments, in each of a few orders, are as long as possible, and the rest short."""
-        box, count, turns = self.angle_box, len(self.freed_segments), []
+        box, count = self.angle_box, len(self.freed_segments)
         for first in range(count):
             for direction in (1, -1):
                 freed, remaining = box.low.copy(), self.scene_angles.sum() - box.low.sum()
                 for k in (first + direction * np.arange(count)) % count:
                     more = min(remaining, box.high[k] - box.low[k])
                     freed[k], remaining = freed[k] + more, remaining - more
-                turns.append(freed)
-        return turns
-
-    def tighten_ranges(self, box: AngleRanges) -> AngleRanges:
-        """The smallest box of the same turns: without angles that the other segments cannot complete."""
-        total = self.scene_angles.sum()
-        low = np.maximum(box.low, total - (box.high.sum() - box.high))
-        high = np.minimum(box.high, total - (box.low.sum() - box.low))
-        return AngleRanges(np.minimum(low, high), high)
+                yield freed
 
     def all_segment_angles(self, freed_angles: FloatArray) -> list[float]:
         """The angles of all segments of a turn [deg]."""
@@ -104,8 +99,10 @@ class SegmentAngles:
 
     def programme_with_angles(self, freed_angles: FloatArray) -> Programme:
         """The programme of the turn with these freed angles."""
-        angles = self.all_segment_angles(freed_angles)
-        segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
+        segments = [
+            segment._replace(angle=angle)
+            for segment, angle in zip(self.segments, self.all_segment_angles(freed_angles), strict=True)
+        ]
         angular, laws, load = self.problem.given_motion_is_angle, self.problem.laws, self.problem.programme.load
         programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
         return self.problem.with_programme(self.problem.follower_motion(programme)).follower_motion_with_laws(
@@ -115,10 +112,6 @@ class SegmentAngles:
     def problem_with_angles(self, freed_angles: FloatArray) -> Problem:
         """The problem with the turn of these freed angles."""
         return self.problem.with_programme(self.programme_with_angles(freed_angles))
-
-    def angles_at_shares(self, shares: FloatArray, box: AngleRanges) -> FloatArray:
-        """A turn of a box near these shares of the segments' ranges; the shares give way to keep the total."""
-        return self.turn_near_angles(box.low + shares * (box.high - box.low), box)
 
     def turn_near_angles(self, angles: FloatArray, box: AngleRanges) -> FloatArray:
         """A turn of a box near these angles of its segments, which give way to keep the total."""

@@ -177,7 +177,7 @@ def test_a_power_of_a_quotient_keeps_its_bound(power):
 def test_a_side_too_narrow_to_be_cut_is_not_cut():
     """A side that decides the most, but is a unit in the last place wide, gives way to the widest."""
     ends = {"size": (50.0, 60.0), "offset": (-5.0, 5.0)}
-    boxes = DesignBoxes.single_box(ends, 60.0)
+    boxes = DesignBoxes.single_box(ends, 60.0, {})
     point = np.array([50.0])
     narrowed = boxes.with_ends_and_cut_side({"size": point}, {"size": np.nextafter(point, 51.0)}, boxes.side)
     halves = narrowed.halve_boxes()

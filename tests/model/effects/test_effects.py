@@ -17,7 +17,7 @@ from camopt.model.effects.effect import EnclosedValue, no_columns
 from camopt.scene.problem.problem import resolve
 from camopt.scene.tables import Dynamics, Materials
 from camopt.show.studies.cost_report import cost_report
-from camopt.solve.smallest.complete_scene import with_all_sizes
+from camopt.solve.smallest.optimise import with_all_sizes
 from camopt.solve.verdicts.effect_runs import run_effects
 
 TRAIN = {

@@ -8,8 +8,8 @@ import pytest
 from camopt import certify, evaluate, evaluate_designs, find_scene, optimise, prices
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.settings import problem_with_searched_numbers_per_design
-from camopt.solve.smallest.complete_scene import with_all_sizes
 from camopt.solve.smallest.free_variables import FreeVariables
+from camopt.solve.smallest.optimise import with_all_sizes
 
 TRAIN = {"mass": 0.8, "spring_rate": 59, "preload": 300}
 VALVE = find_scene("exhaust-valve").replace(

@@ -169,7 +169,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
     shares = rng.uniform(size=(times(4, deep=100), own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
-        turn = turns.programme_with_angles(turns.angles_at_shares(share, box))
+        turn = turns.programme_with_angles(turns.turn_near_angles(box.low + share * (box.high - box.low), box))
         assert (
             solve_small_cam_unproved(problem.with_programme(turn), search_boxes(problem)[0]).size
             >= size_of(best) - best["gap_mm"]
@@ -181,7 +181,7 @@ def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
     problem, rng, found = turns.problem, np.random.default_rng(2), []
     for _ in range(times(8, deep=25)):
-        freed = turns.angles_at_shares(rng.uniform(size=len(turns.freed_segments)), turns.angle_box)
+        freed = turns.turn_near_angles(rng.uniform(turns.angle_box.low, turns.angle_box.high), turns.angle_box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZE_FIELDS}, sense=problem.design.sense)
         designs = designs.take(feasible_designs(turns.problem_with_angles(freed), designs))
@@ -200,7 +200,7 @@ def test_no_box_loses_a_feasible_cam(name):
     ends = search.search_ranges()
     low, high = ends["size"]
     cams = feasible_cams(turns, {**ends, "size": (low, min(high, 10.0 * (low + 30.0)))})
-    boxes = DesignBoxes.single_box({**ends, "size": (low, min(high, 1e4))}, 10.0)
+    boxes = DesignBoxes.single_box({**ends, "size": (low, min(high, 1e4))}, 10.0, {})
     cams = {name: cams[name] for name in boxes.free}
     count = cams["size"].size
     assert count > 50
@@ -300,7 +300,7 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
     if turns is None:
         assert told
     else:
-        middle = turns.angles_at_shares(np.full(len(turns.freed_segments), 0.5), turns.angle_box)
+        middle = turns.turn_near_angles(sum(turns.angle_box) / 2.0, turns.angle_box)
         assert np.all(middle >= turns.angle_box.low - 1e-9)
         assert np.all(middle <= turns.angle_box.high + 1e-9)
         assert sum(turns.all_segment_angles(middle)) == pytest.approx(360.0, rel=1e-12)
