@@ -112,8 +112,9 @@ class AxisMinimiser:
     @cached_property
     def relaxed_model(self) -> ConvexModel:
         """The relaxation, whose optimum is a lower bound for any motion."""
-        wider = tighten_limits(self.problem, -SOLVER_ERROR)
-        return build_convex_model(wider, partial(RelaxedMotion, PANEL_COUNTS[0]), self.held)
+        return build_convex_model(
+            tighten_limits(self.problem, -SOLVER_ERROR), partial(RelaxedMotion, PANEL_COUNTS[0]), self.held
+        )
 
     @cached_property
     def convex_steps(self) -> SequentialConvex:
@@ -155,7 +156,12 @@ class AxisMinimiser:
                 best = FrontierCam(row, laws)
             if best and self.first in AXIS_TERMS and self._is_near_optimum(best.row[self.first]):
                 break
-            if row and not self.keys and self._reaches_solved_value(row, laws):
+            # a cam of the value of the programme's solution: another start would end there again
+            if (
+                row
+                and not self.keys
+                and (self.first != "size" or row["size"] <= self._solved_size(laws) * (1.0 + NONCONVEX_GAP))
+            ):
                 break
         may_widen = self.wider_margins and (best is None or self.margin == LIMIT_MARGINS[0])
         if self.is_margin_too_small and may_widen:
@@ -164,9 +170,11 @@ class AxisMinimiser:
                 return other
         if best is None:
             return None
-        local = self.first not in AXIS_TERMS or not self._is_near_optimum(best.row[self.first])
-        bound = self._lower_bound(held_values, best) if with_bound else None
-        return best._replace(row=best.row | {"bound": bound, "local": local})
+        columns = {
+            "bound": self._lower_bound(held_values, best) if with_bound else None,
+            "local": self.first not in AXIS_TERMS or not self._is_near_optimum(best.row[self.first]),
+        }
+        return best._replace(row=best.row | columns)
 
     def _held_values_as_limits(self, held_values: Mapping[str, float]) -> dict[str, float]:
         """The limits of the scene, by key, that hold quantities at their values."""
@@ -216,7 +224,7 @@ class AxisMinimiser:
             return
         is_last_resort = (
             not self.minimised_constraints
-            and self.convex_steps.largest_ratio_to_bound(least_jerk, constraints) > 1.0 + NONCONVEX_GAP
+            and self.convex_steps.largest_ratios_to_bounds(least_jerk, constraints, ())[0] > 1.0 + NONCONVEX_GAP
         )
         if not (is_last_resort or self.minimised_constraints):
             yield least_jerk, False
@@ -241,22 +249,16 @@ class AxisMinimiser:
             abs(self.optimum) + self.spline_model.unit
         )
 
-    def _reaches_solved_value(self, row: Mapping[str, Any], laws: Iterate) -> bool:
-        """Whether the laws' cam has the value of the programme's solution; another start would end there again.
-
-        Otherwise a limit that the programme does not have makes the cam larger.
-        """
-        return self.first != "size" or row["size"] <= self._solved_size(laws) * (1.0 + NONCONVEX_GAP)
-
     def _feasible_row(
         self, scene: Scene, problem: SynthesisProblem, laws: Iterate, held_values: Mapping[str, float]
     ) -> dict[str, Any] | None:
         """The row of the laws' cam if it meets every limit and held value; None otherwise."""
-        programme = programme_with_laws(problem, laws)
-        if not motion_holds_limits(problem, programme):
+        if not motion_holds_limits(problem, programme_with_laws(problem, laws)):
             self.is_margin_too_small = True
             return None
-        if _has_listed_sizes(self.scene):
+        search = self.scene.search
+        choices = (search.base_radius, search.mean_radius, search.offset, search.arm_length)
+        if any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices):  # no cam between listed sizes
             cam = smallest_cam_for_laws(scene, problem, laws)
         elif self.keys:
             cam = self._feasible_cam_near_solved_size(laws)
@@ -339,13 +341,6 @@ class AxisMinimiser:
             self.relaxed_model, self._least_objective(self.relaxed_model, held_values, -SOLVER_ERROR)
         )
         return bound if self.relaxed_model.is_solved_accurately and bound <= best.row[self.first] else None
-
-
-def _has_listed_sizes(scene: Scene) -> bool:
-    """Whether the scene lists sizes, with no cam between them."""
-    search = scene.search
-    choices = (search.base_radius, search.mean_radius, search.offset, search.arm_length)
-    return any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices)
 
 
 @lru_cache(maxsize=1)

@@ -20,7 +20,7 @@ from camopt.model.motion.programme import (
     weighted_derivative_range,
 )
 from camopt.model.motion.spline import SplineLaw
-from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, RETURN, RISE, Condition, Stroke
+from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, RETURN, RISE, Stroke
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.space import search_boxes
 from camopt.scene.scene import Scene
@@ -61,28 +61,22 @@ def smallest_designs_by_known_law(scene: Scene) -> dict[str, Design]:
 
     The known laws are those of [search], or else all that have no corner.
     """
-    names_laws = scene.search.law or scene.search.law_rise or scene.search.law_return
+    search, search_scene = scene.search, scene
     chosen_by_law = any(segment.segment in ("rise", "return") for segment in scene.motion)
-    smooth_laws = [name for name, law in LAWS.items() if rests_at_both_ends(law)]
-    search_scene = (
-        scene if names_laws or not chosen_by_law else scene.with_values({"search.law": tuple(smooth_laws)})
-    )
+    if chosen_by_law and not (search.law or search.law_rise or search.law_return):
+        smooth_laws = (name for name, law in LAWS.items() if rests_at_both_ends(law))
+        search_scene = scene.with_values({"search.law": tuple(smooth_laws)})
     cams = optimise_or_keep_irrelevant_size(search_scene).by_law
-    own_scene = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
-    if not any(law_names_set_in_scene(scene) == law_names_of(row) for row in cams.values()):
+    if not any(has_laws_of_scene(row, scene) for row in cams.values()):
+        own_scene = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
         cams = {**cams, **optimise_or_keep_irrelevant_size(own_scene).by_law}
     return cams
 
 
-def law_names_set_in_scene(scene: Scene) -> tuple[str, str]:
-    """Names of the scene's own laws of rises and of returns, as rows of designs have them."""
+def has_laws_of_scene(row: Mapping[str, Any], scene: Scene) -> bool:
+    """Whether a design has the scene's own laws of rises and of returns."""
     programme = resolve(scene).programme
-    return programme.law_names(RISE), programme.law_names(RETURN)
-
-
-def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
-    """Names of the laws of a design's rises and returns."""
-    return row["law_rise"], row["law_return"]
+    return (row["law_rise"], row["law_return"]) == (programme.law_names(RISE), programme.law_names(RETURN))
 
 
 def known_cam_with_objective_terms(problem: SynthesisProblem, row: Design) -> Design:
@@ -112,7 +106,7 @@ def _programme_of_design(problem: SynthesisProblem, row: Design) -> Programme:
     """The motion of a turn with the known laws of a design."""
     scene_problem = problem.scene_problem
     return scene_problem.given_motion_with_laws(
-        *(name if name in scene_problem.laws else None for name in law_names_of(row))
+        *(name if name in scene_problem.laws else None for name in (row["law_rise"], row["law_return"]))
     )
 
 
@@ -136,9 +130,12 @@ def smallest_or_nearest_design(scene_problem: Problem, objective_terms: Collecti
     fixed_size: SizeBounds = (
         {"size": (own_size, own_size)} if nothing_depends_on_size(scene_problem, objective_terms) else {}
     )
-    boxes = [{**bounds, **fixed_size} for bounds in search_boxes(scene_problem)]
     optima = sorted(
-        (solve_smallest_cam(scene_problem, bounds, budget) for bounds in boxes), key=lambda optimum: optimum.size
+        (
+            solve_smallest_cam(scene_problem, {**bounds, **fixed_size}, budget)
+            for bounds in search_boxes(scene_problem)
+        ),
+        key=lambda optimum: optimum.size,
     )
     designs = (*(optimum.design for optimum in optima), *(optimum.nearest for optimum in optima))
     return next((design for design in designs if design is not None), None)
@@ -179,7 +176,7 @@ def strokes_with_laws(problem: SynthesisProblem, iterate: "Iterate") -> tuple[St
     """The strokes of a problem with free laws."""
     free = iter(zip(free_law_names(problem.scene_problem.segments), iterate.coefficients, strict=True))
     return tuple(
-        problem.splines_of(stroke).stroke_with_law(stroke, *next(free), problem.motion_unit)
+        problem.splines_by_stroke[stroke].stroke_with_law(stroke, *next(free), problem.motion_unit)
         if stroke.is_law_replaceable
         else stroke
         for stroke in problem.strokes
@@ -214,25 +211,23 @@ def limits_broken_by_motion(problem: SynthesisProblem, programme: Programme) -> 
         yield residual.RESIDUAL_TERM
     origin_shift = problem.strokes[0].low - programme.strokes[0].low  # the base circle may differ
     for stroke in (item for item in programme.strokes if item.is_law_replaceable):
-        yield from (
-            item.key for item in problem.conditions if not _meets_condition(problem, stroke, origin_shift, item)
-        )
-
-
-def _meets_condition(problem: SynthesisProblem, stroke: Stroke, origin_shift: float, condition: Condition) -> bool:
-    """Whether a stroke meets a condition, within the accuracy of a solver."""
-    values = stroke.values_under_condition(condition) + origin_shift * (condition.order == 0)
-    slack = CONDITION_SLACKS[condition.order] * problem.motion_unit / stroke.angle**condition.order
-    return bool(np.all((values >= condition.low - slack) & (values <= condition.high + slack)))
+        for condition in problem.conditions:
+            values = stroke.values_under_condition(condition) + origin_shift * (condition.order == 0)
+            slack = CONDITION_SLACKS[condition.order] * problem.motion_unit / stroke.angle**condition.order
+            if not np.all((values >= condition.low - slack) & (values <= condition.high + slack)):
+                yield condition.key
 
 
 def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iterate: "Iterate") -> Synthesis | None:
     """The smallest cam for free laws under every limit of the scene; None if there is none."""
     scene = scene_with_laws(original_scene, problem, iterate)
     best, size = optimise_or_keep_irrelevant_size(scene).best, problem.scene_problem.size_quantity_name
-    if best is not None and problem.has_convex_size_constraints and _is_undecided(scene.with_row(best)):
-        larger = scene.replace(**{f"search.{size.removesuffix('_mm')}": [best[size] * (1.0 + STEP_BACK)]})
-        best = optimise_or_keep_irrelevant_size(larger).best or best
+    if best is not None and problem.has_convex_size_constraints:
+        cam_problem = resolve(scene.with_row(best))
+        # rounding may hide if the cam holds a limit on which its law lies over an arc
+        if not cam_problem.robust_errors and UNDECIDED in certify_limits(cam_problem, cam_problem.design).values():
+            larger = scene.replace(**{f"search.{size.removesuffix('_mm')}": [best[size] * (1.0 + STEP_BACK)]})
+            best = optimise_or_keep_irrelevant_size(larger).best or best
     if best is None or best[size] > largest_cam_size(problem):
         return None
     # evaluated from the motion itself, not taken from the solver
@@ -242,15 +237,6 @@ def smallest_cam_for_laws(original_scene: Scene, problem: SynthesisProblem, iter
         for name, weight in problem.objective.items()
     )
     return Synthesis(original_scene, scene.with_row(best), best, objective)
-
-
-def _is_undecided(scene: Scene) -> bool:
-    """Whether rounding hides if a cam holds a limit, as it may where its law lies on the limit over an arc."""
-    scene_problem = resolve(scene)
-    return (
-        not scene_problem.robust_errors
-        and UNDECIDED in certify_limits(scene_problem, scene_problem.design).values()
-    )
 
 
 def objective_term_value(problem: SynthesisProblem, programme: Programme, name: str, size: float) -> float:

@@ -6,7 +6,7 @@ below it, such as one that turns back between two stretches of constant velocity
 where it is lowest.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from math import inf, isfinite
 from typing import NamedTuple
@@ -38,17 +38,11 @@ def origin_at_lowest_position(scene_problem: Problem) -> DisplacementOrigin:
     """The lowest position that the scene gives, or else that of the scene's own motion."""
     programme, unit = scene_problem.programme.tool, scene_problem.programme.tool.unit_in_mm_or_rad
     zero = start_position(scene_problem.segments) - programme.start
-    levels = _displacements_given_by_scene(programme)
-    lowest = min(levels.given_levels)
-    levels_below = [
-        level
-        for level in (*levels.moving_levels, *levels.range_minima)
-        if level < lowest + SAME_LEVEL * programme.lift
-    ]
-    may_rest = not any(
-        level in levels.moving_levels or level < lowest - SAME_LEVEL * programme.lift for level in levels_below
-    )
-    if not may_rest:
+    given_levels, moving_levels, range_minima = _displacements_given_by_scene(programme)
+    lowest, rounding = min(given_levels), SAME_LEVEL * programme.lift
+    if any(level < lowest + rounding for level in moving_levels) or any(
+        level < lowest - rounding for level in range_minima
+    ):  # the motion may not rest at the lowest
         angles = np.linspace(0.0, programme.strokes[-1].end, LOWEST_SAMPLES)
         return DisplacementOrigin(
             programme.strokes, zero, unit, float(angles[programme.motion_at(angles)[0].argmin()])
@@ -61,50 +55,34 @@ def origin_at_lowest_position(scene_problem: Problem) -> DisplacementOrigin:
     return DisplacementOrigin(strokes, zero + lowest / unit, unit, None)
 
 
-class GivenLevels(NamedTuple):
-    """The displacements that a scene gives."""
-
-    given_levels: list[float]
-    """Displacements at a joint or a cam angle."""
-    moving_levels: list[float]
-    """Those that the motion passes with a velocity."""
-    range_minima: list[float]
-    """Lower ends of displacement ranges."""
-
-
-def _displacements_given_by_scene(programme: Programme) -> GivenLevels:
+def _displacements_given_by_scene(programme: Programme) -> tuple[list[float], list[float], list[float]]:
     """Displacements that a scene gives: all, those passed with a velocity, and the lower ends of ranges."""
-    levels = GivenLevels([], [], [])
+    given_levels, moving_levels, range_minima = list[float](), list[float](), list[float]()
     for stroke in programme.strokes:
         if not (stroke.is_move and stroke.is_law_replaceable):
-            levels.given_levels.extend((stroke.low, stroke.high))
-            levels.moving_levels.extend((stroke.low, stroke.high) if stroke.is_move else ())
+            given_levels += (stroke.low, stroke.high)
+            moving_levels += (stroke.low, stroke.high) if stroke.is_move else ()
             continue
         conditions = list(stroke.conditions_in_mm_or_rad(programme.strokes[0].low))
         for condition in conditions:
             if condition.order == 0 and condition.low == condition.high:
-                levels.given_levels.append(condition.low)
-                levels.moving_levels.extend(
-                    [] if _conditions_allow_zero_velocity(conditions, condition.start) else [condition.low]
-                )
+                given_levels.append(condition.low)
+                if any(
+                    velocity.order == 1
+                    and velocity.start <= condition.start <= velocity.end
+                    and not velocity.low <= 0.0 <= velocity.high
+                    for velocity in conditions
+                ):
+                    moving_levels.append(condition.low)
             elif condition.order == 0 and isfinite(condition.low):
-                levels.range_minima.append(condition.low)
-    return levels
-
-
-def _conditions_allow_zero_velocity(conditions: Sequence[Condition], angle: float) -> bool:
-    """Whether no condition at a cam angle requires a velocity there."""
-    velocities = [
-        condition for condition in conditions if condition.order == 1 and condition.start <= angle <= condition.end
-    ]
-    return all(condition.low <= 0.0 <= condition.high for condition in velocities)
+                range_minima.append(condition.low)
+    return given_levels, moving_levels, range_minima
 
 
 def conditions_on_free_moves(origin: DisplacementOrigin) -> Iterator[Condition]:
     """Conditions on free moves, at their ends and between; none goes below a known lowest position."""
     for stroke in origin.strokes:
-        if not (stroke.is_move and stroke.is_law_replaceable):
-            continue
-        yield from stroke.conditions_in_mm_or_rad(origin.strokes[0].low)
-        if origin.lowest_angle is None:
-            yield Condition("the lowest position", 0, stroke.start, stroke.end, 0.0, inf)
+        if stroke.is_move and stroke.is_law_replaceable:
+            yield from stroke.conditions_in_mm_or_rad(origin.strokes[0].low)
+            if origin.lowest_angle is None:
+                yield Condition("the lowest position", 0, stroke.start, stroke.end, 0.0, inf)

@@ -7,7 +7,7 @@ The motion is in units of the highest lift and sizes are in ``SynthesisProblem.s
 near 1.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, pi, sqrt
@@ -87,8 +87,7 @@ class ConvexModel:
         largest_objective = cp.Parameter()
         if self.problem.smooth:
             ends = [motion.end_derivative(3, last) for motion in self.motions for last in (False, True)]
-            joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
-            jumps = [after - before for before, after in joints]
+            jumps = [after - before for before, after in zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)]
             jerk = cp.norm1(
                 cp.hstack([*jumps, *(v for motion in self.motions for v in motion.jerk_variation_vectors())])
             )
@@ -135,7 +134,8 @@ def build_convex_model(
     lowest = _lowest_displacement(problem, motions)
     terms = {name: _term_expression(problem, name, sizes, motions, lowest, peak_variables) for name in names}
     constraints = [variable >= 0.0 for variable in (sizes.height, *peak_variables.values())]
-    constraints += _lead_and_prime_radius_constraints(problem, sizes, lowest) + _joint_constraints(problem, motions)
+    constraints += _lead_and_prime_radius_constraints(problem, sizes, lowest)
+    constraints += _joint_constraints(problem, motions)
     for number, partner in enumerate(problem.mirror_strokes or ()):
         if number <= partner:
             motions[number].impose_mirror(motions[partner])
@@ -145,8 +145,8 @@ def build_convex_model(
             3, ()
         ):  # a larger jerk would allow no more
             constraints.append(peak_variables[CROSSING_JERK] <= abs(jerk_limit) / problem.motion_unit)
-    for one, other in problem.opposed_pairs:
-        motions[one].impose_displacement_sum(motions[other], problem.sum_of_start_displacements(one, other))
+    for one, other, total in problem.opposed_pairs:
+        motions[one].impose_displacement_sum(motions[other], total)
     for motion in motions:
         constraints += motion.constraints
     constraints += [
@@ -197,17 +197,18 @@ def _lead_and_prime_radius_constraints(
     return constraints
 
 
-def _lowest_displacement(problem: SynthesisProblem, motions: list[StrokeMotion]) -> Any:
+def _lowest_displacement(problem: SynthesisProblem, motions: list[StrokeMotion]) -> cp.Expression | float:
     """Displacement where the follower is lowest, in units of the lift; 0 if the scene gives its lowest position."""
-    if problem.lowest_angle is None:
+    angle, strokes = problem.lowest_angle, problem.strokes
+    if angle is None:
         return 0.0
-    number, x = problem.stroke_number_and_x_at_angle(problem.lowest_angle)
-    return motions[number].displacement_at(x)
+    number = next((n for n, stroke in enumerate(strokes) if angle < stroke.end), len(strokes) - 1)
+    x = (angle - strokes[number].start) / strokes[number].angle
+    return motions[number].displacement_at(min(max(x, 0.0), 1.0))
 
 
-def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -> list[cp.Constraint]:
+def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -> Iterator[cp.Constraint]:
     """Constraints where two strokes meet: rest beside a dwell, otherwise the required continuity."""
-    constraints = []
     for number, motion in enumerate(motions):
         before, stroke, last = motions[number - 1], problem.strokes[number], problem.strokes[number - 1]
         if not (stroke.is_law_replaceable or last.is_law_replaceable):
@@ -221,8 +222,7 @@ def _joint_constraints(problem: SynthesisProblem, motions: list[StrokeMotion]) -
         for order in range(0 if stroke.is_move or last.is_move else 1, continuity + 1):
             end, start = before.end_derivative(order, True), motion.end_derivative(order, False)
             if end is not None and start is not None:
-                constraints.append(end == start)
-    return constraints
+                yield end == start
 
 
 def _term_magnitude(problem: SynthesisProblem, name: str) -> float:
@@ -288,6 +288,6 @@ def _mean_constraint(mean: MeanConstraint, motions: list[StrokeMotion], lowest: 
     return _root_integral_of_squares(motions, mean.order) <= sqrt(2.0 * pi) * mean.bound / unit
 
 
-def _lift_area_expression(motions: list[StrokeMotion], lowest: Any) -> Any:
+def _lift_area_expression(motions: list[StrokeMotion], lowest: Any) -> cp.Expression:
     """∮y dθ above the lowest displacement, in units of the lift."""
     return sum(motion.lift_area() for motion in motions) - 2.0 * pi * lowest

@@ -56,15 +56,14 @@ def with_best_crossings_and_bound(problem: SynthesisProblem) -> tuple[SynthesisP
     crossings: list[StrokeCrossing] = []
     bounds: list[float | None] = []
     for number, stroke in enumerate(problem.strokes):
-        if not stroke.is_law_replaceable:
-            continue
-        crossing = _image_crossing(problem, crossings, number)
-        if crossing is None:
-            crossing, bound = _best_crossing_and_lower_bound(problem, number)
-            bounds.append(bound)
-        crossings.append(crossing)
-    known_bounds = [bound for bound in bounds if bound is not None]
-    return replace(problem, crossings=tuple(crossings)), max(known_bounds) if known_bounds else None
+        if stroke.is_law_replaceable:
+            crossing = _image_crossing(problem, crossings, number)
+            if crossing is None:
+                crossing, bound = _best_crossing_and_lower_bound(problem, number)
+                bounds.append(bound)
+            crossings.append(crossing)
+    largest_bound = max((bound for bound in bounds if bound is not None), default=None)
+    return replace(problem, crossings=tuple(crossings)), largest_bound
 
 
 def _image_crossing(
@@ -83,8 +82,7 @@ def _best_crossing_and_lower_bound(
     problem: SynthesisProblem, stroke_number: int
 ) -> tuple[StrokeCrossing, float | None]:
     """The best crossing of a stroke, and a lower bound of the objective for any crossing in it."""
-    coarse_splines = replace(problem.splines, pieces=min(problem.splines.pieces, SEARCH_PIECES))
-    coarse = replace(problem, splines=coarse_splines)
+    coarse = replace(problem, splines=replace(problem.splines, pieces=min(problem.splines.pieces, SEARCH_PIECES)))
 
     def objective_at(x: float) -> float:
         crossing = problem.stroke_crossing(stroke_number, x, x)

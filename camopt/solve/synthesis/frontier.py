@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import chain, combinations, permutations, product
 from math import ceil
 from os import cpu_count
@@ -72,17 +72,13 @@ class SearchTimeEstimate:
         count, now = self._kinds.pop(0), monotonic()
         if not count or not self._tell:
             return
-        seconds = (now - self._kind_start) / self._searches_per_worker(count)
-        seconds_left = sum(map(self._searches_per_worker, self._kinds)) * seconds
+        seconds = (now - self._kind_start) / ceil(count / self._workers)
+        seconds_left = sum(ceil(kind / self._workers) for kind in self._kinds) * seconds
         total_seconds, self._kind_start = now - self._start + seconds_left, now
         if seconds_left > 0.0 and total_seconds > NOTICE_FACTOR * self._announced:
             self._announced = total_seconds
             searches = f"{sum(self._kinds):,} more searches for a motion"
             self._tell(f"{searches}, about {duration_text(total_seconds)} in all; fewer points take less")
-
-    def _searches_per_worker(self, count: int) -> int:
-        """Number of searches that one worker does, one after the other."""
-        return ceil(count / self._workers)
 
 
 @allow_positional_options
@@ -157,17 +153,21 @@ def frontier(
             scene, axes, used_engine, SearchTimeEstimate(kinds, used_engine.workers, tell)
         )
         rows = list(_frontier_rows(scene, axes, ends, points, used_engine, progress))
-    known_rows = [known_cam_with_objective_terms(problem, cam) for cam in known_cams]
     bounds = {
         axis: relaxation_bound(replace(problem, objective={axis: 1.0})) for axis in axes if axis in AXIS_TERMS
     }
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
-    front = [Design(row, scene) for row in _nondominated_rows(rows, axes)]
     # axes whose least values are local optima; with a load as an axis, rows do not count
-    convex = all(axis in AXIS_TERMS for axis in axes)
     is_local = {axis: ends[axis, axis].row["local"] for axis in axes}
-    is_local[axes[0]] |= convex and any(row["local"] for row in rows)
-    return Frontier(scene, axes, front, known_rows, least, tuple(axis for axis in axes if is_local[axis]))
+    is_local[axes[0]] |= all(axis in AXIS_TERMS for axis in axes) and any(row["local"] for row in rows)
+    return Frontier(
+        scene,
+        axes,
+        [Design(row, scene) for row in _nondominated_rows(rows, axes)],
+        [known_cam_with_objective_terms(problem, cam) for cam in known_cams],
+        least,
+        tuple(axis for axis in axes if is_local[axis]),
+    )
 
 
 def _frontier_rows(
@@ -184,7 +184,12 @@ def _frontier_rows(
         for axis, other in combinations(axes, 2)
         for share in START_SHARES
     )
-    grids = [_axis_values_denser_near_least(*_axis_range(ends, axis), points) for axis in axes[1:]]
+    grids = []
+    for axis in axes[1:]:
+        most = max(float(end.row[axis]) for (_, by), end in ends.items() if by == axis)
+        least = max(_widened_least_value(ends[axis, axis], axis), LEAST_AXIS_SHARE * most)
+        # closer together near the least value, where a frontier bends most
+        grids.append(least + (most - least) * np.linspace(0.0, 1.0, points) ** 2)
     values = [dict(zip(axes[1:], map(float, point), strict=True)) for point in product(*grids)]
     tasks = [FrontierTask(axes[0], value, starts, with_bound=True) for value in values]
     for done, cam in enumerate(_task_results(scene, axes, tasks, engine), start=1):
@@ -275,27 +280,18 @@ def _largest_size_for_load_axes(scene: Scene, ends: FrontierEnds) -> dict[str, f
 def _blend_laws(first: Iterate, second: Iterate, share: float) -> Iterate:
     """Laws between those of two ends: they meet all convex limits that both meet."""
     lead, height = (low + share * (high - low) for low, high in zip(first[:2], second[:2], strict=True))
-    laws = tuple(
-        low + share * (high - low) for low, high in zip(first.coefficients, second.coefficients, strict=True)
+    return Iterate(
+        lead,
+        height,
+        tuple(
+            low + share * (high - low) for low, high in zip(first.coefficients, second.coefficients, strict=True)
+        ),
     )
-    return Iterate(lead, height, laws)
 
 
 def _widened_least_value(end: FrontierCam, axis: str) -> float:
     """Least value of an axis, widened for the solver."""
-    value = float(end.row[axis])
-    return value * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_END_WIDENING))
-
-
-def _axis_range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
-    """Range of an axis: from its least value to its largest at the least of another axis."""
-    most = max(float(end.row[axis]) for (other, by), end in ends.items() if by == axis)
-    return max(_widened_least_value(ends[axis, axis], axis), LEAST_AXIS_SHARE * most), most
-
-
-def _axis_values_denser_near_least(low: float, high: float, points: int) -> FloatArray:
-    """Values of an axis, closer together near its least value, where a frontier bends most."""
-    return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points) ** 2)
+    return float(end.row[axis]) * (1.0 + (END_WIDENING if axis in AXIS_TERMS else LOCAL_END_WIDENING))
 
 
 # --------------------------------------------------------------------------------------------------- the points
@@ -311,13 +307,14 @@ class FrontierTask(NamedTuple):
 
     def run_task(self, toml: str, axes: tuple[str, ...]) -> FrontierCam | None:
         """The best cam; None if none is found."""
-        key = toml, axes, self.axis, tuple(self.held_values)
-        if key not in _KEPT_MINIMISER:
-            _KEPT_MINIMISER.clear()
-            _KEPT_MINIMISER[key] = AxisMinimiser(
-                Scene.from_dict(tomllib.loads(toml)), axes, self.axis, tuple(self.held_values)
-            )
-        return _KEPT_MINIMISER[key].minimise_at(self.held_values, self.starts, self.with_bound)
+        minimiser = _axis_minimiser(toml, axes, self.axis, tuple(self.held_values))
+        return minimiser.minimise_at(self.held_values, self.starts, self.with_bound)
+
+
+@lru_cache(maxsize=1)
+def _axis_minimiser(toml: str, axes: tuple[str, ...], axis: str, held: tuple[str, ...]) -> AxisMinimiser:
+    """The minimiser of an axis; each process keeps that of its last task."""
+    return AxisMinimiser(Scene.from_dict(tomllib.loads(toml)), axes, axis, held)
 
 
 class KnownLawTask(NamedTuple):
@@ -335,10 +332,6 @@ def _task_results(
     for call in calls if engine.workers > 1 else ():
         call.check_importable()  # even if no other process starts
     return chain.from_iterable(engine.results_in_order(partial(_run_tasks, calls, scene.to_toml(), axes), tasks))
-
-
-_KEPT_MINIMISER: dict[Any, AxisMinimiser] = {}
-"""Cache of each process: the programme of its last task."""
 
 
 def _run_tasks(

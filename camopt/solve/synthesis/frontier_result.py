@@ -79,8 +79,9 @@ class Frontier(Result, Drawable):
             return None
         sizes = [name for name in shown_size_columns(self.scene.search.sizes, rows) if not name.startswith("law")]
         shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
-        title = f"{self.scene.name}: the frontier"
-        return table_of(title, shown, ["law", *self.axes, "bound", *sizes], units=self.units)
+        return table_of(
+            f"{self.scene.name}: the frontier", shown, ["law", *self.axes, "bound", *sizes], units=self.units
+        )
 
     @property
     def shown_cam(self) -> None:

@@ -33,9 +33,9 @@ def spline_and_fixed_motions(model: ConvexModel) -> list[SplineMotion | FixedMot
 
 def iterate_of(model: ConvexModel) -> Iterate:
     """The solution of a solved model."""
-    sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
     return Iterate(
-        *sizes,
+        float(model.sizes.lead.value),
+        float(model.sizes.height.value),
         without_solver_error(model.problem, [motion.coefficients.value for motion in free_stroke_motions(model)]),
     )
 
@@ -78,11 +78,10 @@ def _impose_mirror(problem: SynthesisProblem, coefficients: Sequence[FloatArray]
 def _impose_opposition(problem: SynthesisProblem, coefficients: Sequence[FloatArray]) -> None:
     """Make the coefficients of opposed strokes add up to a constant, in place."""
     by_stroke = dict(zip(problem.free_strokes, coefficients, strict=True))
-    for one, other in problem.opposed_pairs:
+    for one, other, total in problem.opposed_pairs:
         stroke, partner = problem.strokes[one], problem.strokes[other]
         if stroke.is_law_replaceable:
             (low, change), (partner_low, partner_change) = map(problem.law_offset_and_scale, (stroke, partner))
-            total = problem.sum_of_start_displacements(one, other)
             mean = (
                 low + change * by_stroke[stroke] + total - partner_low - partner_change * by_stroke[partner]
             ) / 2.0
@@ -111,7 +110,7 @@ def _join_strokes(problem: SynthesisProblem, before: _StrokeLaw, after: _StrokeL
             unit_state[0] -= low
             law_state = np.asarray(unit_state / change)
             law_state[0] = law_state[0] if side.stroke.is_move else float(last)
-            _set_end_state(problem.splines_of(side.stroke), side.coefficients, law_state, last)
+            _set_end_state(problem.splines_by_stroke[side.stroke], side.coefficients, law_state, last)
 
 
 def _required_state_at_joint(
@@ -127,7 +126,7 @@ def _required_state_at_joint(
     if {before.stroke.kind, after.stroke.kind} == {RISE, RETURN}:
         before.coefficients[-2] = before.coefficients[-1]  # no velocity: neither leaves its stroke
     low, change = problem.law_offset_and_scale(before.stroke)
-    splines = problem.splines_of(before.stroke)
+    splines = problem.splines_by_stroke[before.stroke]
     values = [
         splines.value_matrix(np.array([1.0]), order).toarray()[0] @ before.coefficients
         for order in range(derivative_count)
@@ -150,6 +149,6 @@ def _set_end_state(splines: Splines, coefficients: FloatArray, state: FloatArray
         nearer = places[:order]
         if not state[1 : order + 1].any():
             coefficients[place] = state[0]  # at rest, exactly
-            continue
-        row = splines.value_matrix(np.array([1.0 if last else 0.0]), order).toarray()[0]
-        coefficients[place] = (state[order] - row[nearer] @ coefficients[nearer]) / row[place]
+        else:
+            row = splines.value_matrix(np.array([1.0 if last else 0.0]), order).toarray()[0]
+            coefficients[place] = (state[order] - row[nearer] @ coefficients[nearer]) / row[place]

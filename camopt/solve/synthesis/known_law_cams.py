@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.cams import (
+    has_laws_of_scene,
     known_cam_with_objective_terms,
-    law_names_of,
-    law_names_set_in_scene,
     smallest_designs_by_known_law,
 )
 from camopt.solve.synthesis.law_infeasibility import broken_limit_keys_in_words
@@ -31,9 +30,7 @@ class KnownLawCams:
     @property
     def own_law(self) -> str | None:
         """Key of the scene's own laws; None if no cam with them is feasible."""
-        return next(
-            (law for law, row in self.rows.items() if law_names_of(row) == law_names_set_in_scene(self.scene)), None
-        )
+        return next((law for law, row in self.rows.items() if has_laws_of_scene(row, self.scene)), None)
 
     @property
     def best(self) -> str | None:
@@ -49,10 +46,10 @@ def build_known_law_cams(scene: Scene) -> KnownLawCams:
         law or OWN_MOVES: known_cam_with_objective_terms(problem, row)
         for law, row in smallest_designs_by_known_law(scene).items()
     }
-    weights = problem.objective
     for row in rows.values():
-        row["objective"] = sum(weight * row[name] for name, weight in weights.items())
-    broken_limits = {
-        law: broken_limit_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]
-    }
-    return KnownLawCams(scene, rows, broken_limits)
+        row["objective"] = sum(weight * row[name] for name, weight in problem.objective.items())
+    return KnownLawCams(
+        scene,
+        rows,
+        {law: broken_limit_keys_in_words(scene, problem, row) for law, row in rows.items() if not row["within"]},
+    )

@@ -69,8 +69,7 @@ def _default_limits_and_remedy_in_words(scene: Scene, problem: SynthesisProblem)
         default_limits.append(f"{name} of at most {largest}")
     if not default_limits:
         return ""
-    peaks = f"{join_words(default_limits)} ({_source_of_defaults_in_words(scene)})"
-    return f"; default limits: {peaks}; {_override_keys_in_words(scene)}"
+    return f"; default limits: {join_words(default_limits)} {_source_and_override_of_defaults_in_words(scene)}"
 
 
 def _limits_missed_by_nearest_cam(problem: SynthesisProblem, search: Optimum) -> dict[str, MissedLimit]:
@@ -78,8 +77,11 @@ def _limits_missed_by_nearest_cam(problem: SynthesisProblem, search: Optimum) ->
     if search.nearest_miss is not None:
         miss = search.nearest_miss
         broken = str(miss["violated"]).split(",")
-        limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
-        return {limit_key(limit): _largest_miss_over_quantities(limit, miss) for limit in limits}
+        return {
+            limit.key: _largest_miss_over_quantities(limit, miss)
+            for limit in resolve(miss.searched).limits
+            if limit.name in broken
+        }
     largest_size, name = largest_cam_size(problem), problem.scene_problem.size_quantity_name
     if search.best is None or search.best[name] <= largest_size:
         return {}
@@ -94,11 +96,6 @@ def broken_limit_keys_in_words(scene: Scene, problem: SynthesisProblem, row: Des
     keys = [_condition_key(scene, problem, name) for name in names if name != SIZE_WORDS]
     size = f"{_size_key(problem)} of at most {with_unit(largest_cam_size(problem), 'mm')}"
     return join_words(keys + [size] * (SIZE_WORDS in names))
-
-
-def limit_key(limit: Limit) -> str:
-    """Key of the scene that sets a limit; the limit's name if every cam must meet it."""
-    return (limit.bound_key or f"limits.{limit.name}") if limit.set_by_scene else limit.name
 
 
 def _largest_miss_over_quantities(limit: Limit, row: Mapping[str, Any]) -> MissedLimit:
@@ -134,10 +131,8 @@ def contradiction_error(scene: Scene, problem: SynthesisProblem, objective_lower
         f"{name}{_least_term_in_words(scene, problem, name, conflict, objective_lower_bound)}"
         for name in default_names
     )
-    within = f"within the default limits of {default} ({_source_of_defaults_in_words(scene)})"
-    return Unmet(
-        f"no motion meets {join_words(others) or 'the segments'} {within}; {_override_keys_in_words(scene)}"
-    )
+    start = f"no motion meets {join_words(others) or 'the segments'} within the default limits of {default}"
+    return Unmet(f"{start} {_source_and_override_of_defaults_in_words(scene)}")
 
 
 def _default_limit_names(scene: Scene, problem: SynthesisProblem) -> list[str]:
@@ -145,37 +140,25 @@ def _default_limit_names(scene: Scene, problem: SynthesisProblem) -> list[str]:
     return [name.removeprefix("peak_") for name in default_peak_factors(scene, problem.objective)]
 
 
-def _source_of_defaults_in_words(scene: Scene) -> str:
-    """The default limits of the motion."""
-    peaks = [f"the peaks of {GENTLE_LAW}"] if _has_rises_or_returns(scene) else []
-    moves = (
-        [f"{MOVE_PEAK_FACTOR:g} times those of the scene's own moves"]
-        if any(segment.segment == MOVE for segment in scene.motion)
-        else []
-    )
-    return " and ".join([*peaks, *moves])
-
-
-def _override_keys_in_words(scene: Scene) -> str:
-    """The keys that replace the default limits."""
+def _source_and_override_of_defaults_in_words(scene: Scene) -> str:
+    """Where the default limits of the motion come from, and the keys that replace them."""
+    has_strokes = any(segment.segment in ("rise", "return") for segment in scene.motion)
+    sources = [f"the peaks of {GENTLE_LAW}"] if has_strokes else []
+    if any(segment.segment == MOVE for segment in scene.motion):
+        sources.append(f"{MOVE_PEAK_FACTOR:g} times those of the scene's own moves")
     limit_keys = "limits.acceleration or limits.jerk" if scene.cam.rpm is not None else ""
-    peak_keys = "synthesis.peak_acceleration or synthesis.peak_jerk" if _has_rises_or_returns(scene) else ""
+    peak_keys = "synthesis.peak_acceleration or synthesis.peak_jerk" if has_strokes else ""
     keys = (
         ", or ".join(filter(None, (limit_keys, peak_keys))) or "limits.acceleration or limits.jerk, with cam.rpm,"
     )
-    return f"set {keys} to replace the default limits"
-
-
-def _has_rises_or_returns(scene: Scene) -> bool:
-    """Whether the scene has rises or returns, whose peaks [synthesis] can limit."""
-    return any(segment.segment in ("rise", "return") for segment in scene.motion)
+    return f"({' and '.join(sources)}); set {keys} to replace the default limits"
 
 
 def _condition_key(scene: Scene, problem: SynthesisProblem, name: str) -> str:
     """The key that sets a limit or condition."""
     if name == SIZE_WORDS:
         return f"{SIZE_WORDS} ({_size_key(problem)})"
-    limits = {limit.name: limit_key(limit) for limit in problem.scene_problem.limits}
+    limits = {limit.name: limit.key for limit in problem.scene_problem.limits}
     if name in limits or "." in name:
         return limits.get(name, name)
     return f"synthesis.peak_{name}" if getattr(scene.synthesis, f"peak_{name}", None) else name

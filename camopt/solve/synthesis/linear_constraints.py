@@ -18,7 +18,7 @@ these cams.
 Source: A. Ben-Tal, L. El Ghaoui, A. Nemirovski, Robust Optimization, 2009, ch. 1.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from math import inf, sqrt
@@ -29,11 +29,10 @@ from camopt.model.effects.necessary_conditions import LeastForce
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import cylindrical, translating, translating_flat
 from camopt.model.mechanisms.pairs import CONTACT_CURVES
-from camopt.model.motion.load import ExternalLoad, ReflectedLoad, TrainLoad
+from camopt.model.motion.load import ReflectedLoad, TrainLoad
 from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem, strictest_constraints
-from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint, MeanConstraint, SynthesisProblem
 from camopt.solve.synthesis.through_train import constant_tool_to_follower_ratio, linear_constraint_on_tool_motion
 
@@ -80,12 +79,11 @@ def convex_mean_constraints(scene_problem: Problem) -> Iterator[MeanConstraint]:
     """
     for limit in scene_problem.limits:
         constraint = limit.mean_constraint
-        if constraint is None or not isinstance(curve := constraint.mean.curves[0][0], MotionDerivative):
-            continue
-        power, side = constraint.mean.power, constraint.side
-        if power == 1 or side > 0.0:
-            bound = constraint.mean.mean_from_power_mean(constraint.upper_bound_of_each_side())
-            yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
+        if constraint is not None and isinstance(curve := constraint.mean.curves[0][0], MotionDerivative):
+            power, side = constraint.mean.power, constraint.side
+            if power == 1 or side > 0.0:
+                bound = constraint.mean.mean_from_power_mean(constraint.upper_bound_of_each_side())
+                yield MeanConstraint(limit.name, curve.order, power, float(bound), side)
 
 
 def is_linear(scene_problem: Problem, constraint: Constraint) -> bool:
@@ -150,9 +148,13 @@ class _SecondContact(NamedTuple):
 def _linear_second_contact(scene_problem: Problem) -> _SecondContact | None:
     """The second contact, if the lift is fixed and its sizes are either fixed or those of the first contact."""
     mechanism, design = scene_problem.setup.mechanism, scene_problem.design
-    if not mechanism.further_contacts or mechanism.start is None or scene_problem.setup.angular:
-        return None
-    if any(stroke.is_move and stroke.is_law_replaceable for stroke in scene_problem.programme.tool.strokes):
+    strokes = scene_problem.programme.tool.strokes
+    if (
+        not mechanism.further_contacts
+        or mechanism.start is None
+        or scene_problem.setup.angular
+        or any(stroke.is_move and stroke.is_law_replaceable for stroke in strokes)
+    ):
         return None
     (contact,), lift = mechanism.further_contacts, scene_problem.programme.lift
     curves = {contact.mechanism.pressure: mechanism.pressure}
@@ -163,8 +165,7 @@ def _linear_second_contact(scene_problem: Problem) -> _SecondContact | None:
     if not design.second:
         return _SecondContact(curves, -1.0, lift, 1.0, 0.0, 0.0)
     searched = [name for name in design.second if name in scene_problem.search_space.variables]
-    size_names = {f"second_{name}" for name in ("size", "roller_radius", "offset")}
-    if searched or size_names - design.second.keys():
+    if searched or {f"second_{name}" for name in ("size", "roller_radius", "offset")} - design.second.keys():
         return None
     second = contact.local_designs(design)
     return _SecondContact(
@@ -213,26 +214,29 @@ LINEAR_CURVES: dict[Any, Callable[[str, Constraint], Iterator[LinearConstraint]]
 }
 
 
-def _reflected_load(load: ExternalLoad | TrainLoad | None) -> ReflectedLoad:
-    """The load that reaches the follower, apart from its own dynamics."""
-    if isinstance(load, TrainLoad):
-        return load.reflected_load
-    return ReflectedLoad(0.0, 0.0, load.largest_signed_load if load else 0.0)
-
-
 def _contact_force_constraint(scene_problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
     """A least contact force at a speed, as a linear constraint; for an arm, its moment about the pivot."""
-    reflected = _reflected_load(scene_problem.programme.load)
+    load = scene_problem.programme.load  # what reaches the follower, apart from its own dynamics
+    if isinstance(load, TrainLoad):
+        reflected = load.reflected_load
+    else:
+        reflected = ReflectedLoad(0.0, 0.0, load.largest_signed_load if load else 0.0)
     arm = float(scene_problem.design.arm_length[0]) if scene_problem.setup.angular else 1.0
     stiffness, damping, mass, constant = force.force_weights_and_constant(scene_problem.setup.dynamics, least.omega)
     stiffness, mass = stiffness + reflected.stiffness, mass + reflected.mass * least.omega**2
     constant += reflected.highest  # the highest load of any motion, so that the bound remains valid
     unit = abs(constant) + mass or 1.0  # makes terms of order 1, as in other constraints
-    terms = (stiffness / unit, damping / unit, mass / unit)
     # a longer arm needs a larger moment; sizes are in units of an arc, and the motion is in radians
     radius = max(arm, float(scene_problem.design.centre_distance[0])) if scene_problem.setup.angular else 0.0
     constant -= least.force * arm
-    return LinearConstraint(name, *terms, lead=-least.force * radius / unit, constant=constant / unit)
+    return LinearConstraint(
+        name,
+        stiffness / unit,
+        damping / unit,
+        mass / unit,
+        lead=-least.force * radius / unit,
+        constant=constant / unit,
+    )
 
 
 def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) -> SynthesisProblem:
@@ -242,38 +246,20 @@ def with_robust_limits(problem: SynthesisProblem, lead: float, height: float) ->
     for scene_problem, errors in problem.scene_problem.error_variants:
         _, size_shifts = shifts.setdefault(id(scene_problem), (scene_problem, []))
         lead_shift = problem.scene_problem.design.sense * errors.get("offset", 0.0)
-        size_shifts.append((lead_shift, _height_shift(problem, errors, lead, lead_shift, height)))
+        height_shift = size_error = errors.get("size", 0.0)
+        if problem.has_lead_in_prime_radius:
+            prime = sqrt(height**2 + lead**2) + size_error + errors.get("roller_radius", 0.0)
+            height_shift = sqrt(max(prime**2 - (lead + lead_shift) ** 2, 0.0)) - height
+        size_shifts.append((lead_shift, height_shift))
     unit, linear_constraints = abs(constant_tool_to_follower_ratio(nominal) or 1.0), list[LinearConstraint]()
     for scene_problem, size_shifts in shifts.values():
         ratio = abs(constant_tool_to_follower_ratio(scene_problem) or 1.0)
-        linear_constraints += (
-            _tighten_by_worst_shift(each, size_shifts, ratio, unit) for each in linear_constraints_of(scene_problem)
-        )
+        share = ratio / unit  # of units (``through_train.linear_constraint_on_tool_motion``)
+        for constraint in linear_constraints_of(scene_problem):
+            worst = min(
+                constraint.lead * by_lead + constraint.height * by_height for by_lead, by_height in size_shifts
+            )
+            lead_term, height_term = constraint.lead * share, constraint.height * share
+            constant = constraint.constant + ratio * worst
+            linear_constraints.append(replace(constraint, lead=lead_term, height=height_term, constant=constant))
     return replace(problem, linear_constraints=tuple(linear_constraints))
-
-
-def _tighten_by_worst_shift(
-    constraint: LinearConstraint, shifts: Sequence[tuple[float, float]], ratio: float, unit: float
-) -> LinearConstraint:
-    """A linear constraint tightened by the worst of some shifts (δe, δs).
-
-    The constraint is of a train with one ratio, in units for another ratio
-    (``through_train.linear_constraint_on_tool_motion``).
-    """
-    worst = min(
-        constraint.lead * lead_shift + constraint.height * height_shift for lead_shift, height_shift in shifts
-    )
-    share = ratio / unit
-    lead, height = constraint.lead * share, constraint.height * share
-    return replace(constraint, lead=lead, height=height, constant=constraint.constant + ratio * worst)
-
-
-def _height_shift(
-    problem: SynthesisProblem, errors: NumberErrors, lead: float, lead_shift: float, height: float
-) -> float:
-    """Height shift δs of a cam with size errors, at the nominal lead, its shift and the nominal height [mm]."""
-    size_error = errors.get("size", 0.0)
-    if not problem.has_lead_in_prime_radius:
-        return size_error
-    prime = sqrt(height**2 + lead**2) + size_error + errors.get("roller_radius", 0.0)
-    return sqrt(max(prime**2 - (lead + lead_shift) ** 2, 0.0)) - height

@@ -17,8 +17,6 @@ from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.state import State
 from camopt.core.quantities import AT_MOST, QUANTITIES
 from camopt.model.effects.peak import MotionDerivative
-from camopt.model.mechanisms import Designs
-from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF, Stroke
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limits import LOAD_LIMITS, limited_quantity_name
@@ -48,26 +46,20 @@ def load_limit_keys_by_quantity(scene_problem: Problem) -> dict[str, str]:
 def nonconvex_constraints_of(problem: SynthesisProblem) -> tuple[Constraint, ...]:
     """The nonconvex constraints of a problem, except upper bounds that no motion can meet."""
     scene_problem = problem.scene_problem
-    strictest = (
-        constraint
-        for constraint in strictest_constraints(scene_problem.constraints)
-        if not repeats_first_contact(scene_problem, constraint)
-    )
-    nonconvex = (constraint for constraint in strictest if not is_linear(scene_problem, constraint))
     return tuple(
         constraint_with_tool_stroke_kinds(scene_problem, constraint)
-        for constraint in nonconvex
+        for constraint in strictest_constraints(scene_problem.constraints)
+        if not repeats_first_contact(scene_problem, constraint) and not is_linear(scene_problem, constraint)
         if constraint.upper_bound_of_each_side() > 0.0 or constraint.goal == LEAST
     )
 
 
 def load_constraints_at(scene_problem: Problem, key: str, bound: float) -> tuple[Constraint, ...]:
     """The constraints of one load limit at a bound; none if the bound cannot be met."""
-    limited = scene_problem.with_numbers({f"limits.{key}": bound})
-    constraints = next(limit.constraints for limit in limited.limits if limit.name == key)
+    limits = scene_problem.with_numbers({f"limits.{key}": bound}).limits
     return tuple(
         constraint_with_tool_stroke_kinds(scene_problem, constraint)
-        for constraint in constraints
+        for constraint in next(limit.constraints for limit in limits if limit.name == key)
         if constraint.upper_bound_of_each_side() > 0.0
     )
 
@@ -132,18 +124,25 @@ class SampledConstraints:
             self._follower_state(state),
         )
         outward = (state if state_giving_direction is None else state_giving_direction)[1] >= 0.0
+        kind = self.stroke.kind if self.stroke.kind in WAY_OF else 0
+        resting = RESTING if kind == DWELL else 0
+        ways = [way | resting | (kind or moving) for way, moving in ((OUTWARD, RISE), (INWARD, RETURN))]
         rows = []
         with np.errstate(all="ignore"):
             for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
-                value = _curve_or_motion_derivative_value(
-                    constraint.curve, designs, programme, follower_state
-                ) * constraint.factor(designs)
+                curve: Any = constraint.curve
+                if isinstance(curve, MotionDerivative):
+                    value = follower_state[curve.order]
+                else:
+                    value = curve_value(curve(designs, programme), ..., follower_state)
+                value = value * constraint.factor(designs)
                 if constraint.upper_bound_of_each_side() <= 0.0:  # a lower bound, which may be 0
                     value = 1.0 - (constraint.upper_bound_of_each_side() + value) / self.problem.size_unit
                 else:
                     value = constraint.side_signs[0] * value / constraint.upper_bound_of_each_side()
                 value = np.nan_to_num(np.broadcast_to(value, outward.shape), nan=np.inf)
-                value = np.where(np.where(outward, *self._limits_outward_and_inward(constraint)), value, 0.0)
+                applies = np.where(outward, *(bool(constraint.kinds & way) for way in ways))
+                value = np.where(applies, value, 0.0)
                 rows += [value, -value] if constraint.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, outward.size)
 
@@ -158,15 +157,6 @@ class SampledConstraints:
             return State(y, y1, y2, y3)
         angles = np.tile(self.angles, y.size // self.angles.size)
         return State(y, y1, y2, y3, load.load_state(angles, motion, np.sign(y1)))
-
-    def _limits_outward_and_inward(self, constraint: Constraint) -> tuple[bool, bool]:
-        """Whether a constraint applies to motion outward, and to motion inward, in this stroke."""
-        stroke_kind = self.stroke.kind if self.stroke.kind in WAY_OF else 0
-        resting = RESTING if stroke_kind == DWELL else 0
-        outward, inward = (
-            way | resting | (stroke_kind or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN))
-        )
-        return bool(constraint.kinds & outward), bool(constraint.kinds & inward)
 
     def tangent_planes(
         self, constraints: Sequence[Constraint], state: FloatArray, sizes: LeadAndHeight
@@ -186,12 +176,3 @@ class SampledConstraints:
         return TangentPlanes(
             values[:, 0], slopes[:LAW_ORDERS] / fast[:, None, None], slopes[LAW_ORDERS], slopes[LAW_ORDERS + 1]
         )
-
-
-def _curve_or_motion_derivative_value(curve: Any, designs: Designs, programme: Programme, state: State) -> Any:
-    """Value of a curve, or of a derivative of the follower, in a state."""
-    return (
-        state[curve.order]
-        if isinstance(curve, MotionDerivative)
-        else curve_value(curve(designs, programme), ..., state)
-    )

@@ -65,23 +65,21 @@ class SceneBound(NamedTuple):
         return scene.replace(**{name: pair})
 
 
-def shadow_prices_of_free_laws(result: Synthesis) -> list[Price]:
+def shadow_prices_of_free_laws(result: Synthesis) -> Iterator[Price]:
     """The shadow price of each bound that limits the free laws of a synthesis.
 
-    The list is empty if a solver fails, or if crossings were chosen outside of the programme.
+    There are none if a solver fails, or if crossings were chosen outside of the programme.
     """
     if CROSSING_JERK in objective_weights(result.asked.synthesis):
-        return []
+        return
     scene = _with_numeric_peaks(result.asked)
     optimum = _solved_optimum(scene, result)
     if optimum is None:
-        return []
-    bound_prices = []
+        return
     for bound in _scene_bounds(scene):
         price = _price_of_bound(optimum, scene, bound)
         if abs(price) * (abs(bound.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
-            bound_prices.append(Price(bound.key, bound.value, bound.unit, bound.relation, price, price))
-    return bound_prices
+            yield Price(bound.key, bound.value, bound.unit, bound.relation, price, price)
 
 
 class PricedOptimum(NamedTuple):
@@ -109,7 +107,7 @@ class PricedOptimum(NamedTuple):
         own = self.model.problem
         problem = _robust_problem_per_listed_lead(scene, self.sizes)[self.number]
         problem = replace(problem, splines=own.splines, jerk_jumps=own.jerk_jumps)
-        model = _tightened_convex_model(problem, self.margin)
+        model = build_convex_model(tighten_limits(problem, self.margin), SplineMotion)
         for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
             variable.value = value
         values = [constraint.expr.value for constraint in model.constraints]
@@ -129,11 +127,6 @@ def _robust_problem_per_listed_lead(scene: Scene, sizes: tuple[float, float]) ->
     ]
 
 
-def _tightened_convex_model(problem: SynthesisProblem, margin: float) -> ConvexModel:
-    """The convex programme of a problem, with its limits tightened by a margin."""
-    return build_convex_model(tighten_limits(problem, margin), SplineMotion)
-
-
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The solved convex programme of a result, with its multipliers; None if no margin gives a solution."""
     # e and s₀ of the cam of free laws [mm]
@@ -147,7 +140,7 @@ def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
             for problem in problems
         ]
     for margin in LIMIT_MARGINS:
-        models = [_tightened_convex_model(problem, margin) for problem in problems]
+        models = [build_convex_model(tighten_limits(problem, margin), SplineMotion) for problem in problems]
         try:
             values = [model.solve() for model in models]
         except Unsolved:
@@ -163,14 +156,15 @@ def _problem_with_splines_of(
     result: Synthesis, problem: SynthesisProblem, optimum: RelaxedOptimum
 ) -> SynthesisProblem:
     """The problem with the splines of a result: those with as many knots in every stroke."""
-    laws = [result.scene.laws[name].model_dump() for name in free_law_names(result.asked.motion)]
-    counts = [len(law["knots"]) for law in laws]
-    cut_problems = (
-        cut
-        for cut in optimum.cut_problems
-        if [cut.splines_of(stroke).knots.size for stroke in cut.free_strokes] == counts
+    counts = [len(result.scene.laws[name].model_dump()["knots"]) for name in free_law_names(result.asked.motion)]
+    return next(
+        (
+            cut
+            for cut in optimum.cut_problems
+            if [cut.splines_by_stroke[stroke].knots.size for stroke in cut.free_strokes] == counts
+        ),
+        problem,
     )
-    return next(cut_problems, problem)
 
 
 def _primal_and_dual(model: ConvexModel) -> tuple[list[Any], list[FloatArray]]:
@@ -204,12 +198,12 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
             (values - problem.zero) * stroke.size / problem.motion_unit if stroke.is_move else values
         )
     row, own_arm = result.design, float(problem.scene_problem.design.arm_length[0])
-    sizes = (
+    lead, height = problem.lead_and_height_of_cam(
         row[problem.scene_problem.size_quantity_name],
         row.get("offset_mm", 0.0),
         row.get("arm_length_mm", own_arm),
     )
-    return Iterate(*problem.lead_and_height_of_cam(*sizes), tuple(coefficients))
+    return Iterate(lead, height, tuple(coefficients))
 
 
 def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> float:
@@ -241,11 +235,10 @@ def _with_numeric_peaks(scene: Scene) -> Scene:
     scene_problem = resolve(scene)
     if not any(stroke.kind in (RISE, RETURN) for stroke in scene_problem.programme.tool.strokes):
         return scene
-    peak_settings = {name: getattr(scene.synthesis, name) for name in LAW_PEAKS}
     peaks_of_laws = {
         name: law_peaks(scene_problem.laws[law])[name]
-        for name, law in peak_settings.items()
-        if isinstance(law, str)
+        for name in LAW_PEAKS
+        if isinstance(law := getattr(scene.synthesis, name), str)
     }
     return scene.replace(
         **{f"synthesis.{name}": peak for name, peak in (peaks_of_laws | default_peak_factors(scene)).items()}

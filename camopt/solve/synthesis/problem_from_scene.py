@@ -92,7 +92,9 @@ def problem_from_settings(
     ):
         reason = "free moves through a train need a lowest position of the follower that the motion gives"
         raise BadInput([Mistake(scene_problem.file, "train", None, reason, bare=True)])
-    strokes, largest_roller = origin.strokes, _largest_roller(scene_problem)
+    strokes, largest_roller = origin.strokes, float(scene_problem.design.roller_radius[0])
+    if not (scene_problem.setup.is_knife or scene_problem.setup.mechanism.flat_faced):
+        largest_roller = _range_of_size(scene_problem, "roller_radius")[1]
     roller = prime_less_cam_radius(scene_problem, largest_roller)
     size = _searched_or_own_size_range(scene_problem, objective)
     smallest = size_lower_bound(scene_problem, {"size": size})
@@ -101,6 +103,10 @@ def problem_from_settings(
     if limits:
         names = ", ".join(limit.name for limit in limits)
         raise Unmet(f"no motion: no cam of any size meets the limits ({names})")
+    why = "the segments are not symmetric about any cam angle"
+    asymmetry = Mistake(scene_problem.file, "synthesis.symmetric", True, why, bare=True)
+    why = "the second half of the turn must repeat the first one, with rises for returns"
+    unlike_halves = Mistake(scene_problem.file, "motion", None, why, bare=True)
     return SynthesisProblem(
         scene_problem=scene_problem,
         splines=Splines(
@@ -127,8 +133,8 @@ def problem_from_settings(
         or (isinstance(settings.peak_velocity, tuple) and settings.peak_velocity[0] == 0.0),
         conditions=(*conditions_on_free_moves(origin), *_point_conditions(scene_problem, settings, origin)),
         objective=objective,
-        mirror_strokes=_require_mirror_stroke_numbers(scene_problem, origin) if settings.symmetric else None,
-        opposed_strokes=_require_opposed_stroke_numbers(scene_problem, origin)
+        mirror_strokes=_require_partners(find_mirror_strokes(strokes), asymmetry) if settings.symmetric else None,
+        opposed_strokes=_require_partners(find_opposed_strokes(strokes), unlike_halves)
         if scene_problem.setup.mechanism.drive.one_disc
         else None,
         crossing_window=radians(settings.crossing_window),
@@ -156,10 +162,8 @@ def _check_rest_for_finite_jerk(
         isinstance(constraint.curve, MotionDerivative) and constraint.curve.order == 3
         for constraint in scene_problem.constraints
     )
-    bounded = limited or settings.peak_jerk is not None
-    if settings.rest == 1 and (
-        bounded or 3 in _derivative_orders_in_objective(objective) or CROSSING_JERK in objective
-    ):
+    minimised = 3 in _derivative_orders_in_objective(objective) or CROSSING_JERK in objective
+    if settings.rest == 1 and (limited or settings.peak_jerk is not None or minimised):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
         raise BadInput([Mistake(scene_problem.file, "synthesis.rest", settings.rest, what)])
 
@@ -169,8 +173,8 @@ def _check_peaks_have_rise_or_return(scene_problem: Problem, settings: Synthesis
     peaks = [name for name in LAW_PEAKS if getattr(settings, name) is not None]
     if peaks and not any(stroke.kind in (RISE, RETURN) for stroke in scene_problem.programme.tool.strokes):
         what = "is for the unit stroke of rises and returns, and this motion has none: give [limits]"
-        key, value = f"synthesis.{peaks[0]}", getattr(settings, peaks[0])
-        raise BadInput([Mistake(scene_problem.file, key, value, what, bare=True)])
+        value = getattr(settings, peaks[0])
+        raise BadInput([Mistake(scene_problem.file, f"synthesis.{peaks[0]}", value, what, bare=True)])
 
 
 def _check_residual_vibration_applies(scene_problem: Problem, objective: Mapping[str, float]) -> None:
@@ -219,21 +223,10 @@ def _searched_or_own_size_range(scene_problem: Problem, objective: Mapping[str, 
     return 0.0, own_size
 
 
-def _require_mirror_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
-    """For each stroke, the number of the stroke that mirrors it."""
-    numbers = find_mirror_strokes(origin.strokes)
+def _require_partners(numbers: tuple[int, ...] | None, mistake: Mistake) -> tuple[int, ...]:
+    """The number of each stroke's partner; BadInput if there are none."""
     if numbers is None:
-        what = "the segments are not symmetric about any cam angle"
-        raise BadInput([Mistake(scene_problem.file, "synthesis.symmetric", True, what, bare=True)])
-    return numbers
-
-
-def _require_opposed_stroke_numbers(scene_problem: Problem, origin: DisplacementOrigin) -> tuple[int, ...]:
-    """For each stroke, the number of the stroke half a turn later, for a yoke on one disc."""
-    numbers = find_opposed_strokes(origin.strokes)
-    if numbers is None:
-        what = "the second half of the turn must repeat the first one, with rises for returns"
-        raise BadInput([Mistake(scene_problem.file, "motion", None, what, bare=True)])
+        raise BadInput([mistake])
     return numbers
 
 
@@ -269,14 +262,6 @@ def _point_conditions(
         mistakes.append(Mistake(scene_problem.file, key, [angle_deg, position], what))
     if mistakes:
         raise BadInput(mistakes)
-
-
-def _largest_roller(scene_problem: Problem) -> float:
-    """Largest radius of the roller or spherical face [mm]; 0 if the follower has neither."""
-    own_radius = float(scene_problem.design.roller_radius[0])
-    if scene_problem.setup.is_knife or scene_problem.setup.mechanism.flat_faced:
-        return own_radius
-    return _range_of_size(scene_problem, "roller_radius")[1]
 
 
 def _range_of_size(scene_problem: Problem, field: str) -> LowHigh:
@@ -325,7 +310,11 @@ def _derivative_ranges_by_stroke(
         elif stroke.is_move:
             yield limits | (move_ranges if stroke.is_law_replaceable else {})
         else:
-            yield _intersect_ranges(limits, unit_ranges, stroke)
+            for order, unit_range in unit_ranges.items():
+                scale, limit = (stroke.high - stroke.low) / stroke.angle**order, limits.get(order, (-inf, inf))
+                low, high = sorted(end * scale for end in unit_range)
+                limits[order] = max(low, limit[0]), min(high, limit[1])
+            yield limits
 
 
 def _derivative_limits(scene_problem: Problem, stroke_kind: int) -> dict[int, LowHigh]:
@@ -342,19 +331,6 @@ def _derivative_limits(scene_problem: Problem, stroke_kind: int) -> dict[int, Lo
             largest *= abs(ratio) if ratio and constraint.curve.at_follower else 1.0
             bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
     return bounds
-
-
-def _intersect_ranges(
-    limits: dict[int, LowHigh], unit_ranges: dict[int, LowHigh], stroke: Stroke
-) -> dict[int, LowHigh]:
-    """The ranges of a rise or return: those of [limits] intersected with those of its unit stroke."""
-    ranges = dict(limits)
-    for order, ends in unit_ranges.items():
-        scale = (stroke.high - stroke.low) / stroke.angle**order
-        low, high = sorted(end * scale for end in ends)
-        limit = limits.get(order, (-inf, inf))
-        ranges[order] = max(low, limit[0]), min(high, limit[1])
-    return ranges
 
 
 def _default_move_ranges(

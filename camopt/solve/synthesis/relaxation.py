@@ -71,10 +71,9 @@ class RelaxedMotion(StrokeMotion):
         self._bound_lift_area(ranges)
         if not stroke.is_move:
             self._impose_unit_stroke(stroke, problem.monotone)
-        all_nodes = slice(0, x.size)
         for order, derivative_ranges in ranges.items():
             for item in derivative_ranges:
-                self._impose_range(order, item, all_nodes)
+                self._impose_range(order, item, slice(0, x.size))
         for condition, (start, end) in parts:
             nodes = slice(int(np.abs(x - start).argmin()), int(np.abs(x - end).argmin()) + 1)
             self._impose_range(
@@ -163,7 +162,7 @@ class RelaxedMotion(StrokeMotion):
         else:
             self.constraints += limit.constraints(values)
 
-    def end_derivative(self, order: int, at_stroke_end: bool) -> Any:
+    def end_derivative(self, order: int, at_stroke_end: bool) -> cp.Expression | None:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
         return None if values is None else values[-1 if at_stroke_end else 0] / self.angle**order
 
@@ -172,7 +171,7 @@ class RelaxedMotion(StrokeMotion):
             values[-1 if at_stroke_end else 0] == 0.0 for values in (self.v, self.a)[:zero_derivatives]
         ]
 
-    def displacement_at(self, x: float) -> Any:
+    def displacement_at(self, x: float) -> cp.Expression:
         """A free variable: another motion may be lower elsewhere, so the size has no bound."""
         return cp.Variable()
 
@@ -205,8 +204,7 @@ class RelaxedMotion(StrokeMotion):
         """
         if self.h.shape != other.h.shape or np.any(self.h != other.h):
             return
-        sums = [self.y + other.y == total, self.v + other.v == 0.0, self.a + other.a == 0.0]
-        self.constraints += sums
+        self.constraints += [self.y + other.y == total, self.v + other.v == 0.0, self.a + other.a == 0.0]
 
     def jerk_jumps(self) -> tuple[float, ...]:
         """The x at which the jerk of the solution jumps, as it does between limits that hold over arcs.
@@ -232,7 +230,7 @@ class RelaxedMotion(StrokeMotion):
         """The x half a panel before and after each jump of the jerk."""
         return tuple(place + side * self.h.max() / 2.0 for place in self.jerk_jumps() for side in (-1.0, 1.0))
 
-    def lift_area(self) -> Any:
+    def lift_area(self) -> cp.Expression:
         return self.angle * self.whole
 
     def _bound_lift_area(self, ranges: DerivativeRanges) -> None:

@@ -46,15 +46,10 @@ def relaxed_optimum_with_jerk_cuts(scene: Scene, problem: SynthesisProblem) -> R
     jumps = tuple(
         motion.cuts_beside_jerk_jumps() if isinstance(motion, RelaxedMotion) else () for motion in relaxed.motions
     )
-    cut = [
-        replace(
-            problem,
-            jerk_jumps=jumps,
-            splines=replace(problem.splines, pieces=pieces, continuity_at_cuts=continuity),
-        )
-        for pieces, continuity in CUT_SPLINES
+    splines = [
+        replace(problem.splines, pieces=pieces, continuity_at_cuts=continuity) for pieces, continuity in CUT_SPLINES
     ]
-    return RelaxedOptimum(bound, tuple(cut))
+    return RelaxedOptimum(bound, tuple(replace(problem, jerk_jumps=jumps, splines=each) for each in splines))
 
 
 def relaxation_bound(problem: SynthesisProblem) -> float | None:

@@ -49,7 +49,10 @@ def residual_response(
     """Vibration left by free strokes with their splines; ``scale`` is the displacement unit of moves."""
     free = [number for number, stroke in enumerate(strokes) if stroke.is_law_replaceable]
     basis = dict(zip(free, splines, strict=True))
-    start = {number: _coefficients_zero_except_ends(strokes[number], basis[number].count, scale) for number in free}
+    start = {number: np.zeros(basis[number].count) for number in free}
+    for number, coefficients in start.items():  # zero except at the ends of the stroke
+        stroke = strokes[number]
+        coefficients[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)
 
     def vibration_states_at_dwells(coefficients: dict[int, FloatArray]) -> FloatArray:
         turn = Programme(
@@ -81,10 +84,3 @@ def residual_response(
             constant = constant - response[..., -1] * start[number][-1]
         rows.append(response)
     return ResidualResponse(tuple(rows), constant)
-
-
-def _coefficients_zero_except_ends(stroke: Stroke, count: int, scale: float) -> FloatArray:
-    """Coefficients of a stroke that are zero except at its ends."""
-    coefficients = np.zeros(count)
-    coefficients[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)
-    return coefficients

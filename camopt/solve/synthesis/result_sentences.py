@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from camopt.scene.problem.problem import Problem, resolve
+from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.solve.synthesis.conditions import origin_at_lowest_position
 from camopt.solve.synthesis.problem_from_scene import MOVE_PEAK_FACTOR, default_peak_factors, objective_weights
@@ -27,8 +27,12 @@ def bound_in_words(result: "Synthesis") -> str:
     if result.bound:
         what += f" Lower bound for any motion within the convex limits: {with_unit(result.bound, unit)},"
         what += f" a gap of {result.gap:.2%}."
-    elif result.bound is None and (why := _reason_for_no_size_bound(resolve(result.asked))):
-        what += f" There is no bound: {why}."
+    elif result.bound is None:
+        scene_problem = resolve(result.asked)
+        if origin_at_lowest_position(scene_problem).lowest_angle is not None:
+            what += " There is no bound: the follower is lowest in a move, where the scene gives no position."
+        elif not constant_tool_to_follower_ratio(scene_problem):
+            what += " There is no bound: through a train whose ratio changes nothing convex bounds the size."
     return what
 
 
@@ -39,8 +43,7 @@ def own_size_limit_in_words(result: "Synthesis") -> str:
         return ""
     size = scene_problem.setup.mechanism.body.size_key
     own = with_unit(float(scene_problem.design.size[0]), "mm")
-    words = f"The {size.replace('_', ' ')} may be at most that of the scene, {own}"
-    return f"{words}: search.{size} gives it a range."
+    return f"The {size.replace('_', ' ')} may be at most that of the scene, {own}: search.{size} gives it a range."
 
 
 def reason_for_local_optimum(result: "Synthesis") -> str:
@@ -50,17 +53,6 @@ def reason_for_local_optimum(result: "Synthesis") -> str:
         return "The limits of a cam behind a train whose ratio changes are not convex"
     swung = scene_problem.setup.angular
     return "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
-
-
-def _reason_for_no_size_bound(scene_problem: Problem) -> str:
-    """Why the size has no bound; empty if the follower merely oscillates."""
-    if origin_at_lowest_position(scene_problem).lowest_angle is not None:
-        return "the follower is lowest in a move, where the scene gives no position"
-    return (
-        ""
-        if constant_tool_to_follower_ratio(scene_problem)
-        else "through a train whose ratio changes nothing convex bounds the size"
-    )
 
 
 def default_limits_in_words(scene: Scene, defaults: Mapping[str, float]) -> Iterator[str]:

@@ -135,7 +135,7 @@ class SequentialConvex:
         iterate = iterate_of(self.model) if solve(self.nearest) in SOLVED_STATUSES else start
         minimised_constraints = _scale_bounds(
             minimised_constraints,
-            self._largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)[1],
+            self.largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)[1],
         )
         radius = FIRST_TRUST_RADIUS
         for self.penalty.value in PENALTIES:
@@ -165,15 +165,16 @@ class SequentialConvex:
         planes = self._tangent_plane_rows_and_bounds(iterate, held_constraints, minimised_constraints)
         self.step.compile_to_matrices()
         for _ in range(MOST_CONVEX_STEPS):
-            if radius < LEAST_TRUST_RADIUS:  # the planes do not fit at any distance
-                break
-            if self._solve_step(iterate, radius, planes) not in SOLVED_STATUSES:
+            # below the least radius, the planes do not fit at any distance
+            if radius < LEAST_TRUST_RADIUS or self._solve_step(iterate, radius, planes) not in SOLVED_STATUSES:
                 break
             predicted_fall = cost - self.step.value
             if predicted_fall < LEAST_FALL * abs(cost):  # the planes predict no further fall
                 break
             exceeds = self.excess.value > BOUND_MARGIN and self.penalty.value < PENALTIES[-1]
-            if exceeds and (top <= 1.0 or self._step_length(iterate) < HELD_BACK * radius):
+            vector = _solution_vector(iterate)
+            step_length = float(np.abs(self.step.point[: vector.size] - vector).max())
+            if exceeds and (top <= 1.0 or step_length < HELD_BACK * radius):
                 return iterate, radius, False
             trial = iterate_of(self.model)
             trial_cost, trial_top = self._penalised_objective_and_held_ratio(
@@ -201,10 +202,9 @@ class SequentialConvex:
         if status not in SOLVED_STATUSES or self.excess.value > BOUND_MARGIN:
             return None
         self.step.set_variables_and_multipliers()
-        rows = sum(block.row_count for block in self.blocks)
-        curves, radius_multipliers = np.split(self.step.row_multipliers, [rows])
         ends = np.cumsum([block.row_count for block in self.blocks])
-        return np.split(curves, ends[:-1]) if radius_multipliers.max() < LEAST_MULTIPLIER else None
+        *curves, radius_multipliers = np.split(self.step.row_multipliers, ends)
+        return curves if radius_multipliers.max() < LEAST_MULTIPLIER else None
 
     def curve_ratios_to_bounds(self, iterate: Iterate, held_constraints: Sequence[Constraint]) -> list[FloatArray]:
         """Ratios of all curves to their bounds at a solution, block by block."""
@@ -217,10 +217,6 @@ class SequentialConvex:
             for block in self.blocks
         ]
 
-    def largest_ratio_to_bound(self, iterate: Iterate, held_constraints: Sequence[Constraint]) -> float:
-        """Largest ratio of a held curve to its bound at a solution."""
-        return self._largest_ratios_to_bounds(iterate, held_constraints, ())[0]
-
     def rank_starts(
         self,
         starts: Sequence[Iterate],
@@ -230,7 +226,7 @@ class SequentialConvex:
         """Starts in the order of their penalised objective, with a penalty for convex limits that they break."""
         minimised_constraints = _scale_bounds(
             minimised_constraints,
-            self._largest_ratios_to_bounds(starts[0], held_constraints, minimised_constraints)[1],
+            self.largest_ratios_to_bounds(starts[0], held_constraints, minimised_constraints)[1],
         )
 
         def penalised_objective_of_start(start: Iterate) -> float:
@@ -303,62 +299,51 @@ class SequentialConvex:
                 return status
             is_taken |= excesses > -plane_distance
 
-    def _step_length(self, iterate: Iterate) -> float:
-        """Largest change of a variable in the last step, from a solution."""
-        vector = _solution_vector(iterate)
-        return float(np.abs(self.step.point[: vector.size] - vector).max())
-
     def _lead_and_height(self, iterate: Iterate) -> tuple[float, float]:
         """e and s₀ [mm]."""
         length = self.model.problem.size_unit
         return length * iterate.lead, length * iterate.height
 
-    def _largest_ratios_to_bounds(
+    def largest_ratios_to_bounds(
         self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[float, float]:
         """Largest ratio of the held curves to their bounds, and of the minimised curves."""
         scale, vector, largest = self.model.problem.motion_unit, _solution_vector(iterate), ([0.0], [0.0])
         for block in self.blocks:
-            state = block.motion_state(scale, vector)
             values = block.constraints.ratios_to_bounds(
                 [*held_constraints, *minimised_constraints][: block.constraint_count],
-                state,
+                block.motion_state(scale, vector),
                 self._lead_and_height(iterate),
             )
             for row, is_minimised in zip(values, block.are_minimised, strict=True):
                 largest[int(is_minimised)].append(float(row.max()))
         return max(largest[0]), max(largest[1])
 
-    def _largest_derivative(self, term: str) -> float:
-        """Largest value of a derivative over the turn, or of the jerk at crossings."""
-        motions = self.model.motions
-        if term == CROSSING_JERK:
-            crossing_motions = [(motions[crossing.stroke], crossing) for crossing in self.model.problem.crossings]
-            return max(
-                motion.solved_jerk_bound_after_crossing(crossing)
-                for motion, crossing in crossing_motions
-                if isinstance(motion, SplineMotion)
-            )
-        return float(
-            max(
-                np.abs(crossing.solved_bernstein_coefficients(TERM_ORDERS[term])).max()
-                for crossing in spline_and_fixed_motions(self.model)
-            )
-        )
-
     def _penalised_objective_and_held_ratio(
         self, iterate: Iterate, held_constraints: Sequence[Constraint], minimised_constraints: Sequence[Constraint]
     ) -> tuple[float, float]:
         """The penalised objective at a solution, and the largest ratio of a held curve to its bound."""
         self._set_variables_to_iterate(iterate)
-        top, level = self._largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)
+        top, level = self.largest_ratios_to_bounds(iterate, held_constraints, minimised_constraints)
         model, problem = self.model, self.model.problem
         trace_radius = (
             np.hypot(iterate.lead, iterate.height) if problem.has_lead_in_prime_radius else iterate.height
         )
         model.sizes.prime.value = max(trace_radius, problem.prime_range[0] / problem.size_unit)
         for name, variable in model.peak_variables.items():
-            variable.value = self._largest_derivative(name)
+            # the largest derivative over the turn, or jerk at crossings
+            if name == CROSSING_JERK:
+                largest = [
+                    motion.solved_jerk_bound_after_crossing(crossing)
+                    for crossing in problem.crossings
+                    if isinstance(motion := model.motions[crossing.stroke], SplineMotion)
+                ]
+            else:
+                largest = [
+                    float(np.abs(motion.solved_bernstein_coefficients(TERM_ORDERS[name])).max())
+                    for motion in spline_and_fixed_motions(model)
+                ]
+            variable.value = max(largest)
         cost = float(model.objective.value) + (level if minimised_constraints else 0.0)
         penalised = cost + self.penalty.value * max(0.0, top - 1.0 + BOUND_MARGIN)
         return penalised if np.isfinite(penalised) else inf, top

@@ -10,6 +10,7 @@ from scipy import sparse
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.quadratic import RANK_TOLERANCE
 from camopt.model.motion.stroke import Stroke
+from camopt.solve.synthesis.splines import distinct_bernstein_matrix
 from camopt.solve.synthesis.stroke_motion import DerivativeRange, DerivativeRanges, Sizes, StrokeMotion
 from camopt.solve.synthesis.synthesis_problem import LinearConstraint, StrokeCrossing, SynthesisProblem
 
@@ -22,7 +23,7 @@ class SplineMotion(StrokeMotion):
 
     def __init__(self, problem: SynthesisProblem, stroke: Stroke, ranges: DerivativeRanges, sizes: Sizes) -> None:
         self.problem, self.stroke, self.unit = problem, stroke, problem.motion_unit
-        self.splines = problem.splines_of(stroke)
+        self.splines = problem.splines_by_stroke[stroke]
         self.low, self.change = problem.law_offset_and_scale(stroke)
         self.coefficients = cp.Variable(self.splines.count)
         self.constraints: list[cp.Constraint] = []
@@ -32,7 +33,7 @@ class SplineMotion(StrokeMotion):
             if problem.monotone:
                 self.constraints.append(cp.diff(c) >= 0.0)
         for order, bounds in ranges.items():
-            matrix = self.splines.distinct_bernstein_matrix(order, self.splines.degree - order)
+            matrix = distinct_bernstein_matrix(self.splines, order, self.splines.degree - order)
             for derivative_range in bounds:
                 self._impose_range(matrix, order, derivative_range)
         for condition in problem.conditions:
@@ -52,8 +53,8 @@ class SplineMotion(StrokeMotion):
         if low == high:
             return self.splines.value_matrix(np.array([low]), order)
         if (low, high) == (0.0, 1.0):
-            return self.splines.distinct_bernstein_matrix(order, self.splines.degree - order)
-        return self.splines.bernstein_matrix_between(order, low, high)
+            return distinct_bernstein_matrix(self.splines, order, self.splines.degree - order)
+        return self.splines.bernstein_matrix(order, low, high)
 
     def _impose_range(self, matrix: Any, order: int, limit: DerivativeRange) -> None:
         """Keep values of a derivative within a range; by x of the unit stroke, so that numbers are not huge."""
@@ -67,7 +68,7 @@ class SplineMotion(StrokeMotion):
             weight
             * self.change
             / self.stroke.angle**order
-            * self.splines.distinct_bernstein_matrix(order, self.splines.degree)
+            * distinct_bernstein_matrix(self.splines, order, self.splines.degree)
             for order, weight in enumerate(weights)
         )
         self.constraints.append(matrix @ self.coefficients + constraint.displacement * self.low + size_part >= 0.0)

@@ -78,29 +78,15 @@ class Splines:
     def value_matrix(self, x: FloatArray, order: int) -> "scipy.sparse.csr_array":
         """Matrix from coefficients to values of a derivative at x, from 0 to 1."""
         inner = self.knots[order : self.knots.size - order]
-        by_knots = derivative_matrix(self.knots, self.degree, order)
         basis = scipy.interpolate.BSpline.design_matrix(x, inner, self.degree - order, extrapolate=True)
-        return drop_rounding(basis @ by_knots)
+        return drop_rounding(basis @ derivative_matrix(self.knots, self.degree, order))
 
-    def bernstein_matrix(self, order: int) -> "scipy.sparse.csr_array":
-        """Matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
-        return _bernstein_on_parts(self, order, self._bernstein_part_ends)
-
-    @cached_property
-    def _bernstein_part_ends(self) -> tuple[float, ...]:
-        """Ends of the parts of the stroke."""
+    def bernstein_matrix(self, order: int, low: float = 0.0, high: float = 1.0) -> "scipy.sparse.csr_array":
+        """Matrix from coefficients to Bernstein coefficients of a derivative, part by part over a range of x."""
         shares = np.arange(SPAN_PARTS) / SPAN_PARTS
-        starts = self.piece_ends[:-1, None] + shares * np.diff(self.piece_ends)[:, None]
-        return (*starts.ravel().tolist(), 1.0)
-
-    def bernstein_matrix_between(self, order: int, low: float, high: float) -> "scipy.sparse.csr_array":
-        """As ``bernstein_matrix``, for a range of x."""
-        inside = [x for x in self._bernstein_part_ends if low + LEAST_PART < x < high - LEAST_PART]
+        part_starts = self.piece_ends[:-1, None] + shares * np.diff(self.piece_ends)[:, None]
+        inside = [x for x in part_starts.ravel().tolist() if low + LEAST_PART < x < high - LEAST_PART]
         return _bernstein_on_parts(self, order, (low, *inside, high))
-
-    def distinct_bernstein_matrix(self, order: int, degree: int) -> "scipy.sparse.csr_array":
-        """As ``bernstein_matrix``, with a derivative as polynomials of ``degree`` and without repeated rows."""
-        return _distinct_bernstein(self, order, degree)
 
     def indices_of_distinct_coefficients(self, order: int, degree: int) -> IndexArray:
         """Numbers of the Bernstein coefficients of a derivative that do not repeat the one before.
@@ -127,8 +113,7 @@ class Splines:
 
     def unit_stroke_law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         """A spline as the law of a rise or return: exactly from 0 to 1."""
-        inner = np.clip(coefficients[1:-1], 0.0, 1.0)
-        return self._spline_law(name, np.array([0.0, *inner, 1.0]))
+        return self._spline_law(name, np.array([0.0, *np.clip(coefficients[1:-1], 0.0, 1.0), 1.0]))
 
     def _spline_law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         return SplineLaw(name, self.degree, tuple(self.knots.tolist()), tuple(coefficients.tolist()))
@@ -143,10 +128,9 @@ def _bernstein_on_parts(splines: Splines, order: int, ends: tuple[float, ...]) -
     binomials = np.array([comb(degree, k) for k in range(degree + 1)])
     values = binomials * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
-    matrix = scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.value_matrix(
-        nodes, order
+    return drop_rounding(
+        scipy.sparse.kron(scipy.sparse.eye_array(parts), np.linalg.inv(values)) @ splines.value_matrix(nodes, order)
     )
-    return drop_rounding(matrix)
 
 
 def drop_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
@@ -158,7 +142,8 @@ def drop_rounding(matrix: "scipy.sparse.csr_array") -> "scipy.sparse.csr_array":
 
 
 @cache
-def _distinct_bernstein(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
+def distinct_bernstein_matrix(splines: Splines, order: int, degree: int) -> "scipy.sparse.csr_array":
+    """As ``Splines.bernstein_matrix``, with a derivative as polynomials of ``degree`` and without repeated rows."""
     own = splines.degree - order
     return elevate_degree(splines.bernstein_matrix(order), own, degree - own)[
         splines.indices_of_distinct_coefficients(order, degree)

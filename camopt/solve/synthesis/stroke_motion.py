@@ -51,7 +51,7 @@ class Sizes:
     height: Any
     prime: Any
 
-    def sizes_and_constant_part(self, constraint: LinearConstraint, unit: float) -> Any:
+    def sizes_and_constant_part(self, constraint: LinearConstraint, unit: float) -> Expression | float:
         """The sizes and the constant in a linear constraint, with lengths in a unit."""
         terms = ((constraint.lead, self.lead), (constraint.height, self.height))
         return constraint.constant / unit + sum(weight * size for weight, size in terms if weight)

@@ -27,8 +27,7 @@ def find_opposed_strokes(strokes: Sequence[Stroke]) -> tuple[int, ...] | None:
     Only angles and displacements count, not the laws.
     """
     half, odd = divmod(len(strokes), 2)
-    pairs = zip(strokes, strokes[half:], strict=False)
-    if odd or not all(_is_upside_down(one, other) for one, other in pairs):
+    if odd or not all(_is_upside_down(one, other) for one, other in zip(strokes, strokes[half:], strict=False)):
         return None
     return tuple((place + half) % len(strokes) for place in range(len(strokes)))
 

@@ -54,23 +54,16 @@ class LinearConstraint:
     constant: float = 0.0
     kinds: int = ALL_STROKES
 
-    def covers_kind_of_stroke(self, stroke: Stroke) -> bool:
-        """Whether the constraint holds all along a stroke.
-
-        Where a move rests, it holds as it did on the way there.
-        """
-        kinds = stroke.kind & (RISE | RETURN) if stroke.is_move else stroke.kind
-        return self.kinds & kinds == kinds
-
     def must_hold_on_stroke_or_move(self, stroke: Stroke) -> bool:
         """Whether a free stroke must hold the constraint everywhere.
 
-        A move must also hold a constraint on rises that bounds y' from above, and one on returns that bounds y'
-        from below.
+        Where a move rests, the constraint holds as it did on the way there. A move must also hold a constraint on
+        rises that bounds y' from above, and one on returns that bounds y' from below.
         """
+        kinds = stroke.kind & (RISE | RETURN) if stroke.is_move else stroke.kind
         ways = self.kinds & (RISE | RETURN)
         about = (ways == RISE and self.velocity < 0.0) or (ways == RETURN and self.velocity > 0.0)
-        return self.covers_kind_of_stroke(stroke) or (stroke.is_move and about)
+        return self.kinds & kinds == kinds or (stroke.is_move and about)
 
 
 @dataclass(frozen=True)
@@ -83,10 +76,6 @@ class MeanConstraint:
     bound: float
     side: float
     """−1 for a lower bound, 1 for an upper bound."""
-
-    def with_margin(self, share: float) -> "MeanConstraint":
-        """The same constraint, tightened by a share of its bound, or widened if the share is negative."""
-        return replace(self, bound=self.bound * (1.0 - self.side * share))
 
 
 class StrokeCrossing(NamedTuple):
@@ -229,7 +218,7 @@ class SynthesisProblem:
     @property
     def residual_response(self) -> ResidualResponse:
         """Residual vibration that the free strokes leave, linear in their coefficients."""
-        splines = tuple(self.splines_of(stroke) for stroke in self.free_strokes)
+        splines = tuple(self.splines_by_stroke[stroke] for stroke in self.free_strokes)
         return residual_response(self.strokes, splines, self.motion_unit, *self.train_frequency_and_damping)
 
     @property
@@ -265,12 +254,9 @@ class SynthesisProblem:
             conditions=tuple(condition for condition in self.conditions if condition.key in names),
         )
 
-    def splines_of(self, stroke: Stroke) -> Splines:
-        """The splines of a free stroke, cut where constraints begin or end and where the optimal jerk jumps."""
-        return self._splines[stroke]
-
     @cached_property
-    def _splines(self) -> dict[Stroke, Splines]:
+    def splines_by_stroke(self) -> dict[Stroke, Splines]:
+        """The splines of free strokes, cut where constraints begin or end and where the optimal jerk jumps."""
         continuity = max(self.rest, self.splines.continuity_at_cuts)
         return {
             stroke: replace(self.splines, cuts=self._spline_cut_positions(stroke), continuity_at_cuts=continuity)
@@ -321,7 +307,6 @@ class SynthesisProblem:
         shortest = arm.range_ends[0] if arm else float(scene_problem.design.arm_length[0])
         gap = clearance / (shortest if scene_problem.setup.angular else 1.0)
         angle_range = (high - low) * angle
-        clearance_allowance = window * angle_range**2 / 2.0
         return StrokeCrossing(
             stroke_number,
             low,
@@ -329,7 +314,7 @@ class SynthesisProblem:
             window / angle,
             window,
             angle_range,
-            clearance_allowance,
+            window * angle_range**2 / 2.0,
             gap / self.motion_unit,
         )
 
@@ -338,13 +323,16 @@ class SynthesisProblem:
         return [each for each in self.crossings if self.strokes[each.stroke] is stroke]
 
     @property
-    def opposed_pairs(self) -> list[tuple[int, int]]:
-        """Pairs of opposed strokes, by number, each with the stroke of the first half turn first."""
-        return [(one, other) for one, other in enumerate(self.opposed_strokes or ()) if one < other]
+    def opposed_pairs(self) -> list[tuple[int, int, float]]:
+        """Pairs of opposed strokes, by number, and the sum of their displacements, in units of the lift.
 
-    def sum_of_start_displacements(self, one: int, other: int) -> float:
-        """Sum of the displacements at which two strokes start, in units of the lift."""
-        return (self.strokes[one].low + self.strokes[other].low) / self.motion_unit
+        The stroke of the first half turn is the first of a pair.
+        """
+        return [
+            (one, other, (self.strokes[one].low + self.strokes[other].low) / self.motion_unit)
+            for one, other in enumerate(self.opposed_strokes or ())
+            if one < other
+        ]
 
     def law_offset_and_scale(self, stroke: Stroke) -> tuple[float, float]:
         """Displacement at law value 0, and its increase up to law value 1, in units of the lift.
@@ -356,12 +344,6 @@ class SynthesisProblem:
             if stroke.is_move
             else (stroke.low / self.motion_unit, (stroke.high - stroke.low) / self.motion_unit)
         )
-
-    def stroke_number_and_x_at_angle(self, angle: float) -> tuple[int, float]:
-        """Number of the stroke at a cam angle, and x there, from 0 to 1."""
-        number = next((n for n, stroke in enumerate(self.strokes) if angle < stroke.end), len(self.strokes) - 1)
-        stroke = self.strokes[number]
-        return number, min(max((angle - stroke.start) / stroke.angle, 0.0), 1.0)
 
     def required_continuity_at_joint(self, angle: float) -> int:
         """Number of continuous derivatives where two moving strokes meet at a cam angle."""
@@ -417,7 +399,10 @@ def tighten_limits(problem: SynthesisProblem, margin: float) -> SynthesisProblem
             for constraint in problem.linear_constraints
         ),
         mean_constraints=tuple(
-            mean.with_margin(CONE_MARGIN_FACTOR * margin if mean.power > 1 else margin)
+            replace(
+                mean,
+                bound=mean.bound * (1.0 - mean.side * (CONE_MARGIN_FACTOR * margin if mean.power > 1 else margin)),
+            )
             for mean in problem.mean_constraints
         ),
         prime_range=(problem.prime_range[0], max(problem.prime_range[0], factor * problem.prime_range[1])),

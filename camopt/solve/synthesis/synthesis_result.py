@@ -82,13 +82,18 @@ class Synthesis(Result, Drawable):
     def table(self, known: Mapping[str, Mapping[str, Any]] | None = None) -> Table:
         """A table of the cams of known laws, if any, and of free laws; * marks a cam that breaks a limit."""
         known = self.known.rows if known is None and self.known else known
-        every = [_fill_missing_law_names(row, law) for law, row in (known or {}).items()] + [
-            _fill_missing_law_names(self.design, "free moves")
+        every = [
+            dict(row) if row["law_rise"] or row["law_return"] else {**row, "law_rise": law, "law_return": law}
+            for law, row in [*(known or {}).items(), ("free moves", self.design)]
         ]
+        peaks_by_law = {**{name: law_peaks(law) for name, law in LAWS.items()}, **self.peaks}
         rows: list[dict[str, Any]] = []
         for row in with_rise_law_as_law_column(every):
             star = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
-            rows.append({**row, **largest_peak_factors_of_row(row, self), **star})
+            laws = [name for key in ("law_rise", "law_return") for name in row[key].split("+")]
+            own_peaks = [peaks_by_law[name] for name in laws if name in peaks_by_law]
+            largest = {name: max(float(each[name]) for each in own_peaks) for name in LAW_PEAKS if own_peaks}
+            rows.append({**row, **largest, **star})
         peaks = [name for name in rows[0] if name.startswith("peak_")]
         title = f"{self.scene.name}: free laws" + (", and the smallest cam of each known law" if known else "")
         return designs_table(title, resolve(self.scene), rows, [*peaks, "binding"])
@@ -147,21 +152,11 @@ class Synthesis(Result, Drawable):
         Peaks count inside the law only: a law that meets another one has no dwells around it.
         """
         moves = {segment.law for segment in self.scene.motion if segment.segment == MOVE}
-        unit = {name: law for name, law in self.laws.items() if name not in moves}
-        return {name: {**law_peaks(law), **law_peaks_inside_stroke(law)} for name, law in unit.items()}
-
-
-def largest_peak_factors_of_row(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
-    """Largest peak factors of the laws of a row, known or free."""
-    peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
-    each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
-    return {name: max(float(peaks[name]) for peaks in each) for name in LAW_PEAKS if each}
-
-
-def _fill_missing_law_names(row: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """The row, with ``name`` for its laws if it has no rise and no return."""
-    named = row["law_rise"] or row["law_return"]
-    return dict(row) if named else {**row, "law_rise": name, "law_return": name}
+        return {
+            name: {**law_peaks(law), **law_peaks_inside_stroke(law)}
+            for name, law in self.laws.items()
+            if name not in moves
+        }
 
 
 def free_law_names(segments: Sequence[tables.Segment] | Sequence[MotionSegment]) -> list[str]:

@@ -169,8 +169,11 @@ def _best_free_laws(scene: Scene, problem: SynthesisProblem, advance: Advance) -
     )
     candidates += [(stepped, laws) for stepped, laws in steps if stepped]
     if not candidates:  # steps may miss a limit by little, or a limit that they do not include
-        known_laws = list(_permitted_known_laws_as_splines(problem))
-        candidates = [(cam, laws) for laws in known_laws if (cam := smallest_cam_for_laws(scene, problem, laws))]
+        candidates = [
+            (cam, laws)
+            for laws in _permitted_known_laws_as_splines(problem)
+            if (cam := smallest_cam_for_laws(scene, problem, laws))
+        ]
     if not candidates:
         iterates = [start, *(iterate for _, iterate in steps)][:MISSES_SHOWN]
         raise no_cam_error(
@@ -237,8 +240,7 @@ def solve_free_laws(
         if least == inf:
             raise Unmet("no free law with this number of pieces meets all limits; increase synthesis.pieces")
         optimum = iterate_of(model)
-        least_jerk = least_jerk_laws(model, least)
-        for laws in (least_jerk, optimum):
+        for laws in (least_jerk_laws(model, least), optimum):
             if laws is not None and motion_holds_limits(problem, programme_with_laws(problem, laws)):
                 return model, laws, model.largest_accepted_objective(least)
     raise Unsolved("the convex solver does not hold the limits closely enough")
@@ -319,7 +321,7 @@ def _permitted_known_laws_as_splines(problem: SynthesisProblem) -> Iterator[Iter
 
 def _fit_spline(problem: SynthesisProblem, stroke: Stroke, law: Law | None) -> FloatArray:
     """Coefficients of the spline nearest to a known law; a move keeps the scene's own law."""
-    splines = problem.splines_of(stroke)
+    splines = problem.splines_by_stroke[stroke]
     x = (np.arange(4 * splines.count) + 0.5) / (4 * splines.count)
     low, change = problem.law_offset_and_scale(stroke)
     own_values = (stroke.motion(stroke.start + x * stroke.angle)[0] / problem.motion_unit - low) / change
@@ -342,4 +344,4 @@ def _laws_on_smallest_cam(problem: SynthesisProblem, laws: Iterate, objective: C
 def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> Prices:
     """Shadow prices of the free laws, by the laws of the cam."""
     laws = joined_laws(result.design["law_rise"], result.design["law_return"])
-    return Prices({laws: shadow_prices_of_free_laws(result)}, objective_unit(result.asked))
+    return Prices({laws: [*shadow_prices_of_free_laws(result)]}, objective_unit(result.asked))

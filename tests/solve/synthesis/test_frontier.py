@@ -364,7 +364,7 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
     solve = CompiledProgramme.solve
     monkeypatch.setattr(CompiledProgramme, "solve", lambda *given: solved.append(given) or solve(*given))
     reached = least.convex_steps.find_local_optimum(gentle.laws, constraints)
-    assert least.convex_steps._largest_ratios_to_bounds(reached, constraints, ())[0] <= 1.0
+    assert least.convex_steps.largest_ratios_to_bounds(reached, constraints, ())[0] <= 1.0
     assert reached.height < gentle.laws.height
     assert len(solved) <= 8
 
