@@ -6,11 +6,12 @@ The outlines of tools move in a panel of their own.
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from shapely import LineString, Point, Polygon
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.quantities.unit_systems import INCH_MM, to_shown_unit, unit_in_shown_system
 from camopt.scene.machine import Machine
 from camopt.show.drawing.animated_figure import draw_mechanism_bodies
@@ -24,7 +25,7 @@ from camopt.show.drawing.moving_bodies import (
     reading_texts,
 )
 from camopt.show.drawing.picture import Picture, draw_line, fill_area, four_digit_text
-from camopt.show.drawing.style import BODY, INK, MUTED, SMALL_SIZE, new_figure
+from camopt.show.drawing.style import BODY, INK, MUTED, SMALL_SIZE, new_figure, series_line_style
 from camopt.show.machines.timing_diagram import (
     CLEARANCE_HEIGHT,
     READING_WIDTH,
@@ -32,10 +33,8 @@ from camopt.show.machines.timing_diagram import (
     TimingDiagram,
     draw_words,
 )
-from camopt.show.machines.timing_sheet import add_paper_axes
 from camopt.show.machines.timing_spans import TimingData, phase_and_ratio_text
-from camopt.show.machines.tools import Tool, machine_tools
-from camopt.show.sheet.marks import MarkBox, fitted_lines_and_height
+from camopt.show.sheet.marks import MarkBox, add_paper_axes, fitted_lines_and_height
 from camopt.solve.machine.evaluation import MachineEvaluation
 from camopt.solve.machine.stations import ResolvedStation
 
@@ -44,6 +43,38 @@ HEAD, CAPTION = 14.0, 12.0  # mm: heights of the title, and of the caption of a 
 ROW, SCALES, TORQUE = 14.0, 20.0, 36.0  # mm: heights in the timing diagram
 PIXELS = 2.54  # mm: the height is a multiple, since videos have even numbers of pixels
 MOST_COLUMNS, LARGEST_CAM = 6, 90.0  # cams beside each other, and mm
+
+
+class Tool(NamedTuple):
+    """An outline that moves with a station, or stands still."""
+
+    name: str
+    outline: ComplexArray
+    """Points of the outline, where the tool is lowest."""
+    station: ResolvedStation | None = None
+    """The station that moves it; None for a fixed body."""
+    colour: str = INK
+    """That of the torque of its station."""
+
+    @property
+    def origin(self) -> complex:
+        """The point about which the tool turns; 0 for a tool that slides."""
+        pivot = self.station.station.pivot if self.station else None
+        return 0j if pivot is None else complex(*pivot)
+
+    def path(self, shaft_angles: FloatArray) -> ComplexArray:
+        """Positions of the origin at angles of the shaft [rad]."""
+        if self.station is None or self.station.tool_turns:
+            return np.full(len(shaft_angles), self.origin)
+        direction = np.exp(1j * np.radians(self.station.station.direction or 0.0))
+        return np.asarray(self.station.lift.value(shaft_angles) * direction)
+
+    def rotation(self, shaft_angles: FloatArray) -> FloatArray:
+        """Rotation of the tool at angles of the shaft [rad]."""
+        if self.station is None or not self.station.tool_turns:
+            return np.zeros(len(shaft_angles))
+        sense = -1.0 if self.station.station.sense == "cw" else 1.0
+        return np.asarray(sense * np.radians(self.station.lift.value(shaft_angles)))
 
 
 @contextmanager
@@ -165,6 +196,24 @@ def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[
         bodies.append(MovingBody(dot, places))
         unit = unit_in_shown_system(station.unit)
         words = [f"{text} {unit}" for text in reading_texts(to_shown_unit(lift, station.unit))]
-        level = (row.low + row.high - TEXT) / 2
-        readings.append(Reading(draw_words(axes, right, level, words[0], **style), words))
+        readings.append(Reading(draw_words(axes, right, (row.low + row.high - TEXT) / 2, words[0], **style), words))
     return disable_axes_clipping(bodies), readings
+
+
+def machine_tools(machine: Machine, stations: tuple[ResolvedStation, ...]) -> list[Tool]:
+    """The tools that have outlines, and the fixed bodies; empty if no tool has an outline."""
+    tools = []
+    for number, each in enumerate(stations):
+        if (points := each.station.outline) is not None:
+            outline = rounded_outline(points, each.station.outline_radius)
+            tools.append(Tool(each.name, outline, each, series_line_style(number)["color"]))
+    bodies = [Tool(body.name, rounded_outline(body.outline, body.outline_radius)) for body in machine.body]
+    return [*tools, *bodies] if tools else []
+
+
+def rounded_outline(points: tuple[tuple[float, float], ...], radius: float) -> ComplexArray:
+    """The closed outline of a point, a line or a polygon, rounded outward by a radius."""
+    if radius > 0.0:
+        shape = Point(*points) if len(points) == 1 else LineString(points) if len(points) == 2 else Polygon(points)
+        points = tuple(shape.buffer(radius).exterior.coords)
+    return np.array([complex(*point) for point in (*points, points[0])])

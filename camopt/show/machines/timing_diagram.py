@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
 from camopt.show.drawing.picture import four_digit_text, round_down_to_1_2_5, value_with_unit
@@ -124,7 +124,7 @@ class TimingDiagram:
         """The level of the upper scale of angles."""
         return self.box.high.imag - SCALE_HEIGHT
 
-    def x(self, angle: Any) -> Any:
+    def x(self, angle: Number) -> Number:
         """The place of an angle [deg]."""
         return self.left + (self.right - self.left) * angle / 360.0
 
@@ -311,7 +311,7 @@ class TimingDiagram:
         most = max(0.0, *(each.largest().value for each in curves)) or least + 1.0
         low, height = row.low + 2.5 * ROOM, row.high - row.low - 5.5 * ROOM
 
-        def level(value: Any) -> Any:
+        def level(value: Number) -> Number:
             return low + height * (value - least) / (most - least)
 
         step = round_down_to_1_2_5((most - least) * max(7.0 * TEXT / height, 0.3))

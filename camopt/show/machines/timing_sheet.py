@@ -9,7 +9,6 @@ from typing import Any
 from camopt.core.quantities.unit_systems import INCH_MM
 from camopt.core.storage.version import VERSION
 from camopt.scene.machine import Machine
-from camopt.scene.part import Part
 from camopt.show.drawing.picture import four_digit_text
 from camopt.show.drawing.style import Figure, Target, new_figure
 from camopt.show.machines.timing_diagram import (
@@ -23,7 +22,7 @@ from camopt.show.machines.timing_diagram import (
     fill_bar,
 )
 from camopt.show.machines.timing_spans import CLEARANCE, MOST_CLEARANCES, TimingData
-from camopt.show.sheet.marks import MarkBox, draw_marks, shift_marks, text_width, wrap_text
+from camopt.show.sheet.marks import MarkBox, add_paper_axes, draw_marks, shift_marks, text_width, wrap_text
 from camopt.show.sheet.paper import BLOCK_HEIGHT, BLOCK_ROW, BLOCK_WIDTH, AnsiPaper, Field, Paper, title_block
 from camopt.show.sheet.standards import sheet_standard
 from camopt.solve.machine.evaluation import MachineEvaluation
@@ -40,7 +39,7 @@ NOTE = (
 )
 
 
-def draw_timing_diagram(machine: Machine | MachineEvaluation, path: Target = None) -> Figure:
+def draw(machine: Machine | MachineEvaluation, path: Target = None) -> Figure:
     """Draw the timing diagram of a machine on a sheet; with a path, also save it as PNG, SVG or PDF.
 
     Each station has a row with its segments and its lift over a turn of the shaft. Below are the ranges of the
@@ -54,40 +53,22 @@ def draw_timing_diagram(machine: Machine | MachineEvaluation, path: Target = Non
         If the file cannot be written.
     """
     data = TimingData.from_machine(machine)
-    paper, diagram = _fitting_paper(data)
+    _, *papers = sheet_standard().papers
+    for paper in (*papers, *LARGER_PAPERS[papers[-1].name]):  # the first whose rows have room for their texts
+        low, high = paper.frame
+        box = MarkBox(low + complex(MARGIN, BLOCK_HEIGHT + MARGIN), high - complex(MARGIN, MARGIN))
+        diagram = TimingDiagram(data, box)
+        row = diagram.station_clearance_and_torque_rows[0][0]
+        if row.high - row.low >= LEAST_ROW:
+            break
     with new_figure(path, (paper.width / INCH_MM, paper.height / INCH_MM)) as figure:
         axes = add_paper_axes(figure, paper.width, paper.height)
         corner = complex(paper.frame.high.real - BLOCK_WIDTH, paper.frame.low.imag)
-        block = title_block(Part(), data.machine.name, "", paper.name, "1/1", _block_fields(data, paper))
-        draw_marks(axes, [*paper.marks(), *shift_marks(block, corner)])
+        draw_marks(axes, [*paper.marks(), *shift_marks(title_block(_block_fields(data, paper)), corner)])
         diagram.draw(axes)
         low = paper.frame.low + complex(MARGIN, MARGIN)
         _draw_legend(axes, MarkBox(low, complex(corner.real - MARGIN, low.imag + BLOCK_HEIGHT - MARGIN)), diagram)
     return figure
-
-
-draw = draw_timing_diagram
-
-
-def add_paper_axes(figure: Any, width: float, height: float) -> Any:
-    """Axes over a whole figure, in mm."""
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_axis_off()
-    axes.set(xlim=(0.0, width), ylim=(0.0, height))
-    return axes
-
-
-def _fitting_paper(data: TimingData) -> tuple[Paper, TimingDiagram]:
-    """The first paper whose rows are high enough for their texts, or the largest."""
-    _, *papers = sheet_standard().papers
-    for paper in (*papers, *LARGER_PAPERS[papers[-1].name]):
-        low, high = paper.frame
-        box = MarkBox(low + complex(MARGIN, BLOCK_HEIGHT + MARGIN), high - complex(MARGIN, MARGIN))
-        diagram = TimingDiagram(data, box)
-        low, high = diagram.station_clearance_and_torque_rows[0][0]
-        if high - low >= LEAST_ROW:
-            break
-    return paper, diagram
 
 
 def _block_fields(data: TimingData, paper: Paper) -> list[Field]:

@@ -118,8 +118,7 @@ class Torque(NamedTuple):
     def from_curve(cls, curve: TurnCurve) -> "Torque":
         """The torque, with its largest magnitude."""
         shown = curve * float(to_shown_unit(1.0, "N·m"))
-        peak = extreme_of_larger_magnitude(shown.largest(), shown.least())
-        return cls(shown, peak, unit_in_shown_system("N·m"))
+        return cls(shown, extreme_of_larger_magnitude(shown.largest(), shown.least()), unit_in_shown_system("N·m"))
 
     @property
     def peak_words(self) -> str:
@@ -151,12 +150,9 @@ class TimingData:
     @cached_property
     def clearances(self) -> list[tuple[str, Span]]:
         """Title and range of the first ``MOST_CLEARANCES`` clearances."""
-        found = []
         results = self.results or [None] * len(self.machine.clear)
-        for clearance, result in [*zip(self.machine.clear, results, strict=True)][:MOST_CLEARANCES]:
-            unit = clearance_unit(clearance, self.stations)
-            found.append((clearance.title, clearance_span(clearance, unit, result)))
-        return found
+        shown = [*zip(self.machine.clear, results, strict=True)][:MOST_CLEARANCES]
+        return [(c.title, clearance_span(c, clearance_unit(c, self.stations), result)) for c, result in shown]
 
     @cached_property
     def torques(self) -> list[Torque | None]:

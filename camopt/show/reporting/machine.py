@@ -10,16 +10,14 @@ from camopt.core.quantities.unit_systems import INCH_MM, to_shown_unit, unit_in_
 from camopt.show.drawing.frames import render_frames
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import DATE_METADATA, new_figure
-from camopt.show.machines.animated_machine import EDGE, animated_machine_figure, timing_height
+from camopt.show.machines.animated_machine import EDGE, Tool, animated_machine_figure, machine_tools, timing_height
 from camopt.show.machines.timing_diagram import READING_WIDTH, TEXT, TimingDiagram
-from camopt.show.machines.timing_sheet import add_paper_axes
 from camopt.show.machines.timing_spans import TimingData, phase_and_ratio_text
-from camopt.show.machines.tools import Tool, machine_tools
 from camopt.show.reporting.cam_data import cam_data, rounded_numbers_for_page
 from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters
 from camopt.show.reporting.page import data_url, render_page
 from camopt.show.reporting.sections import limits_table, quantities_table
-from camopt.show.sheet.marks import CAPITAL_HEIGHT, MarkBox
+from camopt.show.sheet.marks import CAPITAL_HEIGHT, MarkBox, add_paper_axes
 from camopt.solve.machine.evaluation import MachineEvaluation, station_verdict
 from camopt.solve.machine.stations import ResolvedStation
 from camopt.solve.tables.result import Cell, Table

@@ -1,22 +1,27 @@
 """Callouts outside the ring of the front view, each at a free place."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from math import cos, pi, sin
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
 from camopt.show.sheet import symbols
 from camopt.show.sheet.dimensions import ARROW_TAIL, CELL, TEXT_ABOVE_LINE, arrowhead, distance_dimension
-from camopt.show.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_keyway_section_vertical
+from camopt.show.sheet.front_view import (
+    EVERY_DEGREE,
+    FrontView,
+    angle_between,
+    is_keyway_section_vertical,
+    outline_radius,
+)
 from camopt.show.sheet.marks import (
     LARGE,
     MEDIUM,
     THICK,
     Marks,
-    OccupiedArea,
     Words,
     decimal_text,
+    first_free_marks,
     line_mark,
     marks_box,
     readable_direction,
@@ -24,7 +29,7 @@ from camopt.show.sheet.marks import (
     text_width,
 )
 from camopt.show.sheet.ring import NAME_DISTANCE
-from camopt.show.sheet.sizes import bore_text, groove_width_text, keyway_width_text, profile_symbols
+from camopt.show.sheet.sizes import bore_text, groove_width_text, profile_symbols, size_text_with_fit
 from camopt.show.sheet.standards import sheet_standard
 from camopt.show.sheet.two_contacts import contact_distance
 from camopt.solve.contour.hole import keyway_corners, keyway_direction_angle
@@ -44,36 +49,20 @@ Callout = Callable[[FrontView, float], Marks]
 def front_view_with_callouts(view: FrontView) -> Marks:
     """The front view with callouts: timing mark, cutting plane, sense of rotation, profile surface, bore."""
     marks = view.marks()
-    there: Marks = [
+    obstacles: Marks = [
         mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring_radius
     ]
-    said = _keyway_width_dimension(view, marks)
-    said += _timing_mark_and_ring_start(view, [*there, *said])
-    said += _yoke_breadth_dimension(view, [*there, *said])
-    said += _cutting_plane_marks(view, [*marks, *said])
-    for callout, wanted in CALLOUTS.items():
-        free = _callout_directions(view, callout)
-        near = free[np.argsort(angle_between(free, wanted), kind="stable")]
-        said += first_free_marks((callout(view, float(turn)) for turn in near), [*there, *said])
-    return [*marks, *said]
-
-
-def _callout_directions(view: FrontView, callout: Callout) -> FloatArray:
-    """Allowed directions of a callout; with a leader, only those away from other radial lines [rad]."""
-    if callout is _rotation_callout:
-        return EVERY_DEGREE
+    callouts = _keyway_width_dimension(view, marks)
+    callouts += _timing_mark_and_ring_start(view, [*obstacles, *callouts])
+    callouts += _yoke_breadth_dimension(view, [*obstacles, *callouts])
+    callouts += _cutting_plane_marks(view, [*marks, *callouts])
     lines = np.array([np.angle(view.lowest_point), np.angle(view.highest_point), *view.ray_directions])
-    return np.asarray(EVERY_DEGREE[angle_between(EVERY_DEGREE[:, None], lines).min(axis=1) > LEADER_ANGLE])
-
-
-def first_free_marks(candidates: Iterable[Marks], taken: Marks) -> Marks:
-    """The first of several marks that overlaps nothing; the last one if all overlap."""
-    marks: Marks = []
-    occupied = OccupiedArea(taken)
-    for marks in candidates:
-        if not marks or not occupied.overlaps(marks):
-            break
-    return marks
+    beside = EVERY_DEGREE[angle_between(EVERY_DEGREE[:, None], lines).min(axis=1) > LEADER_ANGLE]
+    for callout, wanted in CALLOUTS.items():
+        free = EVERY_DEGREE if callout is _rotation_callout else beside  # leaders are beside radial lines
+        near = free[np.argsort(angle_between(free, wanted), kind="stable")]
+        callouts += first_free_marks((callout(view, float(turn)) for turn in near), [*obstacles, *callouts])
+    return [*marks, *callouts]
 
 
 def _keyway_width_dimension(view: FrontView, taken: Marks) -> Marks:
@@ -84,7 +73,7 @@ def _keyway_width_dimension(view: FrontView, taken: Marks) -> Marks:
     _, first, last, _ = keyway_corners(part, turn) * view.scale
     bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
     level = view.largest_radius_near_direction(turn, abs(first - last) / bottom) + 5.0 - bottom
-    across, width = -1j * np.exp(1j * turn), keyway_width_text(part)
+    across, width = -1j * np.exp(1j * turn), size_text_with_fit(part.keyway_width, part.keyway_fit)
     datum = symbols.datums_of(part, bool(part.thickness)).keyway
     return first_free_marks(
         (
@@ -114,29 +103,25 @@ def _yoke_breadth_dimension(view: FrontView, taken: Marks) -> Marks:
 
 
 def _timing_mark_and_ring_start(view: FrontView, taken: Marks) -> Marks:
-    """The timing mark, and the start of the ring."""
+    """The timing mark, and the start of the ring, named outside of the ring or else along its ray."""
     ray = np.exp(1j * view.cam.start_direction)
     text = f"{view.cam.translate(TIMING_TEXT)} 0°" if _ring_starts_at_timing_mark(view) else "0°"
     place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
     down = 0.5j * MEDIUM * (1.0 - ray.imag)
-    outside: list[Marks] = [
+    names: list[Marks] = [
         [
             line_mark((view.ring_radius + 2.0) * ray, (radius - 1.0) * ray),
             Words(radius * ray - down, text, MEDIUM, place),
         ]
         for radius in view.ring_radius + NAME_CLEARANCE + 3.0 + TRIAL_OFFSETS
     ]
-    named = first_free_marks([*outside, [_words_along_ray(ray, view.ring_radius - 3.0, text)]], taken)
-    top = 1j * view.timing_mark_radius
-    return [line_mark(top - 1j * MARK_LENGTH, top, pen=THICK), *named]
-
-
-def _words_along_ray(ray: complex, radius: float, text: str) -> Words:
-    """A text beside a ray, inwards from a radius."""
     turn = readable_direction(float(np.angle(ray)))
     reading = np.exp(1j * turn)
-    place = 1.0 if (reading * ray.conjugate()).real > 0.0 else 0.0
-    return Words(radius * ray + 1j * TEXT_ABOVE_LINE * reading, text, MEDIUM, place, turn, backed=True)
+    foot = (view.ring_radius - 3.0) * ray + 1j * TEXT_ABOVE_LINE * reading
+    end = 1.0 if (reading * ray.conjugate()).real > 0.0 else 0.0
+    names.append([Words(foot, text, MEDIUM, end, turn, backed=True)])
+    top = 1j * view.timing_mark_radius
+    return [line_mark(top - 1j * MARK_LENGTH, top, pen=THICK), *first_free_marks(names, taken)]
 
 
 def _ring_starts_at_timing_mark(view: FrontView) -> bool:
@@ -157,37 +142,29 @@ def _timing_leader(view: FrontView, direction_angle: float) -> Marks:
 
 
 def _cutting_plane_marks(view: FrontView, taken: Marks) -> Marks:
-    """The cutting plane of the section through the keyway, with arrows in the direction of view."""
-    turn, found = keyway_direction_angle(view.part), []
+    """The cutting plane of the section through the keyway, with arrows in the direction of view.
+
+    In first angle the arrows point to the plane, in third angle away from it (ASME Y14.3).
+    """
+    turn, side, found = keyway_direction_angle(view.part), sheet_standard().section_side, []
     if not view.part.thickness or is_keyway_section_vertical(view.part):
         return []
-    seen = sheet_standard().section_side * np.exp(1j * (turn - pi / 2))
+    seen = side * np.exp(1j * (turn - pi / 2))
     for direction in (turn, turn + pi):
-        radii = (
+        ends: list[Marks] = []
+        for radius in (
             view.largest_radius_near_direction(direction) + 1.5,
             view.ring_radius + 2.0,
             *(view.ring_radius + NAME_CLEARANCE + 2.0 + TRIAL_OFFSETS),
-        )
-        found += first_free_marks(
-            (_cutting_plane_end_marks(radius * np.exp(1j * direction), seen) for radius in radii), taken
-        )
+        ):
+            foot = radius * np.exp(1j * direction)
+            end = foot + 6.0 * foot / abs(foot)
+            tip = end if side > 0.0 else end + ARROW_SHAFT * seen
+            letter = Words(end - side * LETTER_DISTANCE * seen - 0.5j * LARGE, "A", LARGE, 0.5)
+            shaft = line_mark(tip - ARROW_SHAFT * seen, tip)
+            ends.append([line_mark(foot, end, pen=THICK), shaft, arrowhead(tip, seen), letter])
+        found += first_free_marks(ends, taken)
     return found
-
-
-def _cutting_plane_end_marks(foot: complex, view_direction: complex) -> Marks:
-    """One end of a cutting plane, with the direction of view (unit vector).
-
-    In first angle its arrow points to the plane, in third angle away from it (ASME Y14.3).
-    """
-    end, side = foot + 6.0 * foot / abs(foot), sheet_standard().section_side
-    tip = end if side > 0.0 else end + ARROW_SHAFT * view_direction
-    letter = Words(end - side * LETTER_DISTANCE * view_direction - 0.5j * LARGE, "A", LARGE, 0.5)
-    return [
-        line_mark(foot, end, pen=THICK),
-        line_mark(tip - ARROW_SHAFT * view_direction, tip),
-        arrowhead(tip, view_direction),
-        letter,
-    ]
 
 
 def _rotation_callout(view: FrontView, direction_angle: float) -> Marks:
@@ -208,7 +185,7 @@ def _surface_leader(view: FrontView, direction_angle: float) -> Marks:
     box, side = marks_box(frame), 1.0 if cos(direction_angle) >= 0.0 else -1.0
     knee = (view.ring_radius + NAME_CLEARANCE + 2.0) * np.exp(1j * direction_angle)
     shelf = knee + side * 3.0
-    tip = view.profile_radius_in_direction(direction_angle) * np.exp(1j * direction_angle)
+    tip = outline_radius(view.walls[0], direction_angle) * np.exp(1j * direction_angle)
     corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * CELL
     return [
         *shift_marks(frame, corner),

@@ -54,7 +54,6 @@ from camopt.show.sheet.sizes import (
     bore_text,
     groove_width_text,
     keyway_depth_text,
-    keyway_width_text,
     profile_symbols,
     size_text_with_fit,
 )
@@ -66,14 +65,6 @@ from camopt.solve.contour.hole import keyway_direction_angle
 GROOVE_MARGIN = 0.15  # share of the height of the groove drawn beside it if the length is unknown
 VIEW_GAP = 12.0  # mm between views
 LEADER_LENGTH = 12.0  # mm from a frame to the end of its leader
-
-
-def _crossing_heights(x: float, line: ComplexArray) -> ComplexArray:
-    """Heights at which a line crosses a vertical."""
-    beside, y = line.real - x, line.imag
-    before = np.flatnonzero((beside[:-1] < 0.0) != (beside[1:] < 0.0))
-    share = beside[before] / (beside[before] - beside[before + 1])
-    return np.asarray(y[before] + share * (y[before + 1] - y[before]))
 
 
 @dataclass(frozen=True)
@@ -109,34 +100,31 @@ class DevelopedView:
         return bottom * self.scale, top * self.scale
 
     def developed_cylinder_marks(self) -> Marks:
-        """The developed cylinder from its lower left corner at x = 0."""
-        bottom, top = self.axial_ends
-        marks: Marks = [rectangle_line(1j * bottom, complex(self.circumference, top), THICK)]
+        """The developed cylinder from its lower left corner at x = 0, with the names of strokes above it."""
+        (bottom, top), end = self.axial_ends, self.circumference
+        marks: Marks = [rectangle_line(1j * bottom, complex(end, top), THICK)]
         marks += self._visible_lines(self._curves_over_turns("profile"), THICK)
         marks += self._visible_lines(self._curves_over_turns("pitch"), DOUBLE_CHAIN)
-        for name, begin, end in self.cam.segments:
-            x = begin * self.mean_radius
-            marks += [
-                *self._stroke_marks(name, begin, end),
-                line_mark(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)),
-            ]
+        room = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
+        foot = top + FIRST_LEVEL + 2.0
+        for name, begin, after in self.cam.segments:
+            x, to = begin * self.mean_radius, after * self.mean_radius
+            height = next((h for h, beside in room.items() if text_width(name, h) + 2 * beside <= to - x), None)
+            if height is None:
+                marks.append(Words(complex((x + to + MEDIUM) / 2, foot + 3.0), name, MEDIUM, 0.0, pi / 2))
+            else:
+                ends = complex(x, foot), complex(to, foot)
+                marks.append(line_mark(*ends))
+                marks += [arrowhead(ends[0], -1.0), arrowhead(ends[1], 1.0)] if to - x > 8.0 else []
+                marks.append(Words(complex((x + to) / 2, foot + TEXT_ABOVE_LINE), name, height, 0.5))
+            marks.append(line_mark(complex(x, top + 1.0), complex(x, top + FIRST_LEVEL + 4.0)))
             marks += [line_mark(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
-        marks.append(
-            line_mark(complex(self.circumference, top + 1.0), complex(self.circumference, top + FIRST_LEVEL + 4.0))
-        )
-        return [*marks, *self._circumference_and_length_marks(), *self._surface_motion_marks()]
-
-    def _stroke_marks(self, name: str, begin: float, end: float) -> Marks:
-        """The name of a stroke with its cam angles [rad], above the cylinder."""
-        x, to, foot = begin * self.mean_radius, end * self.mean_radius, self.axial_ends[1] + FIRST_LEVEL + 2.0
-        beside = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
-        height = next((h for h, room in beside.items() if text_width(name, h) + 2 * room <= to - x), None)
-        if height is None:
-            at = complex((x + to + MEDIUM) / 2, foot + 3.0)
-            return [Words(at, name, MEDIUM, 0.0, pi / 2)]
-        ends = complex(x, foot), complex(to, foot)
-        heads = [arrowhead(ends[0], -1.0), arrowhead(ends[1], 1.0)] if to - x > 8.0 else []
-        return [line_mark(*ends), *heads, Words(complex((x + to) / 2, foot + TEXT_ABOVE_LINE), name, height, 0.5)]
+        marks.append(line_mark(complex(end, top + 1.0), complex(end, top + FIRST_LEVEL + 4.0)))
+        low = end + 1j * bottom
+        marks += distance_dimension(1j * bottom, low, 1.0, -FIRST_LEVEL, self._circumference_text)
+        if length := self.part.thickness:
+            marks += distance_dimension(low, low + 1j * (top - bottom), 1j, -FIRST_LEVEL, size_text(length))
+        return [*marks, *self._groove_width_marks(), *self._surface_motion_and_flank_marks()]
 
     def _curves_over_turns(self, name_part: str) -> list[ComplexArray]:
         """The flanks, or the paths of rollers, over this turn and both neighbouring turns."""
@@ -153,16 +141,6 @@ class DevelopedView:
                 if piece.geom_type == "LineString" and not piece.is_empty:
                     x, y = np.asarray(piece.coords.xy)
                     yield Line(x + 1j * y, pen)
-
-    def _circumference_and_length_marks(self) -> Marks:
-        bottom, top = self.axial_ends
-        foot, end = 1j * bottom, self.circumference + 1j * bottom
-        marks = distance_dimension(foot, end, 1.0, -FIRST_LEVEL, self._circumference_text)
-        if self.part.thickness:
-            marks += distance_dimension(
-                end, end + 1j * (top - bottom), 1j, -FIRST_LEVEL, size_text(self.part.thickness)
-            )
-        return [*marks, *self._groove_width_marks()]
 
     @property
     def _circumference_text(self) -> str:
@@ -188,44 +166,29 @@ class DevelopedView:
             marks += datum_symbol(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
         return marks
 
-    def _surface_motion_marks(self) -> Marks:
-        """The direction of motion of the surface and other texts, below it."""
-        bottom, _ = self.axial_ends
-        tip = complex(self.circumference * 0.02, bottom - FIRST_LEVEL - 8.0)
-        words = self.cam.translate("the surface moves")
+    def _surface_motion_and_flank_marks(self) -> Marks:
+        """Below the surface: its direction of motion; tolerance and roughness of the flanks with a leader."""
+        level = self.axial_ends[0] - FIRST_LEVEL
+        tip = complex(self.circumference * 0.02, level - 8.0)
         marks: Marks = [
             line_mark(tip + 15.0, tip + symbols.ROTATION_ARROW[0], pen=THICK),
             arrowhead(tip, -1.0, *symbols.ROTATION_ARROW),
+            Words(tip + complex(17.0, -MEDIUM / 2), self.cam.translate("the surface moves"), MEDIUM),
         ]
-        marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
-        return [
-            *marks,
-            *self._flank_tolerance_and_roughness_marks(complex(self.circumference, bottom - FIRST_LEVEL - 2.0)),
-        ]
-
-    def _flank_tolerance_and_roughness_marks(self, right_end: complex) -> Marks:
-        """Tolerance and roughness of the flanks, with a leader to one of them."""
-        part = self.part
-        frame = profile_symbols(part, self.has_section)
+        frame = profile_symbols(self.part, self.has_section)
         if not frame:
-            return []
-        corner = right_end - marks_box(frame).high
-        end = (
-            self.circumference / 2 + text_width(self._circumference_text, LARGE) / 2 + VALUE_GAP
-        )  # end of the leader, if there is room
+            return marks
+        corner = complex(self.circumference, level - 2.0) - marks_box(frame).high
+        # end of the leader, if there is room
+        end = self.circumference / 2 + text_width(self._circumference_text, LARGE) / 2 + VALUE_GAP
         corner += max(0.0, end + LEADER_LENGTH - corner.real) if end <= self.circumference else 0.0
         place = int(np.argmin(np.abs(self.pitch.real - (corner.real - LEADER_LENGTH))))
-        low = self.pitch.real[place] + 1j * self._groove_lower_edge_height(float(self.pitch.real[place]))
+        x, flanks = float(self.pitch.real[place]), np.concatenate(self._curves_over_turns("profile"))
+        low = x + 1j * float(flanks.imag[np.abs(flanks.real - x) <= POINT_STEP * self.mean_radius].min())
         shelf = corner + 0.5j * CELL
         knee = shelf - 4.0
-        towards = (low - knee) / abs(low - knee)
-        return [*shift_marks(frame, corner), line_mark(shelf, knee, low), arrowhead(low, towards)]
-
-    def _groove_lower_edge_height(self, x: float) -> float:
-        """Height of the lower edge of the groove at a place of the circumference."""
-        flanks = np.concatenate(self._curves_over_turns("profile"))
-        near = np.abs(flanks.real - x) <= POINT_STEP * self.mean_radius
-        return float(flanks.imag[near].min())
+        leader = [line_mark(shelf, knee, low), arrowhead(low, (low - knee) / abs(low - knee))]
+        return [*marks, *shift_marks(frame, corner), *leader]
 
     @property
     def has_section(self) -> bool:
@@ -245,10 +208,6 @@ class DevelopedView:
     def _cylinder_radius(self) -> float:
         """Radius of the cylinder without its rib."""
         return self.outer_radius - self._flank_height if self.cam.is_ribbed else self.outer_radius
-
-    @property
-    def _outer_diameter_text(self) -> str:
-        return f"Ø{size_text_with_fit(2 * self.outer_radius / self.scale, self.part.outer_fit)}"
 
     def section_and_bore_marks(self) -> Marks:
         """Section and hole side by side, if the scene gives their sizes."""
@@ -279,7 +238,10 @@ class DevelopedView:
             marks += distance_dimension(
                 length - 1j * radius, length + 1j * radius, 1j, -FIRST_LEVEL, bore_text(self.part)
             )
-        marks += self._section_angle_words()
+        feet = self.outer_radius + VALUE_GAP, -self.outer_radius - FIRST_LEVEL - VALUE_GAP - MEDIUM
+        for gap, turn, foot in zip(self._groove_ranges_in_section, self._section_angles, feet, strict=True):
+            text = f"{decimal_text(degrees(turn % (2 * pi)))}°"  # cam angle of the section
+            marks.append(Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5))
         corner, far = (
             complex(self._groove_ranges_in_section[0][1], self.outer_radius),
             length + FIRST_LEVEL + LEVEL_STEP * bool(radius),
@@ -293,18 +255,14 @@ class DevelopedView:
 
     def _diameter_marks(self) -> Marks:
         """Dimensions of the outer diameter, and of the cylinder below a rib."""
+        outer = f"Ø{size_text_with_fit(2 * self.outer_radius / self.scale, self.part.outer_fit)}"
         if not self.cam.is_ribbed:
-            return distance_dimension(
-                -1j * self.outer_radius, 1j * self.outer_radius, 1j, FIRST_LEVEL, self._outer_diameter_text
-            )
+            return distance_dimension(-1j * self.outer_radius, 1j * self.outer_radius, 1j, FIRST_LEVEL, outer)
         above, below = self._groove_ranges_in_section
         foot = self._cylinder_radius
         marks = distance_dimension(-1j * foot, 1j * foot, 1j, FIRST_LEVEL, f"Ø{size_text(2 * foot / self.scale)}")
         ends = complex(below[0], -self.outer_radius), complex(above[0], self.outer_radius)
-        return [
-            *marks,
-            *distance_dimension(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, self._outer_diameter_text),
-        ]
+        return marks + distance_dimension(*ends, 1j, ends[0].real + FIRST_LEVEL + LEVEL_STEP, outer)
 
     def _rib_edges_behind_section(self) -> Iterator[Line]:
         """The edges of a rib behind the section, outside of the cylinder."""
@@ -323,13 +281,6 @@ class DevelopedView:
                 if piece.size > 1:
                     yield Line(flank.imag[piece] - self.axial_ends[0] + 1j * level[piece], THICK)
 
-    def _section_angle_words(self) -> Iterator[Words]:
-        """The cam angles of the section, above its upper groove and below its lower one."""
-        feet = self.outer_radius + VALUE_GAP, -self.outer_radius - FIRST_LEVEL - VALUE_GAP - MEDIUM
-        for gap, turn, foot in zip(self._groove_ranges_in_section, self._section_angles, feet, strict=True):
-            text = f"{decimal_text(degrees(turn % (2 * pi)))}°"
-            yield Words(complex(sum(gap) / 2, foot), text, MEDIUM, 0.5)
-
     @property
     def _section_angles(self) -> tuple[float, float]:
         """Cam angles of the section [rad]: in the direction of the keyway and opposite."""
@@ -346,9 +297,14 @@ class DevelopedView:
         return above, below
 
     def _both_flank_heights(self, cam_angle: float) -> Gap:
-        """Heights of both flanks at a cam angle [rad]."""
-        x = cam_angle % (2 * pi) * self.mean_radius
-        found = np.concatenate([_crossing_heights(x, flank) for flank in self._curves_over_turns("profile")])
+        """Heights of both flanks at a cam angle [rad], where they cross its vertical."""
+        x, heights = cam_angle % (2 * pi) * self.mean_radius, []
+        for flank in self._curves_over_turns("profile"):
+            beside, y = flank.real - x, flank.imag
+            before = np.flatnonzero((beside[:-1] < 0.0) != (beside[1:] < 0.0))
+            share = beside[before] / (beside[before] - beside[before + 1])
+            heights.append(y[before] + share * (y[before + 1] - y[before]))
+        found = np.concatenate(heights)
         return float(found.min()), float(found.max())
 
     def _section_solid(self) -> Any:
@@ -378,7 +334,8 @@ class DevelopedView:
             marks += distance_dimension(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_text(part))
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
-            width, datum = keyway_width_text(part), symbols.datums_of(part, self.has_section).keyway
+            width = size_text_with_fit(part.keyway_width, part.keyway_fit)
+            datum = symbols.datums_of(part, self.has_section).keyway
             marks += distance_dimension(complex(-half, top), complex(half, top), 1.0, FIRST_LEVEL, width, datum)
             aside = max(radius + FIRST_LEVEL, half + DATUM_REACH + VALUE_GAP) if datum else radius + FIRST_LEVEL
             marks += distance_dimension(-1j * radius, 1j * top, 1j, aside, keyway_depth_text(part))

@@ -42,11 +42,10 @@ def distance_dimension(
     Arrows stand outside where the line is short, and the value past the second of them where it is wider. The
     middle between the points may be a datum: its letter stands before the first arrow, or in place of one outside.
     """
-    height = LARGE
     across = 1j * along
     ends = [first + level * across, last + ((first - last) * across.conjugate()).real * across + level * across]
     ends = ends if ((ends[1] - ends[0]) * along.conjugate()).real >= 0 else ends[::-1]
-    length, wide = abs(ends[1] - ends[0]), text_width(value, height)
+    length, wide = abs(ends[1] - ends[0]), text_width(value, LARGE)
     marks: Marks = []
     for point in (first, last):
         rise = ((ends[0] - point) * across.conjugate()).real
@@ -70,7 +69,7 @@ def distance_dimension(
         marks.append(line_mark(ends[1], ends[1] + (VALUE_GAP + wide) * along))
         at = ends[1] + (VALUE_GAP + wide / 2) * along
     marks += datum_symbol(ends[0], -along, STEM, datum) if datum else []
-    return [*marks, Words(at + 1j * reading * TEXT_ABOVE_LINE, value, height, 0.5, turn, backed=True)]
+    return [*marks, Words(at + 1j * reading * TEXT_ABOVE_LINE, value, LARGE, 0.5, turn, backed=True)]
 
 
 def datum_symbol(point: complex, direction: complex, stem: float, letter: str) -> Marks:
@@ -88,7 +87,7 @@ def datum_symbol(point: complex, direction: complex, stem: float, letter: str) -
 
 
 def radius_dimension_from_outside(
-    point: complex, direction: complex, length: float, value: str, is_basic: bool = False
+    point: complex, direction: complex, length: float, value: str, is_basic: bool
 ) -> Marks:
     """Dimension of a radius from outside: a line with an arrow to a point of the arc, and the value."""
     tail = point + length * direction
@@ -98,7 +97,7 @@ def radius_dimension_from_outside(
 
 
 def radius_dimension_from_centre(
-    start: complex, point: complex, clear_length: float, value: str, is_basic: bool = False
+    start: complex, point: complex, clear_length: float, value: str, is_basic: bool
 ) -> Marks:
     """Dimension of a radius from the centre: an arrow to the arc, with the value beyond occupied parts."""
     direction = (point - start) / abs(point - start)
@@ -119,15 +118,15 @@ def _value_above_line(middle: complex, value: str, direction_angle: float, is_ba
     return [words, closed_line(*(words.corners + frame))]
 
 
-def angle_dimension(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
-    """Dimension line of an angle between two directions [rad], with arrows, or dots if there is no room."""
-    marks: Marks = [Line(arc_points(radius, start, end, centre))]
+def angle_dimension(radius: float, start: float, end: float) -> Marks:
+    """Dimension line of an angle about 0 between two directions [rad], with arrows, or dots if there is no room."""
+    marks: Marks = [Line(arc_points(radius, start, end))]
     sense = np.sign(end - start)
     lean = sense * ARROW_LENGTH / (2 * radius)  # the chord of an arrow is on the arc
     if abs(end - start) * radius >= 2 * ARROW_LENGTH + VALUE_GAP:
         for direction, side in ((start, -1.0), (end, 1.0)):
             tangent = 1j * sense * side * np.exp(1j * (direction - side * lean))
-            marks.append(arrowhead(centre + radius * np.exp(1j * direction), tangent))
+            marks.append(arrowhead(radius * np.exp(1j * direction), tangent))
         return marks
-    dots = (centre + radius * np.exp(1j * direction) for direction in (start, end))
+    dots = (radius * np.exp(1j * direction) for direction in (start, end))
     return [*marks, *(Line(arc_points(0.5, centre=dot), filled=True) for dot in dots)]

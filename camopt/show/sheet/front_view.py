@@ -62,16 +62,17 @@ class FrontView:
                 self.cam.curves[f"{disc.curve_name_prefix}profile"].points * self.scale
                 for disc in self.cam.discs[::-1]
             ]
-        flanks = self.cam.problem.setup.mechanism.flanks
-        return [self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale for flank in flanks]
+        return [
+            self.cam.curve(f"profile_{flank.name}".removesuffix("_")) * self.scale
+            for flank in self.cam.problem.setup.mechanism.flanks
+        ]
 
     @cached_property
     def outline(self) -> ComplexArray:
         """The edge of the cam; the outer wall of a groove if the diameter of the disc is unknown."""
         if not self.part.outer_diameter:
             return self.walls[-1]
-        edge: ComplexArray = self.part.outer_diameter / 2 * self.scale * np.exp(1j * np.linspace(0.0, 2 * pi, 721))
-        return edge
+        return np.asarray(self.part.outer_diameter / 2 * self.scale * np.exp(1j * np.linspace(0.0, 2 * pi, 721)))
 
     @cached_property
     def other_profiles(self) -> list[ComplexArray]:
@@ -87,13 +88,6 @@ class FrontView:
     def pitch(self) -> ComplexArray:
         """The closed path of the roller's centre; empty without a roller."""
         return self.cam.curve("pitch") * self.scale
-
-    @property
-    def timing_mark_curve(self) -> ComplexArray:
-        """The curve at which the timing mark ends; with a hub it is on the first disc only."""
-        if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
-            return self.walls[0]
-        return self.profiles[0] if self.part.hub_diameter else self.outline
 
     @property
     def base_radius(self) -> float:
@@ -221,14 +215,13 @@ class FrontView:
             largest = max(largest, float(np.abs(curve[near]).max(initial=0.0)))
         return largest
 
-    def profile_radius_in_direction(self, direction_angle: float) -> float:
-        """Radius of the profile in a direction [rad]."""
-        return _outline_radius(self.walls[0], direction_angle)
-
     @property
     def timing_mark_radius(self) -> float:
-        """Radius of the end of the timing mark, straight up."""
-        return _outline_radius(self.timing_mark_curve, pi / 2)
+        """Radius of the end of the timing mark, straight up; with a hub it is on the first disc only."""
+        curve = self.profiles[0] if self.part.hub_diameter else self.outline
+        if not self.cam.problem.setup.mechanism.body.bounded and not self.part.outer_diameter:
+            curve = self.walls[0]
+        return outline_radius(curve, pi / 2)
 
     def marks(self) -> Marks:
         """Marks of the view, around the axis of the cam."""
@@ -238,22 +231,18 @@ class FrontView:
         marks += [Line(roller, DOUBLE_CHAIN) for roller in self.roller_outlines]
         other_path = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
         marks += [Line(path, DOUBLE_CHAIN) for path in (self.pitch, *other_path) if path.size]
-        marks += self._centre_lines()
+        for along in (1.0, 1j):
+            low, high = (
+                max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
+            )
+            low, high = low + CENTRE_LINE_OVERRUN, high + CENTRE_LINE_OVERRUN
+            marks.append(line_mark(-low * along, high * along, pen=CHAIN))
         part, turn = self.part, keyway_direction_angle(self.part)
         marks += [circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
         marks += [Line(bore_and_keyway_outline(part, turn) * self.scale, THICK)] if part.bore else []
         marks += [*self._ray_lines(), *ring_marks(self.segments, self.ring_radius)]
         marks += self._radius_marks()
         return marks
-
-    def _centre_lines(self) -> Iterator[Line]:
-        for along in (1.0, 1j):
-            reach = [
-                max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
-            ]
-            yield line_mark(
-                -(reach[0] + CENTRE_LINE_OVERRUN) * along, (reach[1] + CENTRE_LINE_OVERRUN) * along, pen=CHAIN
-            )
 
     def _ray_lines(self) -> Iterator[Line]:
         """Lines from the contact points at segment starts to the ring; bent if the contact is not on the ray."""
@@ -267,44 +256,28 @@ class FrontView:
             )
 
     def _radius_marks(self) -> Marks:
-        low, high = self.radius_texts
+        """Dimensions of the smallest radius, at a dwell on the base circle or at one point, and of the largest."""
+        (low_text, high_text), low, high = self.radius_texts, self.lowest_point, self.highest_point
         basic = sheet_standard().has_tolerance_block and self.part.profile_tolerance is not None
-        marks = self._base_radius_marks(low, basic)
-        if abs(abs(self.highest_point) - abs(self.lowest_point)) <= SAME_RADIUS * abs(self.highest_point):
+        inside, ring = self.hub_or_bore_radius, self.ring_radius
+        sizes, away = np.abs(self.walls[0]), low / abs(low)
+        turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
+        if np.ptp(turns) < LEAST_RAY_ANGLE and self.base_radius - inside >= text_width(low_text, LARGE) + 8.0:
+            lines = np.append(self._line_directions, np.angle(high))
+            free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
+            end = self.base_radius * np.exp(1j * EVERY_DEGREE[free])
+            marks = radius_dimension_from_centre(0.0, end, inside, low_text, basic)
+        else:
+            marks = radius_dimension_from_outside(low, away, ring - abs(low) - 3.0, low_text, basic)
+        if abs(abs(high) - abs(low)) <= SAME_RADIUS * abs(high):
             return marks
         if self._is_largest_radius_text_inside:
-            return [
-                *marks,
-                *radius_dimension_from_centre(0.0, self.highest_point, self.hub_or_bore_radius, high, basic),
-            ]
-        away = self.highest_point / abs(self.highest_point)
-        return [
-            *marks,
-            *radius_dimension_from_outside(
-                self.highest_point, away, self.ring_radius - abs(self.highest_point) - 3.0, high, basic
-            ),
-        ]
-
-    def _base_radius_marks(self, value: str, is_basic: bool) -> Marks:
-        """Dimension of the base radius, at a dwell on the base circle, else at the base circle."""
-        away = self.lowest_point / abs(self.lowest_point)
-        sizes = np.abs(self.walls[0])
-        turns = np.angle(self.walls[0][sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
-        if (
-            np.ptp(turns) < LEAST_RAY_ANGLE
-            and self.base_radius - self.hub_or_bore_radius >= text_width(value, LARGE) + 8.0
-        ):
-            lines = np.append(self._line_directions, np.angle(self.highest_point))
-            free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
-            return radius_dimension_from_centre(
-                0.0, self.base_radius * np.exp(1j * EVERY_DEGREE[free]), self.hub_or_bore_radius, value, is_basic
-            )
-        return radius_dimension_from_outside(
-            self.lowest_point, away, self.ring_radius - abs(self.lowest_point) - 3.0, value, is_basic
-        )
+            return marks + radius_dimension_from_centre(0.0, high, inside, high_text, basic)
+        away = high / abs(high)
+        return marks + radius_dimension_from_outside(high, away, ring - abs(high) - 3.0, high_text, basic)
 
 
-def _outline_radius(outline: ComplexArray, direction_angle: float) -> float:
+def outline_radius(outline: ComplexArray, direction_angle: float) -> float:
     """Radius of a closed curve around the axis in a direction [rad]."""
     return float(np.abs(outline[np.argmin(angle_between(np.angle(outline), direction_angle))]))
 

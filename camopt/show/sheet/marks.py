@@ -159,21 +159,21 @@ def mirror_marks(marks: Iterable[Mark], text_distance: float) -> Marks:
     ]
 
 
-class OccupiedArea:
-    """The marks already on the paper, prepared for tests of overlap."""
+def first_free_marks(candidates: Iterable[Marks], taken: Marks) -> Marks:
+    """The first of several marks that is free, or the last one.
 
-    def __init__(self, marks: Marks) -> None:
-        self._words = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Words) or _is_frame(mark)])
-        self._lines = STRtree([_mark_shape(mark) for mark in marks if isinstance(mark, Line)])
-
-    def overlaps(self, new_marks: Marks) -> bool:
-        """Whether marks overlap earlier words or frames, or their words overlap earlier lines."""
-        shapes = [_mark_shape(mark) for mark in new_marks]
-        return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
-            self._lines.query(shape, predicate="intersects").size
-            for mark, shape in zip(new_marks, shapes, strict=True)
-            if isinstance(mark, Words)
-        )
+    Free marks do not overlap taken words or frames, and their words do not overlap taken lines.
+    """
+    words = STRtree([_mark_shape(mark) for mark in taken if isinstance(mark, Words) or _is_frame(mark)])
+    lines = STRtree([_mark_shape(mark) for mark in taken if isinstance(mark, Line)])
+    marks: Marks = []
+    for marks in candidates:
+        shapes = [_mark_shape(mark) for mark in marks]
+        texts = [shape for mark, shape in zip(marks, shapes, strict=True) if isinstance(mark, Words)]
+        pairs = [*((words, shape) for shape in shapes), *((lines, shape) for shape in texts)]
+        if not any(tree.query(shape, predicate="intersects").size for tree, shape in pairs):
+            break
+    return marks
 
 
 def _is_frame(line: Line) -> bool:
@@ -236,6 +236,14 @@ def truncate_lines_with_ellipsis(lines: list[str], count: int, width: float, hei
 def fitting_letter_count(text: str, width: float, height: float, ending: str = "") -> int:
     """Number of letters of a text that fit in a width together with an ending [mm]."""
     return bisect_right(range(len(text)), width, key=lambda k: text_width(f"{text[: k + 1]}{ending}", height))
+
+
+def add_paper_axes(figure: Any, width: float, height: float) -> Any:
+    """Axes over a whole figure, in mm."""
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_axis_off()
+    axes.set(xlim=(0.0, width), ylim=(0.0, height))
+    return axes
 
 
 def draw_marks(axes: Any, marks: Iterable[Mark]) -> None:

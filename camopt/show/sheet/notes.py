@@ -1,6 +1,7 @@
 """Notes of a drawing: purpose, sense of rotation, contents of the table, computed results."""
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from math import degrees, isfinite, pi
 
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
@@ -8,8 +9,7 @@ from camopt.model.effects import find_quantity
 from camopt.model.effects.curvature import CUTTER_RADIUS
 from camopt.model.effects.pressure import BOTTOM_ANGLE
 from camopt.model.mechanisms.design import Designs
-from camopt.model.motion.stroke import RETURN, RISE, Stroke
-from camopt.scene.problem.limit import Limit
+from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.sheet.marks import MEDIUM, Marks, Words, decimal_text, truncate_lines_with_ellipsis, wrap_text
 from camopt.show.sheet.sizes import groove_clearance, keyway_depth_text
 from camopt.show.sheet.standards import length_text, sheet_standard
@@ -17,7 +17,7 @@ from camopt.show.sheet.true_cam import TrueCam, constant_velocity_strokes
 from camopt.show.sheet.two_contacts import contact_notes
 from camopt.solve.contour.hole import keyway_direction_angle
 from camopt.solve.tables.cells import with_unit
-from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
+from camopt.solve.verdicts.evaluation import evaluate_design
 
 FLANK_RADIUS = 1e3  # sizes of the cam: a hollow flank with a larger radius is straight for any cutter
 LINE_STEP = 4.2  # mm from line to line
@@ -28,56 +28,54 @@ ROTATION_WORDS = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 def numbered_notes(texts: Iterable[str], width: float) -> Marks:
     """Numbered notes of a width (mm), from their lower left corner."""
-    lines: list[tuple[float, str]] = []
-    for k, note in enumerate(texts, start=1):
-        first, *more = truncate_lines_with_ellipsis(
-            wrap_text(note, width - NOTE_INDENT, MEDIUM), NOTE_LINES, width - NOTE_INDENT, MEDIUM
+    room = width - NOTE_INDENT
+    rows = [
+        ("" if place else f"{number}", text)
+        for number, note in enumerate(texts, start=1)
+        for place, text in enumerate(
+            truncate_lines_with_ellipsis(wrap_text(note, room, MEDIUM), NOTE_LINES, room, MEDIUM)
         )
-        lines += [(0.0, f"{k}"), (NOTE_INDENT, first), *((NOTE_INDENT, text) for text in more)]
+    ]
     marks: Marks = []
-    down = sum(1 for x, _ in lines if x)
-    for x, text in lines:
-        marks.append(Words(complex(x, (down - 1) * LINE_STEP + 1.0), text, MEDIUM))
-        down -= x > 0.0
+    for row, (number, text) in enumerate(rows, start=1):
+        foot = 1j * ((len(rows) - row) * LINE_STEP + 1.0)
+        marks += [Words(foot, number, MEDIUM)] if number else []
+        marks.append(Words(NOTE_INDENT + foot, text, MEDIUM))
     return marks
 
 
 def note_texts(cam: TrueCam) -> Iterator[str]:
     """Texts of the notes of a cam, broken limits first."""
-    yield from _broken_limits(cam)
-    yield from filter(None, [" ".join(_general_notes(cam))])
-    yield from _follower_notes(cam)
-    yield from contact_notes(cam)
-    yield from _rotation_notes(cam)
-    yield from _keyway_notes(cam)
-    yield from _motion_notes(cam)
-    yield from _table_notes(cam)
-    yield from _groove_notes(cam)
-    yield from _computed_notes(cam)
+    return chain(
+        _broken_limits(cam),
+        filter(None, [" ".join(_general_notes(cam))]),
+        _follower_notes(cam),
+        contact_notes(cam),
+        _rotation_notes(cam),
+        _keyway_notes(cam),
+        _motion_notes(cam),
+        _table_notes(cam),
+        _groove_notes(cam),
+        _computed_notes(cam),
+    )
 
 
 def _broken_limits(cam: TrueCam) -> Iterator[str]:
-    """A note on broken limits, with their values and bounds."""
-    evaluation = evaluate_design(cam.scene, cam.problem)
-    names = evaluation["violated"].split(",")
-    broken = [
-        text for limit in cam.problem.limits if limit.name in names for text in _limit_texts(limit, evaluation)
-    ]
+    """A note on broken limits, with their values and bounds; a limit without a number has its name."""
+    evaluation, broken = evaluate_design(cam.scene, cam.problem), []
+    for limit in cam.problem.limits:
+        if limit.name in evaluation["violated"].split(","):
+            what = limit.name.replace("_", " ")
+            names = [name for name in limit.shown_quantities if name in evaluation]
+            units = {name: find_quantity(name, limit.setup).unit for name in names}
+            broken += [
+                f"{what} {with_unit(evaluation[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
+                for name, unit in units.items()
+            ] or [what]
     if broken:
         yield cam.translate("Breaks limits of its design: {}.").format("; ".join(broken))
     elif not evaluation["feasible"]:
         yield cam.translate("Not proved to meet the limits of its design.")
-
-
-def _limit_texts(limit: Limit, evaluation: Evaluation) -> list[str]:
-    """Texts of a limit with value and bound, or its name if it has no number."""
-    what = limit.name.replace("_", " ")
-    units = {name: find_quantity(name, limit.setup).unit for name in limit.shown_quantities if name in evaluation}
-    texts = [
-        f"{what} {with_unit(evaluation[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
-        for name, unit in units.items()
-    ]
-    return texts or [what]
 
 
 def _general_notes(cam: TrueCam) -> Iterator[str]:
@@ -183,25 +181,20 @@ def _motion_notes(cam: TrueCam) -> Iterator[str]:
             f"{cam.translate('s: lift of the follower, {}.').format(shown)} ",
         )
     named = [f"{cam.translate(name)} {law}" for name, law in laws.items() if law]
-    named += [_constant_velocity_text(stroke, cam) for stroke in constant_velocity_strokes(tool)]
+    for stroke in constant_velocity_strokes(tool):
+        assert stroke.given
+        velocity = stroke.given.change / stroke.given.angle
+        unit = "deg/deg" if stroke.given.angular else "mm/deg"
+        per = f"{'' if stroke.given.angular else ' '}{unit_in_shown_system(unit).replace('deg', '°')}"
+        ends = (decimal_text(degrees(angle)) for angle in (stroke.start, stroke.end))
+        text = cam.translate("θ {}° to {}° at constant velocity {}{}")
+        named.append(text.format(*ends, decimal_text(to_shown_unit(velocity, unit), 5), per))
     lift = cam.translate(words).format(_lift_text(tool.lift, cam.problem.setup.tool_turns))
     yield before + "; ".join([lift, *named]) + "."
 
 
 def _lift_text(lift: float, angular: bool) -> str:
     return f"{decimal_text(degrees(lift))}°" if angular else length_text(lift)
-
-
-def _constant_velocity_text(stroke: Stroke, cam: TrueCam) -> str:
-    """Text of a stroke at constant velocity."""
-    assert stroke.given
-    velocity = stroke.given.change / stroke.given.angle
-    unit = "deg/deg" if stroke.given.angular else "mm/deg"
-    per = f"{'' if stroke.given.angular else ' '}{unit_in_shown_system(unit).replace('deg', '°')}"
-    ends = (decimal_text(degrees(angle)) for angle in (stroke.start, stroke.end))
-    return cam.translate("θ {}° to {}° at constant velocity {}{}").format(
-        *ends, decimal_text(to_shown_unit(velocity, unit), 5), per
-    )
 
 
 def _table_notes(cam: TrueCam) -> Iterator[str]:
@@ -260,29 +253,26 @@ def _groove_notes(cam: TrueCam) -> Iterator[str]:
 
 
 def _computed_notes(cam: TrueCam) -> Iterator[str]:
-    found = [each for each in _computed_values(cam) if each[1] is not None and isfinite(each[1]) and each[1] > 0.0]
-    if found:
-        text = "; ".join(cam.translate(words).format(_result_text(value, unit)) for words, value, unit in found)
-        yield f"{text[0].upper()}{text[1:]}."
-
-
-def _computed_values(cam: TrueCam) -> Iterator[tuple[str, float | None, str]]:
-    """Computed results: text with a place for the number, value and unit."""
-    yield "largest pressure angle {}°", cam.quantity("pressure_angle_max_deg"), "deg"
-    yield f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM_ANGLE), "deg"
-    yield "smallest convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"
-    yield "rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"
-    if cam.problem.setup.mechanism.has_flanks_on_both_sides:
-        yield "cutter at most Ø{}", 2 * cam.problem.wall_distance_from_pitch_curve, "mm"
-    else:
+    """A note on computed results; a mass has four digits, since densities are not known better."""
+    cutter = "cutter at most Ø{}", 2 * cam.problem.wall_distance_from_pitch_curve
+    if not cam.problem.setup.mechanism.has_flanks_on_both_sides:
         widest = cam.quantity(CUTTER_RADIUS) or 0.0
         straight = widest > FLANK_RADIUS * cam.base_or_mean_radius
-        yield "cutter or wheel in hollow flanks at most R{}", None if straight else widest, "mm"
-    yield "mass {}", cam.mass, "kg"
-
-
-def _result_text(value: float | None, unit: str) -> str:
-    """Text of a result; a mass has four digits, since densities are not known better."""
-    assert value is not None
-    mass = f"{to_shown_unit(value, unit):.4g} {unit_in_shown_system(unit)}"
-    return length_text(value) if unit == "mm" else decimal_text(value) if unit == "deg" else mass
+        cutter = "cutter or wheel in hollow flanks at most R{}", 0.0 if straight else widest
+    results: list[tuple[str, float | None, str]] = [
+        ("largest pressure angle {}°", cam.quantity("pressure_angle_max_deg"), "deg"),
+        (f"at {cam.problem.setup.mechanism.body.foot} {{}}°", cam.quantity(BOTTOM_ANGLE), "deg"),
+        ("smallest convex radius of the profile {}", cam.quantity("profile_radius_min_mm"), "mm"),
+        ("rib at least {} thick", cam.quantity("rib_thickness_min_mm"), "mm"),
+        (*cutter, "mm"),
+        ("mass {}", cam.mass, "kg"),
+    ]
+    texts = []
+    for words, value, unit in results:
+        if value is not None and isfinite(value) and value > 0.0:
+            mass = f"{to_shown_unit(value, unit):.4g} {unit_in_shown_system(unit)}"
+            number = length_text(value) if unit == "mm" else decimal_text(value) if unit == "deg" else mass
+            texts.append(cam.translate(words).format(number))
+    if texts:
+        text = "; ".join(texts)
+        yield f"{text[0].upper()}{text[1:]}."

@@ -6,13 +6,10 @@ Sheets of ASME Y14.1 have zones and marks of their own.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
-from math import floor, log10
+from itertools import count, product
 from typing import NamedTuple
 
 from camopt.core.quantities.unit_systems import INCH_MM
-from camopt.core.storage.version import VERSION
-from camopt.scene.part import Part
 from camopt.show.sheet import symbols
 from camopt.show.sheet.dimensions import arrowhead
 from camopt.show.sheet.languages import LANGUAGES
@@ -55,11 +52,6 @@ class Paper:
         left, right, level = self.margins
         return MarkBox(complex(left, level), complex(self.width - right, self.height - level))
 
-    @property
-    def is_a4(self) -> bool:
-        """Whether the sheet is A4: its title block is as wide as the frame, and zones are named on two sides."""
-        return self.name == "A4"
-
     def marks(self) -> Marks:
         """Frame, zones, centring marks and the name of the size."""
         low, high = self.frame
@@ -73,16 +65,14 @@ class Paper:
             for end, into in (*down, *across)
         ]
         marks += self._zone_marks(middle)
-        name = complex(high.real, low.imag - ZONES - 3.6)
-        return [*marks, Words(name, self.name, MEDIUM, 1.0)]
+        return [*marks, Words(complex(high.real, low.imag - ZONES - 3.6), self.name, MEDIUM, 1.0)]
 
     def _zone_marks(self, middle: complex) -> Iterator[Mark]:
         """Names of zones: numbers along, letters down; on a small sheet only on top and right."""
         (left, bottom), (right, top) = ((c.real, c.imag) for c in self.frame)
         across = [x + middle.real for x in _zone_borders(left - middle.real, right - middle.real)]
         down = [y + middle.imag for y in _zone_borders(bottom - middle.imag, top - middle.imag)]
-        rows = (top,) if self.is_a4 else (bottom - ZONES, top)
-        columns = (right,) if self.is_a4 else (left - ZONES, right)
+        rows, columns = ((top,), (right,)) if self.name == "A4" else ((bottom - ZONES, top), (left - ZONES, right))
         for y in rows:
             yield from (line_mark(complex(x, y), complex(x, y + ZONES)) for x in across)
             for k, (a, b) in enumerate(zip([left, *across], [*across, right], strict=True), 1):
@@ -119,14 +109,14 @@ class AnsiPaper(Paper):
     def _zone_marks(self, middle: complex) -> Iterator[Mark]:
         """Names of zones on all sides from the lower right corner, and ticks between them."""
         half = self.frame.high - middle
-        for count, names, along, away in (
+        for zones, names, along, away in (
             (self.zones[0], "12345678", -half.real, 1j * half.imag),
             (self.zones[1], BORDER_LETTERS, 1j * half.imag, half.real),
         ):
-            for side, (k, name) in product((-away, away), enumerate(names[:count])):
-                outwards, foot = side / abs(side), middle + side - along + 2 * k / count * along
+            for side, (k, name) in product((-away, away), enumerate(names[:zones])):
+                outwards, foot = side / abs(side), middle + side - along + 2 * k / zones * along
                 yield line_mark(foot, foot + ZONES * outwards * (k > 0))
-                at = foot + along / count + (ZONES / 2 + 1.0) * outwards - 0.5j * MEDIUM
+                at = foot + along / zones + (ZONES / 2 + 1.0) * outwards - 0.5j * MEDIUM
                 yield Words(at, name, MEDIUM, 0.5)
 
 
@@ -142,17 +132,8 @@ LEAST_VIEW = 40.0  # mm on the paper; smaller cams are enlarged
 
 def paper_scales(size: float, series: tuple[float, ...] = (1.0, 2.0, 5.0)) -> Iterator[float]:
     """Scales for a part of a size [mm], downwards from 1:1, or from an enlargement; by default of ISO 5455."""
-    place, decades = 0, len(series)
-    if size < LEAST_VIEW:
-        decade = max(0, floor(log10(LEAST_VIEW / size)))
-        place = next(
-            k
-            for k in range(decades * decade, decades * (decade + 1) + 1)
-            if _preferred_scale_factor(series, k) * size >= LEAST_VIEW
-        )
-    while True:
-        yield _preferred_scale_factor(series, place)
-        place -= 1
+    first = next(k for k in count() if _preferred_scale_factor(series, k) * size >= LEAST_VIEW)
+    yield from (_preferred_scale_factor(series, k) for k in count(first, -1))
 
 
 def _preferred_scale_factor(series: tuple[float, ...], index: int) -> float:
@@ -184,64 +165,9 @@ class Field(NamedTuple):
     value: str = ""
 
 
-def block_fields(part: Part, title: str, scale: str, paper: str, sheet: str) -> list[Field]:
-    """The fields of the title block."""
-    hardness = ", ".join(filter(None, (part.hardness, part.case_depth and f"CHD {part.case_depth}")))
-    return [
-        Field(0, 27, 75, BLOCK_ROW, "Material", part.material or ""),
-        Field(75, 27, 55, BLOCK_ROW, "Hardness", hardness),
-        Field(130, 27, 22, BLOCK_ROW, "Scale", scale),
-        Field(152, 27, 28, BLOCK_ROW, PROJECTION_FIELD),
-        Field(0, 18, 45, BLOCK_ROW, "Created by", part.designer or ""),
-        Field(45, 18, 45, BLOCK_ROW, "Approved by", part.approved_by or ""),
-        Field(90, 18, 40, BLOCK_ROW, "Document type", LANGUAGES[part.language]("Part drawing")),
-        Field(130, 18, 32, BLOCK_ROW, "Source", f"camopt {VERSION}"),
-        Field(162, 18, 18, BLOCK_ROW, "Format", paper),
-        Field(0, 0, 45, 2 * BLOCK_ROW, "Legal owner", part.legal_owner or ""),
-        Field(45, 0, 85, 2 * BLOCK_ROW, "Title", title),
-        Field(130, 9, 50, BLOCK_ROW, "Identification number", part.number or ""),
-        Field(130, 0, 10, BLOCK_ROW, "Rev.", part.revision or ""),
-        Field(140, 0, 20, BLOCK_ROW, "Date of issue", part.date_of_issue or ""),
-        Field(160, 0, 8, BLOCK_ROW, "Lang.", part.language),
-        Field(168, 0, 12, BLOCK_ROW, "Sheet", sheet),
-    ]
-
-
-def asme_fields(part: Part, title: str, scale: str, paper: str, sheet: str, surfaces: str) -> list[Field]:
-    """The fields of a title block by ASME Y14.1 with general tolerances, and a roughness of surfaces in µin."""
-    depth = part.case_depth and f"CASE {part.case_depth}{'' if part.case_depth[-1].isalpha() else ' mm'}"
-    tolerances = part.general_tolerances or "\n.XX ±.01\n.XXX ±.005\n.XXXX ±.0010\nANGLES ±0.5°"
-    lines = (
-        f"UNLESS OTHERWISE SPECIFIED:\nDIMENSIONS ARE IN INCHES\nTOLERANCES: {tolerances}",
-        f"SURFACES {surfaces} µin Ra",
-        *(() if part.edges else ("BREAK SHARP EDGES",)),
-        "INTERPRET PER ASME Y14.5-2018\nDO NOT SCALE DRAWING",
-    )
-    return [
-        Field(0, 10, 56, 40.8, LINES_FIELD, "\n".join(lines)),
-        Field(0, 0, 56, 10, PROJECTION_FIELD, "THIRD ANGLE\nPROJECTION"),
-        Field(56, 40.8, 46, 10, "DRAWN", " ".join(filter(None, (part.designer, part.date_of_issue)))),
-        Field(56, 30.6, 46, 10.2, "CHECKED"),
-        Field(56, 20.4, 46, 10.2, "APPROVED", part.approved_by or ""),
-        Field(56, 10.2, 46, 10.2, "MATERIAL", part.material or ""),
-        Field(56, 0, 46, 10.2, "HARDNESS / FINISH", "; ".join(filter(None, (part.hardness, depth)))),
-        Field(102, 38.1, 84, 12.7, "COMPANY", part.legal_owner or ""),
-        Field(102, 22.4, 84, 15.7, "TITLE", title),
-        Field(102, 9.7, 12, 12.7, "SIZE", paper),
-        Field(114, 9.7, 60, 12.7, "DWG NO.", part.number or ""),
-        Field(174, 9.7, 12, 12.7, "REV", part.revision or ""),
-        Field(102, 0, 26, 9.7, "SCALE", scale),
-        Field(128, 0, 34, 9.7, "SOURCE", f"camopt {VERSION}"),
-        Field(162, 0, 24, 9.7, "SHEET", sheet.replace("/", " OF ")),
-    ]
-
-
-def title_block(
-    part: Part, title: str, scale: str, paper: str, sheet: str, other_fields: Sequence[Field] = ()
-) -> Marks:
-    """The title block from its lower left corner; other fields take the place of those of ISO."""
-    fields = other_fields or block_fields(part, title, scale, paper, sheet)
-    translate, right = LANGUAGES[part.language], max(field.x + field.width for field in fields)
+def title_block(fields: Sequence[Field], language: str = "en") -> Marks:
+    """The title block with fields whose names are in a language, from its lower left corner."""
+    translate, right = LANGUAGES[language], max(field.x + field.width for field in fields)
     marks: Marks = [rectangle_line(0j, complex(right, max(field.y + field.height for field in fields)), BORDER)]
     for field in fields:
         low = complex(field.x, field.y)

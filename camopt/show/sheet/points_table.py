@@ -7,7 +7,7 @@ cylindrical cam has the roller's centre on the developed cylinder; its y is the 
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import ceil, floor
 
 import numpy as np
@@ -17,7 +17,6 @@ from camopt.core.quantities.unit_systems import INCH_MM, unit_in_shown_system
 from camopt.show.sheet.marks import (
     MEDIUM,
     THICK,
-    Mark,
     Marks,
     Words,
     line_mark,
@@ -130,8 +129,8 @@ def _polar_columns(name: str, points: ComplexArray, sense: float) -> Iterator[Ta
     yield TableColumn(("", "r", unit_in_shown_system("mm")), _length_texts(np.abs(points)))
 
 
-def _decimal_texts(values: FloatArray, digits: int = 3) -> tuple[str, ...]:
-    return tuple(f"{np.round(value, digits) + 0.0:.{digits}f}".replace("-", "−") for value in values)
+def _decimal_texts(values: FloatArray) -> tuple[str, ...]:
+    return tuple(f"{np.round(value, 3) + 0.0:.3f}".replace("-", "−") for value in values)
 
 
 def _length_texts(values: FloatArray) -> tuple[str, ...]:
@@ -141,50 +140,39 @@ def _length_texts(values: FloatArray) -> tuple[str, ...]:
 
 def points_table(columns: list[TableColumn], blocks: int) -> Marks:
     """The table in blocks of rows side by side, from its lower left corner."""
-    high = ceil(len(columns[0].cells) / blocks)
-    widths = _column_widths(columns)
-    wide = sum(widths)
-    marks: Marks = []
-    for k in range(blocks):
-        chosen = [TableColumn(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
-        marks += _block_marks(chosen, widths, k * (wide + BLOCK_GAP), high)
-    return marks
-
-
-def _column_groups(columns: list[TableColumn]) -> Iterator[range]:
-    """Groups of columns that share a first line of heading."""
+    rows = ceil(len(columns[0].cells) / blocks)
     starts = [k for k, column in enumerate(columns) if column.head[0]]
-    return (range(first, after) for first, after in pairwise([*starts, len(columns)]))
-
-
-def _column_widths(columns: list[TableColumn]) -> list[float]:
-    """Widths of the columns, wide enough for shared headings."""
+    groups = [range(first, after) for first, after in pairwise([*starts, len(columns)])]  # share a first line
     widths = [column.width for column in columns]
-    for group in _column_groups(columns):
+    for group in groups:
         needed = text_width(columns[group[0]].head[0], MEDIUM) + 2 * CELL_PADDING
         more = max(0.0, needed - sum(widths[k] for k in group)) / len(group)
         widths = [width + more * (k in group) for k, width in enumerate(widths)]
-    return widths
-
-
-def _block_marks(columns: list[TableColumn], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
-    lines = len(columns[0].head)
-    top, edge = (rows + lines) * ROW_HEIGHT, rows * ROW_HEIGHT
-    right = left + sum(widths)
-    yield rectangle_line(complex(left, 0), complex(right, top), THICK)
-    yield line_mark(complex(left, edge), complex(right, edge), pen=THICK)
-    for group in _column_groups(columns):
-        middle = left + sum(widths[: group.start]) + sum(widths[k] for k in group) / 2
-        yield Words(complex(middle, top - ROW_HEIGHT + 0.95), columns[group[0]].head[0], MEDIUM, 0.5)
-    x = left
-    for k, (column, width) in enumerate(zip(columns, widths, strict=True)):
-        if k:
-            inside = column.head[0] or not columns[k - 1].head[0]
-            yield line_mark(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT))
-        for row, text in ((row, text) for row, text in enumerate(column.head) if row and text):
-            yield Words(complex(x + width / 2, top - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 0.5)
-        for row, text in enumerate(column.cells):
-            yield Words(complex(x + width - CELL_PADDING, edge - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
-        x += width
-    for row in range(5, rows, 5):
-        yield line_mark(complex(left, edge - row * ROW_HEIGHT), complex(right, edge - row * ROW_HEIGHT))
+    top, edge = (rows + len(columns[0].head)) * ROW_HEIGHT, rows * ROW_HEIGHT
+    marks: Marks = []
+    for block in range(blocks):
+        left = block * (sum(widths) + BLOCK_GAP)
+        right = left + sum(widths)
+        marks.append(rectangle_line(complex(left, 0), complex(right, top), THICK))
+        marks.append(line_mark(complex(left, edge), complex(right, edge), pen=THICK))
+        for group in groups:
+            middle = left + sum(widths[: group.start]) + sum(widths[k] for k in group) / 2
+            head = columns[group[0]].head[0]
+            marks.append(Words(complex(middle, top - ROW_HEIGHT + 0.95), head, MEDIUM, 0.5))
+        for k, (column, width, x) in enumerate(
+            zip(columns, widths, accumulate(widths, initial=left), strict=False)
+        ):
+            if k:
+                inside = column.head[0] or not columns[k - 1].head[0]
+                marks.append(line_mark(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT)))
+            for row, text in enumerate(column.head[1:], start=2):
+                foot = complex(x + width / 2, top - row * ROW_HEIGHT + 0.95)
+                marks += [Words(foot, text, MEDIUM, 0.5)] if text else []
+            for row, text in enumerate(column.cells[block * rows : (block + 1) * rows], start=1):
+                marks.append(
+                    Words(complex(x + width - CELL_PADDING, edge - row * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
+                )
+        for row in range(5, rows, 5):
+            level = edge - row * ROW_HEIGHT
+            marks.append(line_mark(complex(left, level), complex(right, level)))
+    return marks

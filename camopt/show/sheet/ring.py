@@ -33,22 +33,16 @@ def ring_marks(segments: list[RingSector], radius: float) -> Marks:
         inverted = cos(turn - (middle - pi / 2)) < 0.0
         foot = radius + NAME_DISTANCE + (height if inverted else 0.0)
         marks.append(Words(foot * np.exp(1j * middle), name, height, 0.5, turn, backed=True))
-    return [*marks, *_names_across_ring(crowded, radius)]
-
-
-def _names_across_ring(crowded_names: list[tuple[float, str]], radius: float) -> Marks:
     foot = radius + CROSS_NAME_DISTANCE
     apart = NAME_STEP * MEDIUM / foot
-    if not crowded_names or len(crowded_names) * apart > CROWDED_SHARE * 2 * pi:
-        return []
-    marks: Marks = []
-    names, wanted = sort_after_widest_gap(crowded_names)
+    if not crowded or len(crowded) * apart > CROWDED_SHARE * 2 * pi:
+        return marks
+    names, wanted = sort_after_widest_gap(crowded)
     for name, was, turn in zip(names, wanted, spread_directions(wanted, apart), strict=True):
         marks.append(line_mark(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
         reading = readable_direction(float(turn))
-        place = 1.0 if cos(turn - reading) < 0.0 else 0.0
         at = foot * np.exp(1j * turn) - 1j * np.exp(1j * reading) * MEDIUM / 2
-        marks.append(Words(at, name, MEDIUM, place, reading, backed=True))
+        marks.append(Words(at, name, MEDIUM, 1.0 if cos(turn - reading) < 0.0 else 0.0, reading, backed=True))
     return marks
 
 

@@ -76,7 +76,7 @@ def section_marks(
     """
     turn = np.exp(1j * (np.pi / 2 - keyway_direction_angle(part)))
     hole = bore_and_keyway_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
-    whole, hub = _total_length(part) * scale, (part.hub_diameter or 0.0) / 2 * scale
+    whole, hub = max(part.hub_length or 0.0, part.width) * scale, (part.hub_diameter or 0.0) / 2 * scale
     plates = [
         _plate_of_profile(profile * turn, hub, low * scale, high * scale)
         for profile, (low, high) in zip(profiles, part.plate_extents, strict=True)
@@ -168,7 +168,7 @@ def keyway_edge_behind_section(part: Part, scale: float, total_length: float) ->
 
 
 def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
-    whole, foot = _total_length(part) * scale, min(plate.ends[0] for plate in plates)
+    whole, foot = max(part.hub_length or 0.0, part.width) * scale, min(plate.ends[0] for plate in plates)
     hub = (part.hub_diameter or 0.0) / 2 * scale
     rows = [[(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates]]
     rows += [[(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)]
@@ -186,8 +186,7 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
             top = radius + part.keyway_depth * scale
             marks += distance_dimension(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_text(part))
         if datum := symbols.datums_of(part, bool(part.thickness)).bore:
-            place = complex(whole + FIRST_LEVEL, -radius)
-            marks += datum_symbol(place, -1j, max(STEM, hub - radius), datum)
+            marks += datum_symbol(complex(whole + FIRST_LEVEL, -radius), -1j, max(STEM, hub - radius), datum)
     if height := part.groove_depth or part.rib_height:
         rim = plates[0].high + 1j * plates[0].ends[1]
         marks += distance_dimension(rim - height * scale, rim, 1.0, FIRST_LEVEL, size_text(height))
@@ -199,8 +198,3 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
             whole - half, whole + half, 1j, -FIRST_LEVEL - LEVEL_STEP, f"Ø{size_text(across)}"
         )
     return marks
-
-
-def _total_length(part: Part) -> float:
-    """Length of plates and hub [mm]."""
-    return max(part.hub_length or 0.0, part.width)

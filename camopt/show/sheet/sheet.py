@@ -12,7 +12,7 @@ from math import inf, pi
 from typing import NamedTuple
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.quantities.unit_systems import shown_in, shown_system
+from camopt.core.quantities.unit_systems import INCH_MM, shown_in, shown_system
 from camopt.model.mechanisms.elements import Body
 from camopt.scene.problem.problem import Problem
 from camopt.scene.scene import Scene
@@ -20,9 +20,9 @@ from camopt.show.drawing.style import figure_pages
 from camopt.show.sheet.callouts import front_view_with_callouts
 from camopt.show.sheet.developed import DevelopedView
 from camopt.show.sheet.front_view import FrontView, is_keyway_section_vertical
-from camopt.show.sheet.marks import LARGE, MarkBox, Marks, Words, draw_marks, marks_box, shift_marks
+from camopt.show.sheet.marks import LARGE, MarkBox, Marks, Words, add_paper_axes, draw_marks, marks_box, shift_marks
 from camopt.show.sheet.notes import note_texts, numbered_notes
-from camopt.show.sheet.paper import Paper, paper_scales, scale_name
+from camopt.show.sheet.paper import Paper, paper_scales, scale_name, title_block
 from camopt.show.sheet.points_table import points_table, table_columns
 from camopt.show.sheet.section import section_marks
 from camopt.show.sheet.standards import SYSTEM_OF_STANDARD, sheet_standard
@@ -52,7 +52,7 @@ class SheetMargins:
     """The contents of a sheet without the views, for one arrangement."""
 
     cam: TrueCam
-    form: Arrangement
+    arrangement: Arrangement
     table: Marks
     table_box: MarkBox
     texts: tuple[str, ...]
@@ -60,13 +60,13 @@ class SheetMargins:
     @property
     def frame_less_margin(self) -> MarkBox:
         """The frame less a margin."""
-        low, high = self.form.paper.frame
+        low, high = self.arrangement.paper.frame
         return MarkBox(low + complex(FRAME_MARGIN, FRAME_MARGIN), high - complex(FRAME_MARGIN, FRAME_MARGIN))
 
     @property
     def level_above_block(self) -> float:
         """The level above the title block."""
-        return self.form.paper.frame.low.imag + sheet_standard().block_size.imag + FRAME_MARGIN
+        return self.arrangement.paper.frame.low.imag + sheet_standard().block_size.imag + FRAME_MARGIN
 
     @property
     def has_room_for_table(self) -> bool:
@@ -76,9 +76,10 @@ class SheetMargins:
 
     def frame_marks(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
-        paper, standard = self.form.paper, sheet_standard()
+        paper, standard = self.arrangement.paper, sheet_standard()
         sheet_number = f"{self.cam.disc.number}/{len(self.cam.cam_of_each_sheet)}"
-        block = standard.title_block(self.cam.part, self.cam.title, scale_name(scale), paper.name, sheet_number)
+        fields = standard.title_fields(self.cam.part, self.cam.title, scale_name(scale), paper.name, sheet_number)
+        block = title_block(fields, self.cam.language)
         low, high = paper.frame
         return [*paper.marks(), *shift_marks(block, complex(high.real - standard.block_size.real, low.imag))]
 
@@ -127,10 +128,10 @@ class SheetViews:
 def views_above_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """From top to bottom: views, table, notes, title block."""
     inner, width = margins.frame_less_margin, margins.frame_less_margin.size.real
-    said = shift_marks(numbered_notes(margins.texts, width), complex(inner.low.real, margins.level_above_block))
-    yield inner, said
+    notes = shift_marks(numbered_notes(margins.texts, width), complex(inner.low.real, margins.level_above_block))
+    yield inner, notes
     spare = (width - margins.table_box.size.real) / 2
-    rows = shift_marks(margins.table, complex(inner.low.real + spare, marks_box(said).high.imag + FRAME_MARGIN))
+    rows = shift_marks(margins.table, complex(inner.low.real + spare, marks_box(notes).high.imag + FRAME_MARGIN))
     yield inner, rows
     yield MarkBox(complex(inner.low.real, marks_box(rows).high.imag + FRAME_MARGIN), inner.high), views.disc_views
 
@@ -139,11 +140,11 @@ def views_beside_table(margins: SheetMargins, views: SheetViews) -> PlacedMarks:
     """Views on the left with notes below, table on the right above the title block."""
     inner = margins.frame_less_margin
     beside_block = inner.size.real + FRAME_MARGIN - sheet_standard().block_size.real - VIEW_DISTANCE
-    said = shift_marks(numbered_notes(margins.texts, beside_block), inner.low)
-    yield inner, said
+    notes = shift_marks(numbered_notes(margins.texts, beside_block), inner.low)
+    yield inner, notes
     rows = shift_marks(margins.table, inner.high - margins.table_box.high)
     yield MarkBox(complex(inner.low.real, margins.level_above_block), inner.high), rows
-    floor = max(margins.level_above_block, marks_box(said).high.imag + FRAME_MARGIN)
+    floor = max(margins.level_above_block, marks_box(notes).high.imag + FRAME_MARGIN)
     room = MarkBox(
         complex(inner.low.real, floor), complex(marks_box(rows).low.real - VIEW_DISTANCE, inner.high.imag)
     )
@@ -159,12 +160,12 @@ def developed_view_above_section(margins: SheetMargins, views: SheetViews) -> Pl
     right = inner.high.real + FRAME_MARGIN - wide
     groove, body = views.developed_view_and_section
     floor = inner.high.imag - marks_box(groove).size.imag
-    said = shift_marks(
+    notes = shift_marks(
         numbered_notes(margins.texts, wide - FRAME_MARGIN), complex(right, margins.level_above_block)
     )
-    yield inner, said
+    yield inner, notes
     rows = shift_marks(margins.table, complex(right, floor - VIEW_DISTANCE) - 1j * margins.table_box.high.imag)
-    yield MarkBox(complex(right, marks_box(said).high.imag + FRAME_MARGIN), inner.high), rows
+    yield MarkBox(complex(right, marks_box(notes).high.imag + FRAME_MARGIN), inner.high), rows
     yield MarkBox(complex(inner.low.real, floor), inner.high), groove
     if body:
         yield MarkBox(inner.low, complex(right - VIEW_DISTANCE, floor - VIEW_DISTANCE)), body
@@ -173,18 +174,14 @@ def developed_view_above_section(margins: SheetMargins, views: SheetViews) -> Pl
 def fit_marks_in_areas(placed: PlacedMarks) -> Marks:
     """Marks placed in their areas, or an empty list if some marks do not fit.
 
-    Marks from the third area on are centred.
-
-    The marks after that one are not made.
+    Marks from the third area on are centred. After marks that do not fit, no more are made.
     """
     arranged: Marks = []
     for place, (room, marks) in enumerate(placed):
         box = marks_box(marks)
         spare = room.size - box.size
-        if spare.real < -FIT_SLACK or spare.imag < -FIT_SLACK:
-            return []
-        ends = (box.low - room.low, room.high - box.high) if place < 2 else ()
-        if any(gap.real < -FIT_SLACK or gap.imag < -FIT_SLACK for gap in ends):
+        gaps = [spare, *((box.low - room.low, room.high - box.high) if place < 2 else ())]
+        if any(gap.real < -FIT_SLACK or gap.imag < -FIT_SLACK for gap in gaps):
             return []
         arranged += marks if place < 2 else shift_marks(marks, room.low + spare / 2 - box.low)
     return arranged
@@ -222,7 +219,6 @@ def sheet_arrangements(body: Body, step: float | None = None) -> Iterator[Arrang
         yield from (Arrangement(paper, step, blocks, place) for blocks in range(1, MOST_BLOCKS + 1))
 
 
-SHEET_INCH_MM = 25.4  # mm per inch
 LEAST_STEP = 0.5  # deg: smallest step of the table
 MOST_SCALES = 40  # scales to try, down to 1 : 10¹³
 
@@ -262,14 +258,10 @@ def write_sheets(
         If the file cannot be written.
     """
     sheets = [each for each in sheets_of(scene, problem, step) if only_disc in (None, each.cam.disc.number)]
-    sizes = [(sheet.paper.width / SHEET_INCH_MM, sheet.paper.height / SHEET_INCH_MM) for sheet in sheets]
+    sizes = [(sheet.paper.width / INCH_MM, sheet.paper.height / INCH_MM) for sheet in sheets]
     with figure_pages(path, sizes) as figures:
         for sheet, figure in zip(sheets, figures, strict=True):
-            axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-            axes.set_axis_off()
-            axes.set_xlim(0.0, sheet.paper.width)
-            axes.set_ylim(0.0, sheet.paper.height)
-            draw_marks(axes, sheet.marks)
+            draw_marks(add_paper_axes(figure, sheet.paper.width, sheet.paper.height), sheet.marks)
     return sheets
 
 
@@ -299,10 +291,10 @@ def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sh
         marks = points_table(columns(step), blocks)
         return marks, marks_box(marks)
 
-    desks = [
-        desk
+    trials = [
+        trial
         for form in sheet_arrangements(body, step)
-        if (desk := SheetMargins(cam, form, *table_and_box(form.step, form.blocks), texts)).has_room_for_table
+        if (trial := SheetMargins(cam, form, *table_and_box(form.step, form.blocks), texts)).has_room_for_table
     ]
     largest = sheet_standard().papers[-1]
     for scale in (
@@ -311,10 +303,13 @@ def _fitting_sheet(cam: TrueCam, step: float | None, largest_scale: float) -> Sh
         if width * scale < largest.width and scale <= largest_scale
     ):
         views = SheetViews(cam, scale)
-        for desk in desks:
-            if marks := fit_marks_in_areas(desk.form.place(desk, views)):
+        for trial in trials:
+            if marks := fit_marks_in_areas(trial.arrangement.place(trial, views)):
                 return Sheet(
-                    cam, desk.form.paper, scale, [*desk.frame_marks(scale), *map(cam.localise_mark, marks)]
+                    cam,
+                    trial.arrangement.paper,
+                    scale,
+                    [*trial.frame_marks(scale), *map(cam.localise_mark, marks)],
                 )
     if step is not None:
         why = f"larger: a table with this step does not fit on {largest.name}; a .csv file has any step"

@@ -9,9 +9,10 @@ from camopt.core.numerics import ComplexArray
 from camopt.scene.fits import keyway_depth_tolerance
 from camopt.scene.iso286 import Deviations, limit_deviations
 from camopt.scene.part import Part
-from camopt.show.sheet.marks import Marks, arc_points
+from camopt.show.sheet.dimensions import CELL
+from camopt.show.sheet.marks import Marks, arc_points, line_mark, marks_box
 from camopt.show.sheet.standards import length_text, sheet_standard, size_text
-from camopt.show.sheet.symbols import datums_of, surface_symbols
+from camopt.show.sheet.symbols import datums_of, roughness_symbol, tolerance_frame
 from camopt.show.sheet.true_cam import TrueCam
 from camopt.solve.contour.hole import keyway_corners
 
@@ -19,11 +20,6 @@ from camopt.solve.contour.hole import keyway_corners
 def bore_text(part: Part) -> str:
     """Text of the bore diameter with its fit."""
     return f"Ø{size_text_with_fit(part.bore or 0.0, part.bore_fit)}"
-
-
-def keyway_width_text(part: Part) -> str:
-    """Text of the keyway width with its fit."""
-    return size_text_with_fit(part.keyway_width or 0.0, part.keyway_fit)
 
 
 def keyway_depth_text(part: Part) -> str:
@@ -60,10 +56,16 @@ def bore_and_keyway_outline(part: Part, keyway_direction: float) -> ComplexArray
 
 
 def profile_symbols(part: Part, has_section: bool) -> Marks:
-    """Tolerance and roughness of the profile."""
-    zone = length_text(2 * (part.profile_tolerance or 0.0), 4)
-    roughness = None if part.roughness is None else sheet_standard().roughness_text(part.roughness)
-    return surface_symbols(part, datums_of(part, has_section), zone, roughness)
+    """Requirements on the profile: tolerance frame at the level of a leader, roughness above it."""
+    marks: Marks = []
+    if part.profile_tolerance is not None:
+        marks = tolerance_frame(0j, length_text(2 * part.profile_tolerance, 4), datums_of(part, has_section))
+    elif part.roughness is not None:
+        marks = [line_mark(0.5j * CELL, 10.0 + 0.5j * CELL)]
+    if part.roughness is not None:
+        foot = complex(5.0, marks_box(marks).high.imag)
+        marks += roughness_symbol(foot, sheet_standard().roughness_text(part.roughness))
+    return marks
 
 
 class Clearance(NamedTuple):

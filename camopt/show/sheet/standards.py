@@ -12,19 +12,23 @@ from functools import partial
 from math import ceil, floor
 
 from camopt.core.quantities.unit_systems import INCH, INCH_MM, MM, shown_system
+from camopt.core.storage.version import VERSION
 from camopt.scene.iso286 import Deviations
 from camopt.scene.part import Part
-from camopt.show.sheet.marks import Marks, decimal_text
+from camopt.show.sheet.languages import LANGUAGES
+from camopt.show.sheet.marks import decimal_text
 from camopt.show.sheet.paper import (
     A2,
     A3,
     A4,
     ANSI_PAPERS,
     BLOCK_HEIGHT,
+    BLOCK_ROW,
     BLOCK_WIDTH,
+    LINES_FIELD,
+    PROJECTION_FIELD,
+    Field,
     Paper,
-    asme_fields,
-    title_block,
 )
 
 SYSTEM_OF_STANDARD, ROUNDING = {"iso": MM, "asme": INCH}, 1e-6  # of a last digit, against rounding errors
@@ -55,9 +59,27 @@ class IsoStandard:
         """A roughness Ra, given in µm."""
         return f"Ra {roughness:.3g}"
 
-    def title_block(self, part: Part, title: str, scale: str, paper: str, sheet: str) -> Marks:
-        """The title block from its lower left corner."""
-        return title_block(part, title, scale, paper, sheet)
+    def title_fields(self, part: Part, title: str, scale: str, paper: str, sheet: str) -> list[Field]:
+        """The fields of the title block, from its lower left corner."""
+        hardness = ", ".join(filter(None, (part.hardness, part.case_depth and f"CHD {part.case_depth}")))
+        return [
+            Field(0, 27, 75, BLOCK_ROW, "Material", part.material or ""),
+            Field(75, 27, 55, BLOCK_ROW, "Hardness", hardness),
+            Field(130, 27, 22, BLOCK_ROW, "Scale", scale),
+            Field(152, 27, 28, BLOCK_ROW, PROJECTION_FIELD),
+            Field(0, 18, 45, BLOCK_ROW, "Created by", part.designer or ""),
+            Field(45, 18, 45, BLOCK_ROW, "Approved by", part.approved_by or ""),
+            Field(90, 18, 40, BLOCK_ROW, "Document type", LANGUAGES[part.language]("Part drawing")),
+            Field(130, 18, 32, BLOCK_ROW, "Source", f"camopt {VERSION}"),
+            Field(162, 18, 18, BLOCK_ROW, "Format", paper),
+            Field(0, 0, 45, 2 * BLOCK_ROW, "Legal owner", part.legal_owner or ""),
+            Field(45, 0, 85, 2 * BLOCK_ROW, "Title", title),
+            Field(130, 9, 50, BLOCK_ROW, "Identification number", part.number or ""),
+            Field(130, 0, 10, BLOCK_ROW, "Rev.", part.revision or ""),
+            Field(140, 0, 20, BLOCK_ROW, "Date of issue", part.date_of_issue or ""),
+            Field(160, 0, 8, BLOCK_ROW, "Lang.", part.language),
+            Field(168, 0, 12, BLOCK_ROW, "Sheet", sheet),
+        ]
 
 
 class AsmeStandard(IsoStandard):
@@ -85,10 +107,32 @@ class AsmeStandard(IsoStandard):
     def roughness_text(self, roughness: float) -> str:
         return MICROINCHES.get(roughness, f"{roughness / INCH_MM * 1e3:.3g}")
 
-    def title_block(self, part: Part, title: str, scale: str, paper: str, sheet: str) -> Marks:
-        surfaces = self.roughness_text(part.other_roughness or 3.2)
-        fields = asme_fields(part, title, scale, paper, sheet, surfaces)
-        return title_block(part.model_copy(update={"language": "en"}), title, scale, paper, sheet, fields)
+    def title_fields(self, part: Part, title: str, scale: str, paper: str, sheet: str) -> list[Field]:
+        depth = part.case_depth and f"CASE {part.case_depth}{'' if part.case_depth[-1].isalpha() else ' mm'}"
+        tolerances = part.general_tolerances or "\n.XX ±.01\n.XXX ±.005\n.XXXX ±.0010\nANGLES ±0.5°"
+        lines = (
+            f"UNLESS OTHERWISE SPECIFIED:\nDIMENSIONS ARE IN INCHES\nTOLERANCES: {tolerances}",
+            f"SURFACES {self.roughness_text(part.other_roughness or 3.2)} µin Ra",
+            *(() if part.edges else ("BREAK SHARP EDGES",)),
+            "INTERPRET PER ASME Y14.5-2018\nDO NOT SCALE DRAWING",
+        )
+        return [
+            Field(0, 10, 56, 40.8, LINES_FIELD, "\n".join(lines)),
+            Field(0, 0, 56, 10, PROJECTION_FIELD, "THIRD ANGLE\nPROJECTION"),
+            Field(56, 40.8, 46, 10, "DRAWN", " ".join(filter(None, (part.designer, part.date_of_issue)))),
+            Field(56, 30.6, 46, 10.2, "CHECKED"),
+            Field(56, 20.4, 46, 10.2, "APPROVED", part.approved_by or ""),
+            Field(56, 10.2, 46, 10.2, "MATERIAL", part.material or ""),
+            Field(56, 0, 46, 10.2, "HARDNESS / FINISH", "; ".join(filter(None, (part.hardness, depth)))),
+            Field(102, 38.1, 84, 12.7, "COMPANY", part.legal_owner or ""),
+            Field(102, 22.4, 84, 15.7, "TITLE", title),
+            Field(102, 9.7, 12, 12.7, "SIZE", paper),
+            Field(114, 9.7, 60, 12.7, "DWG NO.", part.number or ""),
+            Field(174, 9.7, 12, 12.7, "REV", part.revision or ""),
+            Field(102, 0, 26, 9.7, "SCALE", scale),
+            Field(128, 0, 34, 9.7, "SOURCE", f"camopt {VERSION}"),
+            Field(162, 0, 24, 9.7, "SHEET", sheet.replace("/", " OF ")),
+        ]
 
 
 # preferred roughnesses [µin] by those in µm

@@ -21,7 +21,6 @@ from camopt.show.sheet.marks import (
     circle_mark,
     closed_line,
     line_mark,
-    marks_box,
     rectangle_line,
     text_width,
 )
@@ -79,21 +78,6 @@ def datums_of(part: Part, has_section: bool) -> Datums:
     present = bore, bore and bool(part.keyway_width), bore and bool(part.groove_depth or part.rib_height)
     letters = iter("ABC")
     return Datums(*(next(letters) if datum else "" for datum in present))
-
-
-def surface_symbols(part: Part, datums: Datums, zone_width_text: str, roughness: str | None) -> Marks:
-    """Requirements on the profile: tolerance frame at the level of a leader, roughness above it.
-
-    ``zone_width_text`` is the text of the width of the tolerance zone.
-    """
-    marks: Marks = []
-    if part.profile_tolerance is not None:
-        marks = tolerance_frame(0j, zone_width_text, datums)
-    elif roughness:
-        marks = [line_mark(0.5j * CELL, 10.0 + 0.5j * CELL)]
-    if roughness:
-        marks += roughness_symbol(complex(5.0, marks_box(marks).high.imag), roughness)
-    return marks
 
 
 def tolerance_frame(corner: complex, zone_width_text: str, datums: Datums) -> Marks:

@@ -23,7 +23,7 @@ from camopt.show.sheet.marks import Mark, Words, decimal_text
 from camopt.show.sheet.standards import sheet_standard
 from camopt.solve.contour.curve import CamCurve, Disc, cam_discs, disc_curves
 from camopt.solve.contour.path import ArcPath
-from camopt.solve.contour.path_fitting import LONGEST_CHORD, SHORTEST_CHORD, FittedPath, fit_path
+from camopt.solve.contour.path_fitting import LONGEST_CHORD, SHORTEST_CHORD, fit_path
 from camopt.solve.verdicts.effect_runs import run_effects
 
 FINENESS = 2e-5  # share of the size of the cam: largest deviation of lines from its curves
@@ -36,17 +36,6 @@ class Polyline(NamedTuple):
 
     points: ComplexArray
     deviation: float
-
-
-def flatten_path(fitted: FittedPath, step: float) -> Polyline:
-    """The arcs of a path as chords of at most ``step`` [mm]."""
-    path = fitted.path
-    assert isinstance(path, ArcPath)
-    chords, sweeps = path.chords, path.sweeps
-    counts = np.maximum(np.ceil(np.abs(chords) / np.cos(sweeps / 4) / step), 1.0).astype(int)
-    fine = path.divide_arcs(counts)
-    sagitta = np.abs(fine.chords * fine.bulges).max() / 2
-    return Polyline(fine.vertices, fitted.deviation + float(sagitta))
 
 
 def _segment_name(
@@ -138,15 +127,16 @@ class TrueCam:
     @property
     def translate(self) -> Callable[[str], str]:
         """A function that translates a text into the language of the drawing."""
-        return LANGUAGES[self._language]
+        return LANGUAGES[self.language]
 
     @property
-    def _language(self) -> str:
+    def language(self) -> str:
+        """The language of the drawing."""
         return "en" if sheet_standard().is_english else self.part.language
 
     def localise_mark(self, mark: Mark) -> Mark:
         """A mark with the decimal sign of the language of the drawing."""
-        return mark._replace(text=with_decimal_sign(mark.text, self._language)) if isinstance(mark, Words) else mark
+        return mark._replace(text=with_decimal_sign(mark.text, self.language)) if isinstance(mark, Words) else mark
 
     @property
     def base_or_mean_radius(self) -> float:
@@ -166,15 +156,21 @@ class TrueCam:
     @cached_property
     def curves(self) -> dict[str, Polyline]:
         """Curves of all discs by name; pitch curves only if they are paths of roller centres."""
-        rolls = self.problem.setup.rolls
         for name, curve in disc_curves(self.problem).items():
-            if name not in self.followed and (rolls or not name.endswith("pitch")):
+            if name not in self.followed and (self.problem.setup.rolls or not name.endswith("pitch")):
                 self.followed[name] = self._polyline_of(curve)
         return self.followed
 
     def _polyline_of(self, curve: CamCurve) -> Polyline:
+        """A curve as chords of fitted arcs."""
         fine = float(np.clip(FINENESS * self.base_or_mean_radius, SHORTEST_CHORD, LONGEST_CHORD))
-        return flatten_path(fit_path(curve, "arcs", fine), POINT_STEP * self.base_or_mean_radius)
+        fitted = fit_path(curve, "arcs", fine)
+        arcs, step = fitted.path, POINT_STEP * self.base_or_mean_radius
+        assert isinstance(arcs, ArcPath)
+        counts = np.maximum(np.ceil(np.abs(arcs.chords) / np.cos(arcs.sweeps / 4) / step), 1.0).astype(int)
+        chords = arcs.divide_arcs(counts)
+        sagitta = np.abs(chords.chords * chords.bulges).max() / 2
+        return Polyline(chords.vertices, fitted.deviation + float(sagitta))
 
     @cached_property
     def pitch_curve_points(self) -> ComplexArray:

@@ -89,12 +89,11 @@ def contact_notes(cam: TrueCam) -> Iterator[str]:
         text = "Conjugate pair: disc {} in full lines, disc {} dashed. Both tables are from the same timing mark{}."
         where = cam.translate(", on disc 1" if cam.part.hub_diameter else ", which each disc has")
         yield cam.translate(text).format(one, other, where)
-    mechanism = cam.problem.setup.mechanism
     what = (
         "Angle between both arms {}"
         if found.angular
         else "Distance of both flat faces {}"
-        if mechanism.flat_faced
+        if cam.problem.setup.mechanism.flat_faced
         else "Distance of the centres of both rollers {}"
     )
     made = "{}, made {} for an interference of {}." if found.interference else "{}."
@@ -113,13 +112,11 @@ def contact_notes(cam: TrueCam) -> Iterator[str]:
 def _inspection_text(cam: TrueCam) -> str:
     """Text on the inspection of the discs or the rib."""
     mechanism = cam.problem.setup.mechanism
+    what = "angle between the arms {}." if cam.problem.setup.angular else "distance of their centres {}."
     if cam.is_ribbed:
-        what = "angle between the arms {}." if cam.problem.setup.angular else "distance of their centres {}."
         return f"Inspect the rib between both rollers, over a turn: {what}"
     if mechanism.flat_faced:
         return "Inspect the breadth between two parallel faces, in every direction: {}."
     if mechanism.drive.one_disc:
         return "Inspect the disc between two rollers on opposite sides, over a turn: distance of their centres {}."
-    if cam.problem.setup.angular:
-        return "Inspect both discs together, with both rollers on them, over a turn: angle between the arms {}."
-    return "Inspect both discs together, with both rollers on them, over a turn: distance of their centres {}."
+    return f"Inspect both discs together, with both rollers on them, over a turn: {what}"

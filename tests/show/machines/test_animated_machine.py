@@ -12,9 +12,13 @@ import camopt
 from camopt.scene.machine import Machine
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.drawing.moving_bodies import FRAME_ANGLES, FRAMES, reading_texts
-from camopt.show.machines.animated_machine import animated_machine_figure, cam_angles
+from camopt.show.machines.animated_machine import (
+    animated_machine_figure,
+    cam_angles,
+    machine_tools,
+    rounded_outline,
+)
 from camopt.show.machines.timing_spans import TimingData
-from camopt.show.machines.tools import machine_tools, rounded_outline
 from camopt.solve.machine.stations import resolve_stations
 
 G = "{http://www.w3.org/2000/svg}"

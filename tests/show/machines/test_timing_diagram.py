@@ -7,7 +7,7 @@ from support.pictures import drawn_texts, faults_of
 
 import camopt
 from camopt.scene.machine import Machine
-from camopt.show.machines.timing_sheet import draw_timing_diagram
+from camopt.show.machines.timing_sheet import draw
 from camopt.show.machines.timing_spans import (
     TimingData,
     clearance_span,
@@ -103,7 +103,7 @@ def test_an_evaluation_shows_the_least_of_each_clearance():
     assert (held.name, broken.name) == ("clearance held", "clearance broken")
     for span, least in zip((held, broken), result.clearances, strict=True):
         assert f"least {least.upper:.4g} mm at {least.angle:.5g}°" in span.words
-    texts = {text.get_text() for text, _ in drawn_texts(draw_timing_diagram(result))[0]}
+    texts = {text.get_text() for text, _ in drawn_texts(draw(result))[0]}
     assert {"clearance held", "clearance broken"} <= texts
 
 
@@ -111,7 +111,7 @@ def test_an_evaluation_shows_the_least_of_each_clearance():
 def test_no_text_hides_another_and_all_are_printed(count, system):
     machine = random_machine(count, count, clear=CLEARANCES if count > 2 else [])
     with camopt.shown_in(system):
-        figure = draw_timing_diagram(machine)
+        figure = draw(machine)
         assert faults_of(figure) == []
         texts = [text.get_text() for text, _ in drawn_texts(figure)[0]]
     words = " ".join(texts)
@@ -127,7 +127,7 @@ def test_no_text_hides_another_and_all_are_printed(count, system):
 def test_texts_are_at_the_angles_of_changes():
     """The number of an angle is above its place on the scale."""
     machine = random_machine(1, 7)
-    texts, _ = drawn_texts(draw_timing_diagram(machine))
+    texts, _ = drawn_texts(draw(machine))
     places = {text.get_text(): (box.x0 + box.x1) / 2 for text, box in texts}
     start, end = places["0°"], places["360°"]
     for angle in TimingData.from_machine(machine).spans[0]:
@@ -159,5 +159,5 @@ def test_the_same_machine_gives_the_same_file(tmp_path):
 def test_a_machine_without_speed_has_no_times():
     machine = Machine(station=[{"name": "a", "scene": "two-pauses"}])
     assert machine.shaft_rpm is None
-    texts = {text.get_text() for text, _ in drawn_texts(draw_timing_diagram(machine))[0]}
+    texts = {text.get_text() for text, _ in drawn_texts(draw(machine))[0]}
     assert not any(text.startswith("time [") for text in texts)

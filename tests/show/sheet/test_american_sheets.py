@@ -17,7 +17,7 @@ from camopt.scene.iso286 import limit_deviations
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.sheet.marks import LARGE, MEDIUM, THICK, Line, Words
 from camopt.show.sheet.notes import note_texts
-from camopt.show.sheet.paper import ANSI_PAPERS, PROJECTION_FIELD, asme_fields, scale_name, title_block
+from camopt.show.sheet.paper import ANSI_PAPERS, PROJECTION_FIELD, scale_name, title_block
 from camopt.show.sheet.section import section_marks
 from camopt.show.sheet.sheet import sheet_of, sheets_of
 from camopt.show.sheet.standards import STANDARDS, inch_text
@@ -238,8 +238,8 @@ def test_a_roughness_is_a_number_of_microinches(roughness, text):
 )
 def test_an_american_title_block_holds_any_text(given_texts, tolerances):
     part = PLATE.part.model_copy(update={**given_texts, "general_tolerances": tolerances})
-    fields = asme_fields(part, part.name, "1:1", "B", "1/1", "125")
-    assert words_outside(fields, title_block(part, part.name, "1:1", "B", "1/1", fields)) == []
+    fields = ASME.title_fields(part, part.name, "1:1", "B", "1/1")
+    assert words_outside(fields, title_block(fields)) == []
     assert [field.name for field in fields].count(PROJECTION_FIELD) == 1
 
 

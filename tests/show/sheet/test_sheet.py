@@ -33,11 +33,12 @@ from camopt.show.sheet.marks import (
     text_width,
 )
 from camopt.show.sheet.notes import note_texts
-from camopt.show.sheet.paper import A3, A4, block_fields, paper_scales, scale_name, title_block
+from camopt.show.sheet.paper import A3, A4, paper_scales, scale_name, title_block
 from camopt.show.sheet.points_table import points_table, table_columns
 from camopt.show.sheet.ring import ring_marks, sort_after_widest_gap, spread_directions
 from camopt.show.sheet.section import section_marks
 from camopt.show.sheet.sheet import sheet_of
+from camopt.show.sheet.standards import STANDARDS
 from camopt.show.sheet.true_cam import TrueCam
 
 PLATE = find_scene("valve-rod-radial")
@@ -289,7 +290,7 @@ def test_what_holds_elsewhere_is_noted():
     first = next(iter(note_texts(TrueCam(scene, resolve_design(scene)))))
     for words in ("General tolerances ISO 2768-mK.", "ISO 13715: outer -0.3, inner +0.2.", "surfaces Ra 6.3."):
         assert words in first
-    block = block_fields(
+    block = STANDARDS["mm"].title_fields(
         scene.replace(**{"part.hardness": "60 HRC", "part.case_depth": "0.8"}).whole_part, "", "1:1", "A4", "1/1"
     )
     assert "60 HRC, CHD 0.8" in [each.value for each in block]
@@ -313,7 +314,10 @@ def test_boxes_of_the_title_block_have_keys(tmp_path):
     text = re.sub(r"(?m)^designer", "date_of_issue = 2026-11-25\ndesigner", file.read_text())
     file.write_text(text)
     scene = find_scene(str(file))
-    named = {each.name: each.value for each in block_fields(scene.whole_part, scene.name, "1:1", "A4", "1/1")}
+    named = {
+        each.name: each.value
+        for each in STANDARDS["mm"].title_fields(scene.whole_part, scene.name, "1:1", "A4", "1/1")
+    }
     boxes = ("Approved by", "Legal owner", "Rev.", "Created by", "Date of issue")
     assert [named[box] for box in boxes] == [*given.values(), "2026-11-25"]
     assert faults_of(sheet_of(TrueCam(scene, resolve_design(scene)))) == []
@@ -643,8 +647,8 @@ def test_a_text_fits_where_it_is_put(text, width, lines):
 )
 def test_a_title_block_holds_any_text(given_texts):
     part = PLATE.part.model_copy(update=given_texts)
-    places = block_fields(part, part.name, "1:1", "A3", "1/1")
-    assert words_outside(places, title_block(part, part.name, "1:1", "A3", "1/1")) == []
+    places = STANDARDS["mm"].title_fields(part, part.name, "1:1", "A3", "1/1")
+    assert words_outside(places, title_block(places, part.language)) == []
 
 
 @given(st.floats(1e-3, 1e5))
