@@ -24,7 +24,7 @@ PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches
 def draw(what: "Sweep | pd.DataFrame", path: Target = None) -> "Figure":
     """Draw the Pareto front of a sweep, or a table of designs, by pairs of objectives, with the knee."""
     rows = what.to_pandas() if isinstance(what, Sweep) else what
-    scene, pairs = _searched_scene(rows), _objective_pairs(rows)
+    scene, pairs = Scene.embedded(rows.attrs["scene"], "table"), _objective_pairs(rows)
     with new_figure(path, (max(len(pairs), 2) * PANEL_WIDTH, PANEL_HEIGHT), layout="constrained") as figure:
         words = f" on the Pareto front of {what.designs:,}" if isinstance(what, Sweep) else ""
         title = f"{scene.name}: {len(rows):,} designs{words}"
@@ -43,14 +43,9 @@ def draw_main_diagram(axes: Any, what: "Sweep | pd.DataFrame") -> None:
     axes.legend()
 
 
-def _searched_scene(rows: "pd.DataFrame") -> Scene:
-    """The scene that was searched."""
-    return Scene.embedded(rows.attrs["scene"], "table")
-
-
 def _objective_pairs(rows: "pd.DataFrame") -> list[tuple[str, str]]:
     """Pairs of objectives that differ between designs."""
-    search = _searched_scene(rows).search
+    search = Scene.embedded(rows.attrs["scene"], "table").search
     names = [name for name in (*search.minimise, *search.maximise) if name in rows]
     varied = [name for name in names if rows[name][np.isfinite(rows[name])].nunique() > 1]
     if len(varied) < 2:

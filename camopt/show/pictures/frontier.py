@@ -1,6 +1,6 @@
 """The picture of a frontier: free laws as a front, values that no motion can reach, known laws as points."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isinf, pi
 from typing import Any, cast
@@ -54,12 +54,34 @@ def draw_main_diagram(axes: Any, frontier: Frontier) -> None:
 
 
 def _draw_frontier(axes: Any, frontier: Frontier) -> list[Label]:
-    """Draw the frontier, the known laws and the excluded region; return the labels to place."""
-    (_draw_three_axis_front if len(frontier.axes) == 3 else _draw_two_axis_front)(axes.figure, axes, frontier)
-    labels = list(_draw_known_laws(axes, frontier))
-    axes.set(xlabel=_axis_label(frontier, frontier.axes[1]), ylabel=_axis_label(frontier, frontier.axes[0]))
+    """Draw the frontier, the known laws and the excluded region; return the labels to place.
+
+    A front of two axes is a curve; one of three axes has points, with the third axis as colour.
+    """
+    up, across, *third = frontier.axes
+    label = f"free laws, proved to meet every limit{'; local optima' if frontier.local else ''}"
+    if third:
+        x, y, z = (np.array([row[axis] for row in frontier.rows]) for axis in (across, up, *third))
+        norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
+        marks = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=label)
+        bar = axes.figure.colorbar(marks, ax=axes, label=_axis_label(frontier, *third), pad=0.01, format="{x:.3g}")
+        bar.ax.yaxis.set_minor_formatter("{x:.3g}")
+    else:
+        rows = sorted(frontier.rows, key=lambda row: float(row[across]))
+        points = ([row[axis] for row in rows] for axis in (across, up))
+        axes.plot(*points, "-o", color=FREE_COLOUR, lw=1.8, ms=4, label=label, zorder=4)
+    known = [row for row in frontier.known if not isinf(row[across]) and not isinf(row[up])]
+    labels = _draw_known_laws(axes, known, across, up)
+    axes.set(xlabel=_axis_label(frontier, across), ylabel=_axis_label(frontier, up))
     add_grid(axes)
-    _set_axes_limits(axes, frontier)
+    # around all points, and around the lower bound over all motions if it is near
+    for set_limits, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
+        values = [float(row[name]) for row in (*frontier.rows, *known)]
+        low, high = min(values), max(values)
+        span = (high - low) or abs(high) or 1.0
+        least = frontier.least[name][1]
+        low = min(low, least) if least is not None and least > low - span else low
+        set_limits(low - AXES_MARGIN * span, high + AXES_MARGIN * span)
     _shade_excluded_region(axes, frontier)
     return labels
 
@@ -100,27 +122,6 @@ def _frontier_in_shown_units(frontier: Frontier) -> Frontier:
     return replace(frontier, rows=rows, known=known, least=cast("dict[str, tuple[float, float | None]]", least))
 
 
-def _draw_two_axis_front(figure: Any, axes: Any, frontier: Frontier) -> None:
-    """Draw the front of two axes as a curve."""
-    up, across = frontier.axes
-    rows = sorted(frontier.rows, key=lambda row: float(row[across]))
-    axes.plot(
-        *([row[axis] for row in rows] for axis in (across, up)),
-        "-o",
-        color=FREE_COLOUR,
-        lw=1.8,
-        ms=4,
-        label=_free_laws_label(frontier),
-        zorder=4,
-    )
-
-
-def _free_laws_label(frontier: Frontier) -> str:
-    """The label of the free laws; local optima are named."""
-    words = "free laws, proved to meet every limit"
-    return f"{words}; local optima" if frontier.local else words
-
-
 def _shade_excluded_region(axes: Any, frontier: Frontier) -> None:
     """Shade the values that no motion can reach: a rectangle for each bound, with one outline."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
@@ -141,29 +142,12 @@ def _shade_excluded_region(axes: Any, frontier: Frontier) -> None:
     )
 
 
-def _draw_three_axis_front(figure: Any, axes: Any, frontier: Frontier) -> None:
-    """Draw the front of three axes as points, with the third axis as colour."""
-    up, across, third = frontier.axes
-    x, y, z = (np.array([row[axis] for row in frontier.rows]) for axis in (across, up, third))
-    norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
-    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free_laws_label(frontier))
-    bar = figure.colorbar(points, ax=axes, label=_axis_label(frontier, third), pad=0.01, format="{x:.3g}")
-    bar.ax.yaxis.set_minor_formatter("{x:.3g}")
-
-
-def _known_laws_with_finite_values(frontier: Frontier) -> list[dict[str, Any]]:
-    """The known laws with finite values on the first two axes."""
-    up, across = frontier.axes[:2]
-    return [row for row in frontier.known if not isinf(row[across]) and not isinf(row[up])]
-
-
-def _draw_known_laws(axes: Any, frontier: Frontier) -> list[Label]:
+def _draw_known_laws(axes: Any, known: Sequence[Mapping[str, Any]], across: str, up: str) -> list[Label]:
     """Draw the known laws as points, hollow if they break another limit; return their labels."""
-    up, across = frontier.axes[:2]
     words = {True: "known laws, each on its smallest cam", False: "known laws that break another limit"}
     labels = []
     for within, label in words.items():
-        rows = [row for row in _known_laws_with_finite_values(frontier) if row["within"] == within]
+        rows = [row for row in known if row["within"] == within]
         points = [(row[across], row[up]) for row in rows]
         if points:
             face = MUTED if within else "white"
@@ -173,15 +157,3 @@ def _draw_known_laws(axes: Any, frontier: Frontier) -> list[Label]:
             style = {"fontsize": TEXT_SIZE, "color": INK, "zorder": 6}
             labels.append(Label(axes, laws, point, label_place_candidates(LAW_LABEL_DISTANCES, LEFT_BELOW), style))
     return labels
-
-
-def _set_axes_limits(axes: Any, frontier: Frontier) -> None:
-    """Set limits around all points, and around the lower bound over all motions if it is near."""
-    up, across = frontier.axes[:2]
-    for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
-        values = [float(row[name]) for row in (*frontier.rows, *_known_laws_with_finite_values(frontier))]
-        low, high = min(values), max(values)
-        span = (high - low) or abs(high) or 1.0
-        least = frontier.least[name][1]
-        low = min(low, least) if least is not None and least > low - span else low
-        axis(low - AXES_MARGIN * span, high + AXES_MARGIN * span)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.core.numerics import FloatArray
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.motion.stroke import RISE
@@ -55,9 +56,9 @@ def draw(result: Fit, path: Target = None) -> "Figure":
     picture = Picture(result.scene, resolve(result.scene))
     size = WIDE_PAGE if result.profile else PAGE_SIZE
     with new_figure(path, size) as figure:
-        count = f"{result.points.angles.size} points, noise {value_with_unit(result.noise, result.unit)}"
+        noise, band = (value_with_unit(value, result.unit) for value in (result.noise, result.band))
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
-        about = f"{count}, band ±{value_with_unit(result.band, result.unit)}"
+        about = f"{result.points.angles.size} points, noise {noise}, band ±{band}"
         figure.text(0.03, 0.935, about, fontsize=TITLE_SIZE - 1.0, color=MUTED)
         part = PAGE_SIZE[0] / size[0]
         lift, deviation, acceleration = (
@@ -71,17 +72,15 @@ def draw(result: Fit, path: Target = None) -> "Figure":
             add_grid(axes)
         acceleration.set_xlabel("cam angle, deg")
         if result.profile:
-            draw_profile_and_deviations(figure.add_axes(PROFILE_AREA), result, picture, FIT_COLOUR)
+            _draw_profile_and_deviations(figure.add_axes(PROFILE_AREA), result, picture)
     return figure
 
 
-def _derivative_over_turn(picture: Picture, order: int) -> tuple[Any, Any]:
+def _derivative_over_turn(picture: Picture, order: int) -> tuple[FloatArray, FloatArray]:
     """Cam angles [deg] and a derivative of the motion over the turn, with gaps between pieces."""
     angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.angles_of_pieces])
-    given = picture.problem.given_motion
-    return angles, np.concatenate(
-        [np.append(given.motion_at(each)[order], np.nan) for each in picture.angles_of_pieces]
-    )
+    motions = [picture.problem.given_motion.motion_at(each) for each in picture.angles_of_pieces]
+    return angles, np.concatenate([np.append(motion[order], np.nan) for motion in motions])
 
 
 def _draw_lift(axes: Any, result: Fit, picture: Picture) -> None:
@@ -149,14 +148,14 @@ def _draw_acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
 
 
-def draw_profile_and_deviations(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
+def _draw_profile_and_deviations(axes: Any, result: Fit, picture: Picture) -> None:
     """Draw the profile of the scene at cam angle 0, and the measured points."""
     assert result.profile is not None
     problem, profile = picture.problem, result.profile
     outline = np.concatenate([curve.profile[0] for curve in picture.curves])
     normals = np.concatenate([curve.normal for curve in picture.curves])
     axes.fill(outline.real, outline.imag, color=FILL, lw=0)
-    draw_line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE_WIDTH)
+    draw_line(axes, np.append(outline, outline[0]), color=FIT_COLOUR, lw=PROFILE_WIDTH)
     draw_circle(
         axes, float(problem.design.size[0]), color=REFERENCE_COLOUR, lw=0.7, ls=(0, (5, 4)), label="base circle"
     )

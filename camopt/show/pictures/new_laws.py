@@ -8,7 +8,6 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.scene.problem.problem import resolve
-from camopt.scene.scene import Scene
 from camopt.show.drawing.cam import draw_disc
 from camopt.show.drawing.diagrams import draw_condition_mark, short_number_factor_and_unit
 from camopt.show.drawing.groove import draw_groove
@@ -29,48 +28,33 @@ def draw(result: Synthesis, path: Target = None, known: KnownLawCams | None = No
     """Draw the cam of free laws beside the cam of the best known law within the same limits, if any."""
     known = known or build_known_law_cams(result.asked)
     with new_figure(path, (15.5, 9.0)) as figure:
-        pictures = {
-            "best known law": None if known.best is None else _resolved_picture(known.rows[known.best].scene),
-            "free laws": _resolved_picture(result.scene),
-        }
-        if known.best is not None and known.best == known.own_law:
-            title = "moves of the scene" if known.best == OWN_MOVES else "law of the scene"
-            pictures = dict(zip((title, "free laws"), pictures.values(), strict=True))
-        drawn = {word: picture for word, picture in pictures.items() if picture is not None}
+        drawn = {}
+        if known.best is not None:
+            own = "moves of the scene" if known.best == OWN_MOVES else "law of the scene"
+            best = known.rows[known.best].scene
+            drawn[own if known.best == known.own_law else "best known law"] = Picture(best, resolve(best))
+        drawn["free laws"] = Picture(result.scene, resolve(result.scene))
         figure.text(0.03, 0.955, result.asked.name, fontsize=PAGE_TITLE, fontweight="bold")
-        figure.text(0.03, 0.93, _scene_law_feasibility_note(known), fontsize=TITLE_SIZE - 1.0, color=MUTED)
+        words = [] if known.best is not None else ["no known law meets all limits"]
+        if known.own_law is None:
+            words.append("nor does the law of the scene" if words else "no feasible cam with the law of the scene")
+        elif known.own_law != known.best:
+            row, body = known.rows[known.own_law], known.scene.mechanism.body
+            size = f"{body.size_name} {value_with_unit(row[body.size_quantity])}"
+            fault = "" if row["within"] else ", which breaks limits on the motion"
+            words.append(f"law of the scene, {known.own_law}: {size}{fault}")
+        figure.text(0.03, 0.93, "  ·  ".join(words), fontsize=TITLE_SIZE - 1.0, color=MUTED)
         _draw_cams(figure, drawn)
         _draw_motions(figure, list(drawn.values()))
     return figure
 
 
-def _resolved_picture(scene: Scene) -> Picture:
-    return Picture(scene, resolve(scene))
-
-
-def _scene_law_feasibility_note(known_law_cams: KnownLawCams) -> str:
-    """A note on the law of the scene, and on whether a known law meets the limits."""
-    body = known_law_cams.scene.mechanism.body
-    words = [] if known_law_cams.best is not None else ["no known law meets all limits"]
-    if known_law_cams.own_law is None:
-        words.append("nor does the law of the scene" if words else "no feasible cam with the law of the scene")
-    elif known_law_cams.own_law != known_law_cams.best:
-        row = known_law_cams.rows[known_law_cams.own_law]
-        fault = "" if row["within"] else ", which breaks limits on the motion"
-        words.append(
-            f"law of the scene, {known_law_cams.own_law}: {body.size_name} "
-            f"{value_with_unit(row[body.size_quantity])}{fault}"
-        )
-    return "  ·  ".join(words)
-
-
 def _draw_cams(figure: Any, pictures: dict[str, Picture]) -> None:
     """Draw the cams at one scale: discs side by side, developed grooves one above the other."""
     body = next(iter(pictures.values())).problem.setup.mechanism.body
-    places = [(0.03, 0.06, 0.27, 0.80), (0.31, 0.06, 0.27, 0.80)]
-    if body.developed:
-        places = [(0.07, 0.52, 0.51, 0.34), (0.07, 0.08, 0.51, 0.34)]
-    places = places[: len(pictures)]
+    beside = [(0.03, 0.06, 0.27, 0.80), (0.31, 0.06, 0.27, 0.80)]
+    above = [(0.07, 0.52, 0.51, 0.34), (0.07, 0.08, 0.51, 0.34)]
+    places = (above if body.developed else beside)[: len(pictures)]
     axes, labels = [figure.add_axes(place) for place in places], []
     for ax, picture in zip(axes, pictures.values(), strict=True):
         labels += (draw_groove if body.developed else draw_disc)(ax, picture)

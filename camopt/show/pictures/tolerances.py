@@ -53,7 +53,7 @@ def draw(what: Any, path: Target = None) -> "Figure":
     return _draw_batch(what, path) if hasattr(what, "samples") else _draw_errors(what, path)
 
 
-def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
+def _draw_errors(what: "MotionErrors", path: Target) -> "Figure":
     """Draw errors of displacement, velocity and acceleration over the turn, with contributions of tolerances."""
     turn = TurnErrors(what.scene, resolve_design(what.scene))
     with new_figure(path, (12.5, 9.0), layout="constrained") as figure:
@@ -66,8 +66,7 @@ def _draw_errors(what: "MotionErrors", path: Target = None) -> "Figure":
             _draw_worst_cam(panels[order, 0], turn, order, what)
             _draw_contributions(panels[order, 1], keys, error)
         panels[-1, 0].set_xlabel("cam angle, deg")
-        handles, labels = panels[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower left", ncols=4)
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=4)
     return figure
 
 
@@ -163,7 +162,7 @@ EQUAL_VALUES = 1e-9
 """Relative difference; closer numbers are equal."""
 
 
-def _draw_batch(what: "Batch", path: Target = None) -> "Figure":
+def _draw_batch(what: "Batch", path: Target) -> "Figure":
     """Draw a histogram of each motion error, and of the quantity of each limit, with the limit."""
     columns = [(name, each) for name, each in what.samples.items() if "_off_" not in name]
     bounds = what.bounds
@@ -205,18 +204,14 @@ def _draw_histogram(axes: Any, name: str, column: Any, bound: float | None) -> N
         axes.axvline(nearly_all, color=MUTED, lw=1.0, ls=":", label=label, zorder=4)
         axes.locator_params(axis="y", nbins=4, integer=True)
     if bound is not None:
-        _draw_limit(axes, to_shown_unit(bound, column.unit), low, high)
+        limit_style = {"transform": axes.transAxes, "va": "top", "color": ALARM, **WHITE_BACKGROUND}
+        bound = to_shown_unit(bound, column.unit)
+        text = number_text(float(bound))
+        if low - (high - low) < bound < high + (high - low):
+            axes.axvline(bound, **LIMIT_STYLE, label="limit", zorder=5)
+        elif bound < low:
+            axes.text(0.02, 0.95, f"← limit {text}", ha="left", **limit_style)
+        else:
+            axes.text(0.98, 0.95, f"limit {text} →", ha="right", **limit_style)
     axes.locator_params(axis="x", nbins=5)
     add_grid(axes)
-
-
-def _draw_limit(axes: Any, bound: float, low: float, high: float) -> None:
-    """Draw a limit as a line near the cams, else as a text."""
-    if low - (high - low) < bound < high + (high - low):
-        axes.axvline(bound, **LIMIT_STYLE, label="limit", zorder=5)
-    else:
-        text = number_text(float(bound))
-        place, side, words = (
-            (0.02, "left", f"← limit {text}") if bound < low else (0.98, "right", f"limit {text} →")
-        )
-        axes.text(place, 0.95, words, transform=axes.transAxes, ha=side, va="top", color=ALARM, **WHITE_BACKGROUND)
