@@ -32,7 +32,7 @@ from camopt.show.drawing.moving_bodies import (
     disable_axes_clipping,
     reading_texts,
 )
-from camopt.show.drawing.panels import Panel, motion_panels
+from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture, draw_circle, draw_line, fill_area
 from camopt.show.drawing.second_contact import draw_second_contact, draw_second_disc_outline
 from camopt.show.drawing.style import FAINT, INK, MUTED, SMALL_SIZE, TEXT_SIZE, TITLE_SIZE
@@ -49,7 +49,6 @@ LINE_LETTERS = 140  # letters that fit on a line below the title
 
 def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
     """Draw a design at cam angle 0 on an empty figure; return the figure with its moving parts."""
-    developed = picture.problem.setup.mechanism.body.developed
     name = picture.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE_SIZE, fontweight="bold")
     words = mechanism_and_sizes_line(picture)
@@ -57,8 +56,8 @@ def draw_animated_figure(figure: Any, picture: Picture) -> AnimatedFigure:
     middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
     lines = "\n".join(TEXT_SEPARATOR.join(line) for line in (parts[:middle], parts[middle:]) if line)
     figure.text(0.03, 0.935, lines, fontsize=SMALL_SIZE, color=MUTED, va="top")
-    bodies = draw_mechanism_bodies(figure, picture, GROOVE_AREA if developed else CAM_AREA)
-    cursors, readings = _draw_diagram_cursors(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
+    bodies = draw_mechanism_bodies(figure, picture, GROOVE_AREA if picture.is_developed else CAM_AREA)
+    cursors, readings = _draw_diagram_cursors(figure, picture, AREAS_BELOW if picture.is_developed else PANEL_AREAS)
     for body in cursors:
         body.axes.set_axis_off()
     return AnimatedFigure(figure, [*bodies, *cursors], readings)
@@ -71,8 +70,7 @@ def draw_mechanism_bodies(
 
     The motion is given at cam angles [rad]: the first is 0, and they go through a whole turn.
     """
-    developed = picture.problem.setup.mechanism.body.developed
-    bodies = (_draw_groove_bodies if developed else _draw_disc_bodies)(figure, picture, area, angles)
+    bodies = (_draw_groove_bodies if picture.is_developed else _draw_disc_bodies)(figure, picture, area, angles)
     for body in bodies:
         body.axes.set_axis_off()
     return disable_axes_clipping(bodies)
@@ -88,10 +86,9 @@ def _draw_disc_bodies(figure: Any, picture: Picture, area: Area, angles: FloatAr
     draw_stroke_starts(cam, picture)  # without its labels, which would turn upside down
     spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
     spans += draw_second_contact(follower, picture)
-    body = _follower_body(follower, picture, angles)
-    links, reach = _draw_train_bodies(ground, picture, spans, size, angles)
-    moved = [*(body.positions(span).ravel() for span in spans), *reach]
-    frame_with_scale_bar(ground, np.concatenate([max(size, largest_body_radius(picture)) * CROSS_POINTS, *moved]))
+    (body, *links), reached = _follower_and_train_bodies(follower, ground, picture, spans, angles)
+    disc = max(size, largest_body_radius(picture)) * CROSS_POINTS
+    frame_with_scale_bar(ground, np.concatenate([disc, reached]))
     for axes in (cam, follower, contact, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim(), aspect="equal")
     turning = MovingBody(cam, 0j * angles, problem.design.sense * angles)
@@ -106,11 +103,9 @@ def _draw_groove_bodies(figure: Any, picture: Picture, area: Area, angles: Float
     half, around = np.pi * size, 2 * np.pi * size
     surface, ground, follower = (figure.add_axes(area) for _ in range(3))
     spans = draw_groove_follower(FollowerAxes(follower, ground, ground), picture)
-    body = _follower_body(follower, picture, angles)
+    (body, *links), reached = _follower_and_train_bodies(follower, ground, picture, spans, angles)
     window = np.array([-half + 1j * low, half + 1j * high])
-    links, reach = _draw_train_bodies(ground, picture, spans, size, angles)
-    moved = [*(body.positions(span).ravel() for span in spans), *reach]
-    corner, unit = frame_with_scale_bar(ground, np.concatenate([window, *moved]))
+    corner, unit = frame_with_scale_bar(ground, np.concatenate([window, reached]))
     for axes in (follower, *(link.axes for link in links)):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
     draw_line(ground, _rectangle_corners(-half, half, low, high), color=INK, lw=1.0)
@@ -140,64 +135,59 @@ def _draw_groove_bodies(figure: Any, picture: Picture, area: Area, angles: Float
     return [moving, MovingBody(ground, 0j * angles, 0.0 * angles), body, *links]
 
 
-def _draw_train_bodies(
-    ground_axes: Any, picture: Picture, drawn_extent: list[ComplexArray], size: float, angles: FloatArray
-) -> tuple[list[MovingBody], list[ComplexArray]]:
-    """The members of the train, each on its own axes above the fixed parts, and their extent."""
-    links = list[MovingBody]()
-    if (train := train_sketch(picture, drawn_extent, size, angles)) is None:
-        return links, []
-    draw_fixed_parts(ground_axes, train, size)
-    for member in train.members:
-        links.append(MovingBody(ground_axes.figure.add_axes(ground_axes.get_position()), member.at, member.turned))
-        draw_member(links[-1].axes, member, size)
-    return links, [sketch_extent_over_turn(train)]
+def _follower_and_train_bodies(
+    follower_axes: Any, ground_axes: Any, picture: Picture, drawn_extent: list[ComplexArray], angles: FloatArray
+) -> tuple[list[MovingBody], ComplexArray]:
+    """The follower, then the members of its train (drawn on their own axes), and the points that they reach.
+
+    The follower moves along its guide or about its pivot. The members are above the fixed parts.
+    """
+    problem = picture.problem
+    rise = problem.programme.motion_at(angles % (2 * np.pi))[0] - picture.start_displacement
+    bodies = [MovingBody(follower_axes, 1j * rise, 0.0 * angles)]
+    if problem.setup.angular:
+        turns = outward_turn_sense_of_follower(problem) * rise
+        bodies = [MovingBody(follower_axes, 0.0 * angles + follower_pivot(problem), turns)]
+    reached = [bodies[0].positions(span).ravel() for span in drawn_extent]
+    size = float(problem.design.size[0]) if picture.is_developed else picture.largest_pitch_radius
+    if (train := train_sketch(picture, drawn_extent, size, angles)) is not None:
+        draw_fixed_parts(ground_axes, train, size)
+        for member in train.members:
+            axes = ground_axes.figure.add_axes(ground_axes.get_position())
+            draw_member(axes, member, size)
+            bodies.append(MovingBody(axes, member.at, member.turned))
+        reached.append(sketch_extent_over_turn(train))
+    return bodies, np.concatenate(reached)
 
 
 def _rectangle_corners(left: float, right: float, low: float, high: float) -> list[complex]:
     return [complex(x, y) for x, y in ((left, low), (right, low), (right, high), (left, high), (left, low))]
 
 
-def _follower_body(axes: Any, picture: Picture, angles: FloatArray) -> MovingBody:
-    """The follower as a body that moves along its guide or about its pivot."""
-    problem = picture.problem
-    rise = problem.programme.motion_at(angles % (2 * np.pi))[0] - picture.start_displacement
-    if not problem.setup.angular:
-        return MovingBody(axes, 1j * rise, 0.0 * angles)
-    return MovingBody(axes, 0.0 * angles + follower_pivot(problem), outward_turn_sense_of_follower(problem) * rise)
-
-
 def _draw_diagram_cursors(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
-    """Cursors of the diagrams, their readings, and the reading of the cam angle."""
+    """Cursors of the diagrams (a line and a dot each), their readings, and the reading of the cam angle."""
     panels = [panel.in_shown_units() for panel in motion_panels(picture)]
-    shown, axes = [panels[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
-    labels = diagrams.draw_diagrams(axes, picture, shown, (), range(len(shown)))
+    shown, axes_of_panels = [panels[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
+    labels = diagrams.draw_diagrams(axes_of_panels, picture, shown, (), range(len(shown)))
     bodies: list[MovingBody] = []
-    place = {"ha": "right", "fontsize": TEXT_SIZE, "color": INK}
-    angles = [f"cam angle {angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
-    readings = [Reading(figure.text(boxes[-1][0] + boxes[-1][2], 0.02, angles[0], **place), angles)]
-    for each, panel in zip(axes, shown, strict=True):
-        each.set(xticks=range(0, 361, 90))
-        each.set_title("", loc="right")
-        cursors, reading = _draw_diagram_cursor(figure, each, panel)
-        bodies += cursors
-        readings.append(reading)
+    degrees = np.degrees(FRAME_ANGLES)
+    style = {"ha": "right", "fontsize": TEXT_SIZE, "color": INK}
+    words = [f"cam angle {angle:.1f}°" for angle in degrees]
+    readings = [Reading(figure.text(boxes[-1][0] + boxes[-1][2], 0.02, words[0], **style), words)]
+    for axes, panel in zip(axes_of_panels, shown, strict=True):
+        axes.set(xticks=range(0, 361, 90))
+        axes.set_title("", loc="right")
+        assert panel.value_at is not None
+        factor, _ = diagrams.short_number_factor_and_unit(panel.values, panel.unit)
+        values = panel.value_at(FRAME_ANGLES % (2 * np.pi)) * factor
+        line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
+        for each in (line_axes, dot_axes):
+            each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
+        draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
+        draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
+        words = reading_texts(values)
+        text = axes.text(1.0, 1.03, words[0], fontweight="bold", va="bottom", transform=axes.transAxes, **style)
+        readings.append(Reading(text, words))
+        bodies += [MovingBody(line_axes, degrees + 0j), MovingBody(dot_axes, degrees + 1j * (values - values[0]))]
     place_labels(figure, labels)
     return bodies, readings
-
-
-def _draw_diagram_cursor(figure: Any, axes: Any, panel: Panel) -> tuple[tuple[MovingBody, MovingBody], Reading]:
-    """The cursor of a diagram, a line and a dot, and its reading."""
-    assert panel.value_at is not None
-    factor, _ = diagrams.short_number_factor_and_unit(panel.values, panel.unit)
-    values = panel.value_at(FRAME_ANGLES % (2 * np.pi)) * factor
-    line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
-    for each in (line_axes, dot_axes):
-        each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
-    draw_line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
-    draw_line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
-    degrees, words = np.degrees(FRAME_ANGLES), reading_texts(values)
-    style = {"ha": "right", "va": "bottom", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
-    text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
-    cursors = MovingBody(line_axes, degrees + 0j), MovingBody(dot_axes, degrees + 1j * (values - values[0]))
-    return cursors, Reading(text, words)

@@ -6,7 +6,7 @@ programs without SMIL show the first frame.
 
 import os
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -16,7 +16,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.storage.files import atomically_written_file, checked_suffix
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.machine import Machine, find_machine, is_machine
@@ -24,7 +23,7 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.show.drawing.animated_figure import DISC_SIZE, GROOVE_SIZE, draw_animated_figure
 from camopt.show.drawing.frames import find_ffmpeg, write_gif, write_mp4
-from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, Reading
+from camopt.show.drawing.moving_bodies import FRAMES, TURN_TIME, AnimatedFigure, MovingBody, Reading
 from camopt.show.drawing.picture import Picture
 from camopt.show.drawing.style import Target, new_figure
 
@@ -114,7 +113,7 @@ def animate(scene: SceneSource | Machine, path: Target = None) -> Animation:
 def animated_scene_figure(scene: Scene) -> Iterator[AnimatedFigure]:
     """The figure of a cam under its follower, drawn at cam angle 0, with its moving parts."""
     picture = Picture(scene, resolve_design(scene))
-    with new_figure(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
+    with new_figure(None, GROOVE_SIZE if picture.is_developed else DISC_SIZE) as figure:
         yield draw_animated_figure(figure, picture)
 
 
@@ -129,34 +128,15 @@ Element = ElementTree.Element
 
 def animated_svg(animated_figure: AnimatedFigure) -> str:
     """The text of the SVG file."""
-    for place, body in enumerate(animated_figure.bodies):
-        body.axes.set_gid(f"body-{place}")
-    for place, reading in enumerate(animated_figure.readings):
-        reading.text.set_gid(f"reading-{place}")
-    root = _svg_with_wide_margins(animated_figure.figure)
-    groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
-    for place, body in enumerate(animated_figure.bodies):
-        group = groups[f"body-{place}"]
-        for kind, values in body.svg_transforms(
-            _function_to_points_in_file(body.axes, animated_figure.figure)
-        ).items():
-            if len(set(values)) > 1:
-                inner = _wrap_content_in_group(group)
-                if body.drawn_at is not None:
-                    inner.set("transform", f"{kind}({values[0]})")  # for programs without SMIL
-                _animate_transform(inner, kind, values, "linear")
-        if body.windowed:
-            _clip_group(group, _axes_box_in_file(body.axes, animated_figure.figure))
-    for place, reading in enumerate(animated_figure.readings):
-        _animate_reading(groups[f"reading-{place}"], reading)
-    return ElementTree.tostring(root, encoding="unicode")
-
-
-def _svg_with_wide_margins(figure: Any) -> Element:
-    """The still picture as SVG, on a wide page: matplotlib drops lines outside of the page."""
     from matplotlib.transforms import Bbox
 
+    figure, bodies, readings = animated_figure
+    for place, body in enumerate(bodies):
+        body.axes.set_gid(f"body-{place}")
+    for place, reading in enumerate(readings):
+        reading.text.set_gid(f"reading-{place}")
     width, height = figure.get_size_inches()
+    # the page is wide, since matplotlib drops lines outside of it
     wide = Bbox.from_bounds(-PAGES_AROUND * width, 0.0, (1.0 + 2.0 * PAGES_AROUND) * width, height)
     file = StringIO()
     figure.savefig(file, format="svg", metadata={"Date": None}, bbox_inches=wide)
@@ -167,7 +147,20 @@ def _svg_with_wide_margins(figure: Any) -> Element:
     root.set("viewBox", f"{PAGES_AROUND * width:g} 0 {width:g} {height:g}")
     root.set("width", f"{width:g}pt")
     root.set("height", f"{height:g}pt")
-    return root
+    groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
+    for place, body in enumerate(bodies):
+        group = groups[f"body-{place}"]
+        for kind, values in _svg_transforms(body, figure).items():
+            if len(set(values)) > 1:
+                inner = _wrap_content_in_group(group)
+                if body.drawn_at is not None:
+                    inner.set("transform", f"{kind}({values[0]})")  # for programs without SMIL
+                _animate_transform(inner, kind, values, "linear")
+        if body.windowed:
+            _clip_group(group, _axes_box_in_file(body.axes, figure))
+    for place, reading in enumerate(readings):
+        _animate_reading(groups[f"reading-{place}"], reading)
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _animate_reading(group: Element, reading: Reading) -> None:
@@ -188,11 +181,9 @@ def _animate_reading(group: Element, reading: Reading) -> None:
 
 def _wrap_content_in_group(group: Element) -> Element:
     """Move the content of a group into a new inner group; return the inner group."""
-    elements = list(group)
-    for element in elements:
-        group.remove(element)
-    inner = ElementTree.SubElement(group, f"{{{NAMESPACE}}}g")
-    inner.extend(elements)
+    inner = ElementTree.Element(f"{{{NAMESPACE}}}g")
+    inner.extend(group)
+    group[:] = [inner]
     return inner
 
 
@@ -226,13 +217,17 @@ def _axes_box_in_file(axes: Any, figure: Any) -> tuple[float, float, float, floa
     return (PAGES_AROUND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
 
 
-def _function_to_points_in_file(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
-    """A function from points of axes to places in the file, (n, 2) [points]."""
-    left, top, width, height = _axes_box_in_file(axes, figure)
-    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+def _svg_transforms(body: MovingBody, figure: Any) -> dict[str, list[str]]:
+    """SVG transforms of a body at all frames, in their order.
 
-    def points_in_file(points: ComplexArray) -> FloatArray:
-        across, up = (points.real - x0) / (x1 - x0), (points.imag - y0) / (y1 - y0)
-        return np.column_stack([left + across * width, top + (1.0 - up) * height])
-
-    return points_in_file
+    Numbers have six digits: a thousandth of a point or of a degree.
+    """
+    left, top, width, height = _axes_box_in_file(body.axes, figure)
+    (x0, x1), (y0, y1) = body.axes.get_xlim(), body.axes.get_ylim()
+    points = np.array([body.origin, 0j, *(body.path - body.origin)])
+    across, up = (points.real - x0) / (x1 - x0), (points.imag - y0) / (y1 - y0)
+    (x, y), zero, *places = np.column_stack([left + across * width, top + (1.0 - up) * height])
+    return {
+        "rotate": [f"{-angle:.6g} {x:.6g} {y:.6g}" for angle in np.degrees(body.angles)],
+        "translate": [f"{right:.6g} {down:.6g}" for right, down in np.array(places) - zero],
+    }

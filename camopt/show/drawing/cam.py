@@ -54,10 +54,16 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     draw_second_disc_outline(axes, whole)
     labels = [*draw_stroke_starts(axes, picture), draw_rotation_arrow(axes, picture)]
     spans = draw_follower(FollowerAxes(axes, axes, axes), picture, size)
-    second = [*draw_second_contact(axes, whole), second_disc_outline(whole)]
-    body = largest_body_radius(picture) * CROSS_POINTS
-    parts = [pitch, body, *_draw_reference_circles(axes, whole, pitch, size), *spans, *second]
-    frame_with_scale_bar(axes, np.concatenate([*parts, *draw_linkage(axes, picture, spans, size)]))
+    extent = [
+        *draw_second_contact(axes, whole),
+        second_disc_outline(whole),
+        pitch,
+        largest_body_radius(picture) * CROSS_POINTS,
+        *_draw_reference_circles(axes, whole, pitch, size),
+        *spans,
+        *draw_linkage(axes, picture, spans, size),
+    ]
+    frame_with_scale_bar(axes, np.concatenate(extent))
     return labels
 
 
@@ -65,21 +71,24 @@ def roller_arc_at_corner(before: CamCurves, after: CamCurves, radius: float) -> 
     """The arc of the roller at a corner of the pitch curve, where the normal jumps."""
     turn = np.angle(after.normal[0] / before.normal[-1])
     steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
-    arc: ComplexArray = after.pitch[0] - radius * before.normal[-1] * np.exp(1j * steps)
-    return arc
+    return np.asarray(after.pitch[0] - radius * before.normal[-1] * np.exp(1j * steps))
 
 
 def draw_cam_body(axes: Any, picture: Picture) -> None:
     """Draw the body with its profile, groove or rib, coloured by stroke, without parts cut away by undercutting."""
-    mechanism = picture.problem.setup.mechanism
-    fill = (
-        _fill_profile if mechanism.body.bounded else _fill_ribbed_face if mechanism.has_rib else _fill_grooved_face
-    )
-    fill(axes, picture if mechanism.has_rib else picture.contacts[0])
+    _fill_body(axes, picture)
     labelled = set[Any]()
     for contact in picture.first_disc_contacts:
-        _draw_flanks(axes, contact, labelled)
-        if float(contact.problem.design.roller_radius[0]) > 0.0:
+        radius = float(contact.problem.design.roller_radius[0])
+        thin = {"lw": 0.9, "alpha": 0.9} if contact.undercut else {"lw": 2.2}
+        for place, (kind, curves) in enumerate(zip(contact.stroke_kind_of_each_piece, contact.curves, strict=True)):
+            for flank, wall in zip(contact.problem.setup.mechanism.flanks, curves.profile, strict=True):
+                label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
+                draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
+                corner = roller_arc_at_corner(contact.curves[place - 1], curves, -flank.side * radius)
+                draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
+                labelled.add(kind)
+        if radius > 0.0:
             pitch = np.concatenate([c.pitch for c in contact.curves])
             style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
             label = None if "pitch curve" in labelled else "pitch curve"
@@ -87,53 +96,32 @@ def draw_cam_body(axes: Any, picture: Picture) -> None:
             labelled.add(label)
 
 
-def _draw_flanks(axes: Any, picture: Picture, labelled_strokes: set[Any]) -> None:
-    """Draw the flanks at one contact by stroke; strokes in ``labelled_strokes`` get no further label."""
-    radius = float(picture.problem.design.roller_radius[0])
-    thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
-    for place, (kind, curves) in enumerate(zip(picture.stroke_kind_of_each_piece, picture.curves, strict=True)):
-        for flank, wall in zip(picture.problem.setup.mechanism.flanks, curves.profile, strict=True):
-            label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled_strokes else None
-            draw_line(axes, wall, color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
-            corner = roller_arc_at_corner(picture.curves[place - 1], curves, -flank.side * radius)
-            draw_line(axes, corner, color=COLOURS[DWELL], zorder=3.9, **thin)
-            labelled_strokes.add(kind)
+def _fill_body(axes: Any, picture: Picture) -> None:
+    """Fill the inside of the profile, or a disc without the groove that a roller sweeps in it, or with its rib.
 
-
-def _fill_profile(axes: Any, picture: Picture) -> None:
-    """Fill the inside of the profile."""
-    solid = (
-        outline_left_by_undercutting(picture)
-        if picture.undercut
-        else np.concatenate([c.profile[0] for c in picture.curves])
-    )
-    edge = {"edgecolor": INK, "label": "cam after undercutting"} if picture.undercut else {"edgecolor": "none"}
-    fill_area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
-
-
-def _fill_grooved_face(axes: Any, picture: Picture) -> None:
-    """Fill a disc, and clear the groove that a roller sweeps in its face."""
-    _fill_plate(axes, picture, FILL)
-    pitch = np.concatenate([c.pitch for c in picture.curves])
+    The edge of a disc is drawn if its diameter is known.
+    """
+    mechanism, first = picture.problem.setup.mechanism, picture.contacts[0]
+    if mechanism.body.bounded:
+        edge = {"edgecolor": INK, "label": "cam after undercutting"} if first.undercut else {"edgecolor": "none"}
+        profile = np.concatenate([c.profile[0] for c in first.curves])
+        solid = outline_left_by_undercutting(first) if first.undercut else profile
+        fill_area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
+        return
+    disc = largest_body_radius(first) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
+    colour = INK if first.problem.setup.solid.outer_diameter is not None else "none"
+    fill_area(axes, disc, facecolor="white" if mechanism.has_rib else FILL, edgecolor=colour, lw=1.0, zorder=1)
+    if mechanism.has_rib:
+        outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
+        rib = np.concatenate([outer, outer[:1], inner[:1], inner[::-1]])
+        fill_area(axes, rib, facecolor=FILL, lw=0.0, zorder=1.5)
+        return
+    pitch = np.concatenate([c.pitch for c in first.curves])
     swept = LinearRing(np.column_stack([pitch.real, pitch.imag]))
-    swept = swept.buffer(float(picture.problem.design.roller_radius[0]), quad_segs=64)
-    style = {"edgecolor": INK if picture.undercut else "none", "lw": 1.0, "zorder": 1.5}
+    swept = swept.buffer(float(first.problem.design.roller_radius[0]), quad_segs=64)
+    style = {"edgecolor": INK if first.undercut else "none", "lw": 1.0, "zorder": 1.5}
     for colour, ring in [("white", swept.exterior), *((FILL, hole) for hole in swept.interiors)]:
         axes.fill(*np.asarray(ring.coords).T, facecolor=colour, **style)
-
-
-def _fill_ribbed_face(axes: Any, picture: Picture) -> None:
-    """Draw a disc with a rib on its face."""
-    _fill_plate(axes, picture.contacts[0], "white")
-    outer, inner = (np.concatenate([c.profile[0] for c in each.curves]) for each in picture.contacts)
-    fill_area(axes, np.concatenate([outer, outer[:1], inner[:1], inner[::-1]]), facecolor=FILL, lw=0.0, zorder=1.5)
-
-
-def _fill_plate(axes: Any, picture: Picture, colour: str) -> None:
-    """Fill the face of a disc, with its edge if its diameter is known."""
-    edge = largest_body_radius(picture) * np.exp(1j * np.linspace(0.0, 2 * np.pi, 721))
-    known = picture.problem.setup.solid.outer_diameter is not None
-    fill_area(axes, edge, facecolor=colour, edgecolor=INK if known else "none", lw=1.0, zorder=1)
 
 
 def largest_body_radius(picture: Picture) -> float:
@@ -184,7 +172,13 @@ def _draw_reference_circles(axes: Any, picture: Picture, pitch: ComplexArray, si
         draw_circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * CROSS_POINTS)
         lowest = min(lowest, -through)
-        _draw_pitch_point(axes, steepest, mirrored=steepest is not picture and not mechanism.touches_rib)
+        at = np.radians([steepest.quantity_values["pressure_angle_max_at_deg"]])
+        own = steepest.problem
+        point = cam_curves(own.setup.mechanism, own.design, own.programme, at).pitch
+        if steepest is not picture and not mechanism.touches_rib:  # the contact is with a second disc
+            point = point.conj()
+        ring = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
+        draw_line(axes, point, label="pitch point", **ring)
     draw_shaft_and_centre_mark(axes, picture, size)
     if not problem.setup.angular:
         spans.append(_draw_offset_circle_and_dimension(axes, float(problem.design.offset[0]), lowest, size))
@@ -200,14 +194,6 @@ def draw_shaft_and_centre_mark(axes: Any, picture: Picture, size: float) -> None
     draw_line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
     draw_line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
     draw_circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
-
-
-def _draw_pitch_point(axes: Any, picture: Picture, *, mirrored: bool) -> None:
-    """Draw a ring at the pitch point; ``mirrored`` for a contact with a second disc."""
-    problem, at = picture.problem, np.radians([picture.quantity_values["pressure_angle_max_at_deg"]])
-    point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
-    style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
-    draw_line(axes, point.conj() if mirrored else point, label="pitch point", **style)
 
 
 def _draw_offset_circle_and_dimension(axes: Any, offset: float, lowest_level: float, size: float) -> ComplexArray:

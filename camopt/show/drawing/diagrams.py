@@ -9,7 +9,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.show.drawing.labels import Label, label_place_candidates
 from camopt.show.drawing.panels import NEGLIGIBLE, MarkedPeak, MoveMark, Panel, PieceValues
-from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digit_text
+from camopt.show.drawing.picture import STROKE_NAMES, Picture
 from camopt.show.drawing.style import (
     ALARM,
     COLOURS,
@@ -57,9 +57,7 @@ def draw_diagrams(
 
 def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     factor, unit = short_number_factor_and_unit(panel.values, panel.unit)
-    if factor != 1.0:
-        for peak in panel.peaks:
-            peak.text = four_digit_text(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
+    peaks = panel.peaks if factor == 1.0 else [peak.with_factor(factor) for peak in panel.peaks]
     angles = [np.degrees(piece) for piece in picture.angles_of_pieces]
     for kind, start, end in picture.stroke_kind_spans:
         axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
@@ -84,7 +82,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     _draw_undercut(axes, angles, panel)
     _draw_title_and_note(axes, f"{panel.title}, {unit}" if unit else panel.title, panel.note)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
-    return [_draw_peak(axes, peak, factor) for peak in panel.peaks]
+    return [_draw_peak(axes, peak) for peak in peaks]
 
 
 def _draw_title_and_note(axes: Any, title: str, note: str) -> None:
@@ -144,8 +142,7 @@ def draw_condition_mark(axes: Any, mark: MoveMark, factor: float) -> None:
         if low == high:  # thick and pale, to be seen under a curve that follows it
             axes.plot([mark.start, mark.end], [low, low], color=INK, lw=5.0, alpha=0.3, zorder=1.5)
             return
-        pen = {"ec": INK, "fc": (0.0, 0.0, 0.0, 0.08), "lw": 1.1, "zorder": 1.5}
-        axes.fill_between([mark.start, mark.end], low, high, **pen)
+        axes.fill_between([mark.start, mark.end], low, high, ec=INK, fc=(0.0, 0.0, 0.0, 0.08), lw=1.1, zorder=1.5)
         return
     style = {"marker": "s", "ms": 3.4, "mfc": "white", "mec": INK, "mew": 0.9}
     axes.plot([mark.start, mark.start], [low, high], color=INK, lw=1.1, zorder=4, **style)
@@ -191,20 +188,12 @@ def _draw_undercut(axes: Any, angles: PieceValues, panel: Panel) -> None:
         axes.text(min(max(middles[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
 
 
-def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
+def _draw_peak(axes: Any, peak: MarkedPeak) -> Label:
     """Mark a peak; return the label with its value."""
-    value = peak.value * factor
-    outwards = copysign(pi / 2, -1.0 if peak.least else value)
-    axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
+    axes.plot([peak.angle], [peak.value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
     style = {"fontsize": SMALL_SIZE, "color": peak.colour, "zorder": 5}
-    return Label(
-        axes,
-        peak.text,
-        (peak.angle, value),
-        label_place_candidates(PEAK_LABEL_DISTANCES, outwards),
-        style,
-        PEN_WIDTH,
-    )
+    places = label_place_candidates(PEAK_LABEL_DISTANCES, copysign(pi / 2, -1.0 if peak.least else peak.value))
+    return Label(axes, peak.text, (peak.angle, peak.value), places, style, PEN_WIDTH)
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:

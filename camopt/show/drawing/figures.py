@@ -11,7 +11,6 @@ from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.show.drawing import diagrams
 from camopt.show.drawing.cam import draw_disc
-from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.groove import draw_groove
 from camopt.show.drawing.labels import Label, place_labels
 from camopt.show.drawing.loads import load_panels
@@ -37,21 +36,26 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     """Draw a cam with its follower and diagrams; with a path, also save it as PNG, SVG or PDF."""
     scene = what if isinstance(what, Scene) else what.scene
     picture = Picture(scene, resolve_design(scene))
-    developed = picture.problem.setup.mechanism.body.developed
     shown = all_panels_in_shown_units(picture)
-    page = _groove_layout(len(shown)) if developed else _disc_layout(len(shown))
+    page = _groove_layout(len(shown)) if picture.is_developed else _disc_layout(len(shown))
     with new_figure(path, (FIGURE_WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.box_in_figure_shares(box)) for box in page.panels]
         _draw_header(figure, picture)
         labels = diagrams.draw_diagrams(axes, picture, shown, page.heads, page.feet)
-        place_labels(figure, [*labels, *_draw_cam_with_legend(figure, picture, page)])
+        cam = figure.add_axes(page.box_in_figure_shares(page.cam))
+        labels += _draw_cam_to_scale(cam, picture)
+        if picture.can_assemble:
+            handles, names = cam.get_legend_handles_labels()
+            place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
+            place |= {"ncols": len(names) if picture.is_developed else min(len(names), 4), "columnspacing": 1.8}
+            figure.legend(handles, names, loc="lower center", **place)
+        place_labels(figure, labels)
     return figure
 
 
 def all_panels_in_shown_units(picture: Picture) -> list[Panel]:
     """Diagrams of motion, pressure angle, curvature and computed loads, in the units that are shown."""
-    panels = (*motion_panels(picture), *dynamics_panels(picture), *load_panels(picture))
-    return [panel.in_shown_units() for panel in panels]
+    return [panel.in_shown_units() for panel in (*motion_panels(picture), *load_panels(picture))]
 
 
 def draw_main_diagram(axes: Any, what: Scene | Evaluation | Design) -> None:
@@ -66,24 +70,7 @@ def _draw_cam_to_scale(axes: Any, picture: Picture) -> list[Label]:
         axes.set_axis_off()
         axes.text(0.5, 0.5, "This mechanism cannot be assembled.", ha="center", color=ALARM, fontsize=TITLE_SIZE)
         return []
-    developed = picture.problem.setup.mechanism.body.developed
-    labels: list[Label] = (draw_groove if developed else draw_disc)(axes, picture)
-    return labels
-
-
-def _draw_cam_with_legend(figure: Any, picture: Picture, layout: Any) -> list[Label]:
-    """Draw the cam to scale with a legend; return the labels to place."""
-    developed = picture.problem.setup.mechanism.body.developed
-    cam = figure.add_axes(layout.box_in_figure_shares(layout.cam))
-    labels = _draw_cam_to_scale(cam, picture)
-    if not picture.can_assemble:
-        return []
-    handles, names = cam.get_legend_handles_labels()
-    place: dict[str, Any] = {"bbox_to_anchor": (layout.legend[0], layout.legend[1] / layout.height)}
-    columns = len(names) if developed else min(len(names), 4)
-    place |= {"ncols": columns, "columnspacing": 1.8}
-    figure.legend(handles, names, loc="lower center", **place)
-    return labels
+    return draw_groove(axes, picture) if picture.is_developed else draw_disc(axes, picture)
 
 
 TEXT_SEPARATOR = "  ·  "  # between texts on one line
@@ -142,8 +129,8 @@ def _groove_layout(count: int) -> FigureLayout:
 
 
 def _draw_header(figure: Any, picture: Picture) -> None:
-    """Write the name of the scene, its mechanism and sizes, and the main results."""
-    name = picture.scene.name
+    """Write the name of the scene, its mechanism and sizes, the main results, undercut and broken limits."""
+    name, problem = picture.scene.name, picture.problem
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
     figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
@@ -152,15 +139,14 @@ def _draw_header(figure: Any, picture: Picture) -> None:
     figure.text(0.045, 1.0 - 0.66 * inch, sizes, fontsize=fitting, color=MUTED)
     figure.text(0.045, 1.0 - 0.87 * inch, geometry_results_line(picture), fontsize=HEADING_SIZE, color=INK)
     if picture.can_assemble:
-        figure.text(
-            0.98,
-            1.0 - 0.42 * inch,
-            _undercut_and_broken_limits_words(picture),
-            fontsize=TITLE_SIZE,
-            color=ALARM,
-            ha="right",
-            fontweight="bold",
-        )
+        columns = {name: np.atleast_1d(value) for name, value in picture.quantity_values.items()}
+        excess = relative_excesses_by_limit(problem.limits, columns, problem.design)
+        broken = str(violated_limit_names(problem.limits, excess)[0]) if problem.limits else ""
+        names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
+        faults = ["undercut"] if picture.undercut else []
+        faults += [f"broken limits: {', '.join(names)}"] if names else []
+        style = {"fontsize": TITLE_SIZE, "color": ALARM, "ha": "right", "fontweight": "bold"}
+        figure.text(0.98, 1.0 - 0.42 * inch, TEXT_SEPARATOR.join(faults), **style)
 
 
 def mechanism_and_sizes_line(picture: Picture) -> str:
@@ -212,14 +198,3 @@ def geometry_results_line(picture: Picture) -> str:
     if "shaft_clearance_mm" in values:
         words.append(f"shaft clearance {value_with_unit(values['shaft_clearance_mm'])}")
     return TEXT_SEPARATOR.join(words)
-
-
-def _undercut_and_broken_limits_words(picture: Picture) -> str:
-    """A text with "undercut" and the broken limits; empty if there are none."""
-    problem = picture.problem
-    columns = {name: np.atleast_1d(value) for name, value in picture.quantity_values.items()}
-    excess = relative_excesses_by_limit(problem.limits, columns, problem.design)
-    broken = str(violated_limit_names(problem.limits, excess)[0]) if problem.limits else ""
-    names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
-    faults = ["undercut"] if picture.undercut else []
-    return TEXT_SEPARATOR.join([*faults, *([f"broken limits: {', '.join(names)}"] if names else [])])

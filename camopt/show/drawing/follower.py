@@ -24,16 +24,18 @@ class FollowerAxes(NamedTuple):
 
 def draw_follower(follower_axes: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
     """Draw the follower of a disc cam; return its extent. ``size`` is the largest radius of the cam [mm]."""
-    flat = picture.problem.setup.mechanism.flat_faced
-    if picture.problem.setup.angular:
-        return (_draw_swinging_face if flat else _draw_swinging_tip)(follower_axes, picture, size)
-    return (_draw_sliding_face if flat else _draw_sliding_tip)(follower_axes, picture, size)
-
-
-def _draw_sliding_tip(follower_axes: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
+    swings = picture.problem.setup.angular
+    if picture.problem.setup.mechanism.flat_faced:
+        return (_draw_swinging_face if swings else _draw_sliding_face)(follower_axes, picture, size)
     trace = complex(_start_trace_and_normal(picture)[0])
-    seat = _draw_tip_and_find_seat(follower_axes, picture, trace, 1j, size)
-    return [*_draw_follower_stem(follower_axes, picture, seat, size), np.array([trace])]
+    pivot = complex(picture.problem.design.centre_distance[0]) if swings else 0j
+    up = -1j * (trace - pivot) / abs(trace - pivot) if swings else 1j
+    seat = _draw_tip_and_find_seat(follower_axes, picture, trace, up, size)
+    if not swings:
+        return [*_draw_follower_stem(follower_axes, picture, seat, size), np.array([trace])]
+    draw_arm(follower_axes, pivot, seat, size)
+    swing = _draw_tip_arc(follower_axes.ground, picture, pivot, trace)
+    return [swing, np.array([pivot + 0.12 * size * (1 - 1j), seat + 0.12j * size])]
 
 
 def _draw_sliding_face(follower_axes: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
@@ -93,15 +95,6 @@ def _draw_tip_and_find_seat(
         seat = complex((cap[0] + cap[-1]) / 2 + back)
     draw_line(follower_axes.contact, [trace_point - radius * normal], marker="o", ms=3.5, color=INK, zorder=7)
     return seat
-
-
-def _draw_swinging_tip(follower_axes: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:
-    trace, pivot = complex(_start_trace_and_normal(picture)[0]), complex(picture.problem.design.centre_distance[0])
-    up = -1j * (trace - pivot) / abs(trace - pivot)
-    seat = _draw_tip_and_find_seat(follower_axes, picture, trace, up, size)
-    draw_arm(follower_axes, pivot, seat, size)
-    swing = _draw_tip_arc(follower_axes.ground, picture, pivot, trace)
-    return [swing, np.array([pivot + 0.12 * size * (1 - 1j), seat + 0.12j * size])]
 
 
 def _draw_swinging_face(follower_axes: FollowerAxes, picture: Picture, size: float) -> list[ComplexArray]:

@@ -46,7 +46,9 @@ def render_frames(animated_figure: AnimatedFigure) -> Iterator[Image]:
     for frame in range(FRAMES):
         canvas.restore_region(behind)
         for body, affine in transforms:
-            body.set_transform_at_frame(affine, frame)
+            centre, shift = body.origin, body.path[frame] - body.origin
+            affine.clear().rotate_around(centre.real, centre.imag, body.angles[frame])
+            affine.translate(shift.real, shift.imag)
             body.axes.draw(canvas.get_renderer())
         for text, values in animated_figure.readings:
             text.set_text(values[frame])
@@ -92,23 +94,10 @@ def write_mp4(animated_figure: AnimatedFigure, file: Path) -> None:
         If ffmpeg fails.
     """
     width, height = (round(inches * FRAME_DPI) for inches in animated_figure.figure.get_size_inches())
-    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / TURN_TIME:g}"]
-    encoding = ["-pix_fmt", "yuv420p", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-    command = [
-        find_ffmpeg(),
-        "-v",
-        "error",
-        "-y",
-        *source,
-        "-i",
-        "-",
-        *encoding,
-        "-movflags",
-        "+faststart",
-        "-f",
-        "mp4",
-    ]
-    with subprocess.Popen([*command, str(file)], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
+    frames = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {FRAMES / TURN_TIME:g} -i -"
+    encoding = "-pix_fmt yuv420p -threads 1 -fflags +bitexact -flags:v +bitexact -movflags +faststart -f mp4"
+    command = [find_ffmpeg(), *f"-v error -y {frames} {encoding}".split(), str(file)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
         with suppress(BrokenPipeError):  # ffmpeg has ended; its error message is read below
             for frame in render_frames(animated_figure):
@@ -133,5 +122,4 @@ def find_ffmpeg() -> str:
     except ImportError:
         why = 'needs ffmpeg: install it, or pip install "camopt[video]"'
         raise BadInput([Mistake("camopt", ".mp4", None, why, bare=True)]) from None
-    program: Any = get_ffmpeg_exe()
-    return str(program)
+    return str(get_ffmpeg_exe())

@@ -7,7 +7,6 @@ from shapely import LineString
 
 from camopt.core.numerics import ComplexArray
 from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
-from camopt.model.mechanisms.geometry import CamCurves
 from camopt.scene.problem.linkage import follower_pivot
 from camopt.show.drawing.follower import FollowerAxes, draw_arm
 from camopt.show.drawing.labels import Label
@@ -42,22 +41,30 @@ STEM_WIDTH, STEM_OVERRUN = 0.05, 0.25
 
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """Draw the developed groove or rib over one turn, with rollers at its start; return the labels to place."""
-    design = picture.problem.design
-    around, (low, high) = 2 * np.pi * float(design.size[0]), drawn_cylinder_ends(picture)
+    size, (low, high) = float(picture.problem.design.size[0]), drawn_cylinder_ends(picture)
+    around = 2 * np.pi * size
     sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
     (face,) = axes.fill(sheet.real, sheet.imag, facecolor=surface_colour(picture), edgecolor=INK, lw=1.0, zorder=1)
     draw_groove_or_rib(axes, picture, around)
     for artist in [*axes.patches[1:], *axes.lines]:
         artist.set_clip_path(face)
-    labels = _draw_developed_stroke_starts(axes, picture, sheet)
+    labels, style = [], {"fontsize": SMALL_SIZE, "color": MUTED}
+    for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
+        draw_line(axes, size * angle + 1j * np.array([low, high]), color=FAINT, lw=0.7, zorder=1.5)
+        text, point = f"{np.degrees(angle):.4g}°", (size * angle, high)
+        labels.append(Label(axes, text, point, ANGLE_OFFSETS, style, PROFILE_WIDTH))
+    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
+    axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
+    place = {"ha": "right", "va": "center", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
+    axes.text(0.905, 1.14, "the surface moves", **place)
     spans = [sheet, *draw_groove_follower(FollowerAxes(axes, axes, axes), picture)]
-    spans += draw_linkage(axes, picture, spans, float(design.size[0]))
+    spans += draw_linkage(axes, picture, spans, size)
     points, box, page = np.concatenate(spans), axes.get_position(), axes.figure.get_size_inches()
     needed = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
     width = min(box.width, float(needed))  # the points at equal scales need no more
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
     fit_axes(axes, points, 0.02)
-    radius, unit = four_digit_length_text(float(design.size[0])), unit_in_shown_system("mm")
+    radius, unit = four_digit_length_text(size), unit_in_shown_system("mm")
     axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along the axis, {unit}")
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, _round_down_in_shown_unit(around / 4)))
@@ -90,14 +97,21 @@ def drawn_cylinder_ends(picture: Picture) -> tuple[float, float]:
 def draw_groove_or_rib(axes: Any, picture: Picture, circumference: float) -> None:
     """Draw a groove or rib with coloured flanks and pitch curves, also on the neighbouring turns."""
     radius, contacts = float(picture.problem.design.roller_radius[0]), [each.curves for each in picture.contacts]
+    shifts = (-circumference, 0.0, circumference)
+    pitches = [np.concatenate([c.pitch for c in curves]) for curves in contacts]
+    pitches = [np.concatenate([pitch + shift for shift in shifts]) for pitch in pitches]
     if len(contacts) > 1:
         upper, lower = (np.concatenate([c.profile[0] for c in curves]) for curves in contacts)
-        for shift in (-circumference, 0.0, circumference):
+        for shift in shifts:
             between = np.concatenate([upper, lower[::-1]]) + shift
             fill_area(axes, between, facecolor=FILL, edgecolor=FILL, lw=0.6, zorder=2)
-    elif radius > 0.0:
-        _fill_groove(axes, contacts[0], radius, circumference)
+    elif radius > 0.0:  # the region that the roller sweeps
+        swept = LineString(np.column_stack([pitches[0].real, pitches[0].imag])).buffer(radius, quad_segs=32)
+        for part in getattr(swept, "geoms", [swept]):
+            for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
+                axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
     labelled = set()
+    width = 0.9 if picture.undercut else 2.0
     for kind, curves in (
         (kind, c) for each in contacts for kind, c in zip(picture.stroke_kind_of_each_piece, each, strict=True)
     ):
@@ -105,54 +119,11 @@ def draw_groove_or_rib(axes: Any, picture: Picture, circumference: float) -> Non
             label = f"profile, {STROKE_NAMES[kind]}" if kind not in labelled else None
             labelled.add(kind)
             for shift in (0.0, -circumference, circumference):
-                width = 0.9 if picture.undercut else 2.0
                 draw_line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
                 label = None
     dashes = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
-    for number, each in enumerate(contacts if radius > 0.0 else ()):
-        draw_line(axes, _pitch_over_turns(each, circumference), label=None if number else "pitch curve", **dashes)
-
-
-def _pitch_over_turns(curves: list[CamCurves], circumference: float) -> ComplexArray:
-    """A pitch curve repeated over three turns."""
-    pitch = np.concatenate([c.pitch for c in curves])
-    return np.concatenate([pitch - circumference, pitch, pitch + circumference])
-
-
-def _fill_groove(axes: Any, curves: list[CamCurves], radius: float, circumference: float) -> None:
-    """Fill the region that the roller sweeps."""
-    turns = _pitch_over_turns(curves, circumference)
-    swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
-    for part in getattr(swept, "geoms", [swept]):
-        for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
-            axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
-
-
-def _draw_developed_stroke_starts(axes: Any, picture: Picture, surface_corners: ComplexArray) -> list[Label]:
-    """Draw the starts of strokes and the direction of the surface; return labels with cam angles."""
-    size, top, labels = float(picture.problem.design.size[0]), float(surface_corners.imag.max()), []
-    for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
-        draw_line(
-            axes, size * angle + 1j * np.array([surface_corners.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5
-        )
-        style = {"fontsize": SMALL_SIZE, "color": MUTED}
-        labels.append(
-            Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ANGLE_OFFSETS, style, PROFILE_WIDTH)
-        )
-    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
-    axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
-    place = {"ha": "right", "va": "center", "fontsize": TEXT_SIZE, "color": INK, "transform": axes.transAxes}
-    axes.text(0.905, 1.14, "the surface moves", **place)
-    return labels
-
-
-def _draw_groove_stem(axes: Any, picture: Picture, start: complex) -> ComplexArray:
-    """Draw the stem of a translating follower, from its roller to the point that drives a train."""
-    size, top = float(picture.problem.design.size[0]), drawn_cylinder_ends(picture)[1]
-    half, end = STEM_WIDTH * size / 2, start.real + 1j * (top + STEM_OVERRUN * size)
-    stem = np.array([start - half, end - half, end + half, start + half])
-    fill_area(axes, stem, facecolor=BODY, edgecolor=INK, lw=1.1, zorder=5)
-    return stem
+    for number, pitch in enumerate(pitches if radius > 0.0 else ()):
+        draw_line(axes, pitch, label=None if number else "pitch curve", **dashes)
 
 
 def draw_groove_follower(follower_axes: FollowerAxes, picture: Picture) -> list[ComplexArray]:
@@ -177,7 +148,10 @@ def draw_groove_follower(follower_axes: FollowerAxes, picture: Picture) -> list[
         spans.append(np.array([reach - 0.3 * size]))
         draw_line(axes, starts, color=INK, lw=1.6, alpha=0.5, zorder=5.5)
         if picture.problem.setup.train is not None:
-            spans.append(_draw_groove_stem(axes, picture, start))
+            mean_radius, top = float(design.size[0]), drawn_cylinder_ends(picture)[1]
+            half, end = STEM_WIDTH * mean_radius / 2, start.real + 1j * (top + STEM_OVERRUN * mean_radius)
+            spans.append(np.array([start - half, end - half, end + half, start + half]))
+            fill_area(axes, spans[-1], facecolor=BODY, edgecolor=INK, lw=1.1, zorder=5)
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
     for each in starts:
         if radius > 0.0:

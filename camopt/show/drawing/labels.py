@@ -4,7 +4,7 @@ One label after the other takes the first free place, or the cheapest one. Leavi
 costs most, leaving the axes or overlapping a mark or body costs less, crossing a line costs least.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import cycle
 from math import cos, pi, sin
 from typing import Any, NamedTuple
@@ -52,11 +52,7 @@ def place_labels(figure: Any, labels: Sequence[Label]) -> None:
     texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
     occupied = [text.get_window_extent(renderer).get_points() for text in texts]
     room, clear = (points * figure.dpi / 72.0 for points in (TEXT_ROOM, MARK_ROOM))
-    kinds = {(label.axes, label.thinnest) for label in labels}
-    obstacles = {
-        (axes, pen): (_marker_centres(axes), _outlines_above_labels(axes), list(_lines_with_half_widths(axes, pen)))
-        for axes, pen in kinds
-    }
+    obstacles = {key: _label_obstacles(*key) for key in {(label.axes, label.thinnest) for label in labels}}
     for label in labels:
         text = label.axes.annotate(
             label.text,
@@ -90,37 +86,27 @@ def _set_text_place(text: Any, place: LabelPlace) -> None:
     text.set_verticalalignment("center" if abs(y) < LEAST_OFFSET else "bottom" if y > 0.0 else "top")
 
 
-def _marker_centres(axes: Any) -> FloatArray:
-    """Centres of the marks of axes [pixels], (n, 2)."""
-    from matplotlib.collections import PathCollection
+def _label_obstacles(axes: Any, least_width: float) -> tuple[FloatArray, list[Any], list[tuple[Any, float]]]:
+    """Centres of marks, outlines of patches above labels, and lines with half their widths, of axes [pixels]."""
+    from matplotlib.collections import LineCollection, PathCollection
 
     marked = [line for line in axes.lines if line.get_marker() not in (None, "None", "")]
-    found = [line.get_transform().transform(line.get_xydata()) for line in marked]
+    centres = [line.get_transform().transform(line.get_xydata()) for line in marked]
     clouds = [points for points in axes.collections if isinstance(points, PathCollection)]
-    found += [axes.transData.transform(points.get_offsets()) for points in clouds]
-    return np.concatenate([np.zeros((0, 2)), *found])
-
-
-def _lines_with_half_widths(axes: Any, least_width: float) -> Iterator[tuple[Any, float]]:
-    """Lines of axes, with half their widths [pixels]."""
-    from matplotlib.collections import LineCollection
-
-    half = axes.figure.dpi / 72.0 / 2.0  # of a point, in pixels
+    centres += [axes.transData.transform(points.get_offsets()) for points in clouds]
+    over = (patch for patch in axes.patches if patch.get_zorder() > LABEL_ORDER)
+    outlines = [patch.get_transform().transform_path(patch.get_path()) for patch in over]
+    half, lines = axes.figure.dpi / 72.0 / 2.0, []  # half a point in pixels
     for line in axes.lines:
         if line.get_linestyle() != "None" and line.get_linewidth() >= least_width:
             path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True)
-            yield path, half * line.get_linewidth()
+            lines.append((path, half * line.get_linewidth()))
     for several in axes.collections:
         if isinstance(several, LineCollection):
             widths = cycle(np.atleast_1d(several.get_linewidth()).tolist())
             for path, width in zip(several.get_paths(), widths, strict=False):
-                yield axes.transData.transform_path(path), half * width
-
-
-def _outlines_above_labels(axes: Any) -> list[Any]:
-    """Outlines of patches drawn above labels [pixels]."""
-    over = (patch for patch in axes.patches if patch.get_zorder() > LABEL_ORDER)
-    return [patch.get_transform().transform_path(patch.get_path()) for patch in over]
+                lines.append((axes.transData.transform_path(path), half * width))
+    return np.concatenate([np.zeros((0, 2)), *centres]), outlines, lines
 
 
 def _leaves_bounds(box: Any, bounds: Any) -> bool:

@@ -59,10 +59,8 @@ def train_sketch(
     The first angle is 0. The stem ends at the top of ``drawn_extent``, that of the drawing without the train.
     """
     problem = picture.problem
-    if problem.setup.angular:
-        at = follower_pivot(problem)
-    else:
-        at = complex(problem.design.offset[0], max(float(span.imag.max()) for span in drawn_extent))
+    top = max(float(span.imag.max()) for span in drawn_extent)
+    at = follower_pivot(problem) if problem.setup.angular else complex(problem.design.offset[0], top)
     return linkage_sketch(problem, angles % (2 * np.pi), at, size)
 
 
@@ -78,25 +76,42 @@ def draw_linkage(axes: Any, picture: Picture, drawn_extent: list[ComplexArray], 
 
 def sketch_extent_over_turn(sketch: LinkSketch) -> ComplexArray:
     """The extent of a train over the turn, as points."""
-    corners = [_member_corners(m)[:, None] * np.exp(1j * m.turned) + m.at for m in sketch.members]
+    cross, round_shapes = np.array([1, 1j, -1, -1j]), ("wheel", "roller")
+    corners = [abs(m.points[0]) * cross if m.shape in round_shapes else m.points for m in sketch.members]
+    moved = [c[:, None] * np.exp(1j * m.turned) + m.at for c, m in zip(corners, sketch.members, strict=True)]
     guides = [support.at + support.way * np.array([-1, 1]) for support in sketch.supports]
-    return np.concatenate([points.ravel() for points in (*corners, *guides)])
+    return np.concatenate([points.ravel() for points in (*moved, *guides)])
 
 
 def draw_fixed_parts(axes: Any, sketch: LinkSketch, size: float) -> None:
-    """Draw the fixed supports, and the paths of the joints."""
+    """Draw the fixed supports (pivots on the ground, guides beside sliders), and the paths of the joints."""
     for support in sketch.supports:
-        (_draw_pivot if support.ground == "pivot" else _draw_guide)(axes, support, size)
+        if support.ground == "pivot":
+            fill_area(axes, support.at + size * PIVOT, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
+            base = support.at + size * BASE
+            fill_area(axes, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
+            draw_line(axes, base[:2], color=MUTED, lw=0.9, zorder=4.7)
+            continue
+        across = 1j * support.way / abs(support.way) * size
+        for side in (-1.0, 1.0):
+            inner = support.at + side * GUIDE_GAP * across + support.way * np.array([-1, 1])
+            block = np.concatenate([inner, inner[::-1] + side * GUIDE_WIDTH * across])
+            fill_area(axes, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.5)
     for member in sketch.members:
         if member.shape == "bar":
             draw_line(axes, member.at, color=FAINT, lw=0.8, zorder=4.2)
 
 
 def draw_member(axes: Any, member: Member, size: float) -> None:
-    """Draw a rigid part at cam angle 0."""
+    """Draw a rigid part at cam angle 0; a bar has round ends and a pin at each end."""
     at = complex(member.at[0])
     if member.shape == "bar":
-        _draw_bar(axes, at, at + complex(member.points[1]), BAR_HALF * size)
+        end, half = at + complex(member.points[1]), BAR_HALF * size
+        way = (end - at) / (abs(end - at) or 1.0)
+        round_end = half * way * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
+        fill_area(axes, np.concatenate([end + round_end, at - round_end]), zorder=5.4, **MEMBER_STYLE)
+        for pin in (at, end):
+            draw_circle(axes, 0.4 * half, pin, color=INK, lw=0.9, zorder=5.6)
     elif member.shape == "belt":
         draw_line(axes, at + member.points, color=INK, lw=1.0, zorder=5)
     elif member.shape in ("wheel", "roller"):
@@ -105,38 +120,6 @@ def draw_member(axes: Any, member: Member, size: float) -> None:
         draw_line(axes, [at, at + member.points[0]], color=INK, lw=0.9, zorder=5.3)
     else:
         fill_area(axes, at + member.points, zorder=5.0, **MEMBER_STYLE)
-
-
-def _member_corners(member: Member) -> ComplexArray:
-    if member.shape in ("wheel", "roller"):
-        return np.asarray(abs(member.points[0]) * np.array([1, 1j, -1, -1j]))
-    return member.points
-
-
-def _draw_bar(axes: Any, start: complex, end: complex, half_width: float) -> None:
-    """Draw a bar with round ends, and a pin at each end."""
-    way = (end - start) / (abs(end - start) or 1.0)
-    round_end = half_width * way * np.exp(1j * np.linspace(-np.pi / 2, np.pi / 2, 19))
-    fill_area(axes, np.concatenate([end + round_end, start - round_end]), zorder=5.4, **MEMBER_STYLE)
-    for pin in (start, end):
-        draw_circle(axes, 0.4 * half_width, pin, color=INK, lw=0.9, zorder=5.6)
-
-
-def _draw_pivot(axes: Any, pivot: Support, size: float) -> None:
-    """Draw a fixed pivot on the ground."""
-    fill_area(axes, pivot.at + size * PIVOT, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
-    base = pivot.at + size * BASE
-    fill_area(axes, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
-    draw_line(axes, base[:2], color=MUTED, lw=0.9, zorder=4.7)
-
-
-def _draw_guide(axes: Any, guide: Support, size: float) -> None:
-    """Draw a guide on both sides of a slider."""
-    across = 1j * guide.way / abs(guide.way) * size
-    for side in (-1.0, 1.0):
-        inner = guide.at + side * GUIDE_GAP * across + guide.way * np.array([-1, 1])
-        block = np.concatenate([inner, inner[::-1] + side * GUIDE_WIDTH * across])
-        fill_area(axes, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.5)
 
 
 SIGNS = (

@@ -40,21 +40,6 @@ class MovingBody(NamedTuple):
         """Positions of points of the body, (points, frames)."""
         return np.asarray(self.path + (points[:, None] - self.origin) * np.exp(1j * self.angles))
 
-    def set_transform_at_frame(self, affine: Any, frame: int) -> None:
-        """Set an affine transform, in units of the axes, to the position at a frame."""
-        centre, shift = self.origin, self.path[frame] - self.origin
-        affine.clear().rotate_around(centre.real, centre.imag, self.angles[frame]).translate(shift.real, shift.imag)
-
-    def svg_transforms(self, to_svg_points: Any) -> dict[str, list[str]]:
-        """SVG transforms of all frames, in their order; ``to_svg_points`` maps points of the axes to SVG.
-
-        Numbers have six digits: a thousandth of a point or of a degree.
-        """
-        x, y = to_svg_points(np.array([self.origin]))[0]
-        turns = [f"{-angle:.6g} {x:.6g} {y:.6g}" for angle in np.degrees(self.angles)]
-        (origin,), places = to_svg_points(np.zeros(1, dtype=complex)), to_svg_points(self.path - self.origin)
-        return {"rotate": turns, "translate": [f"{x:.6g} {y:.6g}" for x, y in places - origin]}
-
 
 def body_artists(body: MovingBody) -> list[Any]:
     """The matplotlib artists of a body."""

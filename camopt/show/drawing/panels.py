@@ -1,6 +1,6 @@
 """Contents of diagrams over the cam angle: values by smooth pieces, exact peaks, limits, impulses and notes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite, pi
@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import BoolArray, FloatArray
+from camopt.core.numerics import LARGEST_MAGNITUDE, BoolArray, FloatArray
 from camopt.core.quantities import DERIVATIVE_UNITS, QUANTITIES, motion_peak_name
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
-from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE
-from camopt.show.drawing.limit_lines import stroke_kinds_and_limit_levels
+from camopt.model.effects.peak import DOUBLES, Peak
+from camopt.model.motion.stroke import ALL_STROKES, RETURN, RISE, WAYS
+from camopt.scene.problem.constraints import Constraint, QuantityBound
+from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digit_text, value_with_unit
 from camopt.show.drawing.style import INK, REFERENCE_COLOUR
 
@@ -113,7 +115,10 @@ def merge_contact_panels(picture: Picture, panels_of: Callable[[Picture], list[P
 
 
 def merge_second_contact(panel: Panel, second_panel: Panel) -> Panel:
-    """A diagram with the values of a second contact, if they differ, and the larger peaks of both."""
+    """A diagram with the values of a second contact, if they differ, and the larger peaks of both.
+
+    If the numbers of peaks differ, the peaks are those of the first contact.
+    """
     if all(np.array_equal(one, two) for one, two in zip(panel.values, second_panel.values, strict=True)):
         return panel
     every = np.concatenate([*panel.values, *second_panel.values])
@@ -124,44 +129,26 @@ def merge_second_contact(panel: Panel, second_panel: Panel) -> Panel:
     )
     usual = (float(np.nanmin(every)), float(np.nanmax(every))) if np.isfinite(every).any() else None
     note = "  ·  ".join(filter(None, ("thin: second contact", panel.note)))
-    return replace(
-        panel,
-        other=second_panel.values,
-        span=span or usual,
-        note=note,
-        peaks=_larger_peaks(panel.peaks, second_panel.peaks),
-    )
-
-
-def _larger_peaks(peaks: list[MarkedPeak], second_peaks: list[MarkedPeak]) -> list[MarkedPeak]:
-    """The larger of each pair of peaks of two contacts; those of the first if the numbers of peaks differ."""
-    if len(peaks) != len(second_peaks):
-        return peaks
-    pairs = zip(peaks, second_peaks, strict=True)
-    worse = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
-    pitch_points = [peak for peak in worse if peak.text.startswith(PITCH_POINT_TEXT)]
-    for other in sorted(pitch_points, key=lambda peak: -abs(peak.value))[
-        1:
-    ]:  # only the steepest contact has a pitch point
-        other.text, other.colour = other.text.removeprefix(PITCH_POINT_TEXT), INK
-    return worse
+    peaks = panel.peaks
+    if len(peaks) == len(second_panel.peaks):
+        pairs = zip(peaks, second_panel.peaks, strict=True)
+        peaks = [(min if one.least else max)(one, two, key=lambda peak: abs(peak.value)) for one, two in pairs]
+        pitch_points = [peak for peak in peaks if peak.text.startswith(PITCH_POINT_TEXT)]
+        pitch_points.sort(key=lambda peak: -abs(peak.value))
+        for other in pitch_points[1:]:  # only the steepest contact has a pitch point
+            other.text, other.colour = other.text.removeprefix(PITCH_POINT_TEXT), INK
+    return replace(panel, other=second_panel.values, span=span or usual, note=note, peaks=peaks)
 
 
 def _displacement_panel(picture: Picture) -> Panel:
     setup, tool = picture.problem.setup, picture.problem.programme.tool
     factor, unit = (np.degrees(1.0), "deg") if setup.tool_turns else (1.0, "mm")
     values = [rows[0] * factor for rows in picture.tool_motion]
-    panel = Panel(_motion_title("Displacement", picture), unit, values)
-    panel.peaks = _stroke_peaks(
-        picture, picture.tool_stroke_kind_of_each_piece, values, {ALL_STROKES: tool.lift * factor}
-    )
-    panel.marks, panel.value_at = (
-        move_condition_marks(picture, 0, factor),
-        lambda angles: tool.motion_at(angles)[0] * factor,
-    )
-    notes = ["squares: conditions of moves"] if panel.marks else []
+    exact = {ALL_STROKES: tool.lift * factor}
+    marks, bands, reference = move_condition_marks(picture, 0, factor), [], None
+    notes = ["squares: conditions of moves"] if marks else []
     if setup.train is not None:
-        panel.reference, note = _scaled_follower_displacement(picture, tool.lift * factor)
+        reference, note = _scaled_follower_displacement(picture, tool.lift * factor)
         notes.append(note)
     if any(each.end > each.start for stroke in tool.strokes for each in stroke.through):
         notes = ["squares and bands: conditions of moves"]
@@ -170,12 +157,21 @@ def _displacement_panel(picture: Picture) -> Panel:
     dynamics = setup.dynamics
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
-        panel.bands = [(low, high)]
-        scale, unit_name = to_shown_unit(1.0, panel.unit), unit_in_shown_system(panel.unit)
+        bands = [(low, high)]
+        scale, unit_name = to_shown_unit(1.0, unit), unit_in_shown_system(unit)
         ends = f"{scale * low:.4g}" + (f" to {scale * high:.4g} {unit_name}" if high > low else "")
         notes.append(f"grey: lash {ends}")
-    panel.note = "  ·  ".join(notes)
-    return panel
+    return Panel(
+        _motion_title("Displacement", picture),
+        unit,
+        values,
+        _stroke_peaks(picture, picture.tool_stroke_kind_of_each_piece, values, exact),
+        reference=reference,
+        note="  ·  ".join(notes),
+        bands=bands,
+        marks=marks,
+        value_at=lambda angles: tool.motion_at(angles)[0] * factor,
+    )
 
 
 def _scaled_follower_displacement(picture: Picture, tool_lift: float) -> tuple[PieceValues, str]:
@@ -212,21 +208,22 @@ def _derivative_panel(picture: Picture, name: str, order: int) -> Panel:
         for kind in (RISE, RETURN)
     }
     exact = {kind: picture.quantity_values[key] for kind, key in names.items()}
-    panel = Panel(_motion_title(name.capitalize(), picture), QUANTITIES[names[RISE]].unit, values)
-    panel.peaks = _stroke_peaks(picture, picture.tool_stroke_kind_of_each_piece, values, exact)
-    panel.marks, panel.value_at = (
-        move_condition_marks(picture, order, factor),
-        lambda angles: programme.motion_at(angles)[order] * factor,
-    )
-    panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
-    if panel.impulses:
-        panel.note = f"arrows: impulses, where the {list(DERIVATIVE_UNITS)[order - 2]} jumps"
+    impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
+    note = f"arrows: impulses, where the {list(DERIVATIVE_UNITS)[order - 2]} jumps" if impulses else ""
     if order == 3 and programme.corners:
-        panel.note = "no jerk at the corners, where the velocity jumps"
-    panel.limits = stroke_kinds_and_limit_levels(
-        picture, motion_peak_name(name, "", angular=setup.tool_turns, timed=timed)
+        note = "no jerk at the corners, where the velocity jumps"
+    whole_turn = motion_peak_name(name, "", angular=setup.tool_turns, timed=timed)
+    return Panel(
+        _motion_title(name.capitalize(), picture),
+        QUANTITIES[names[RISE]].unit,
+        values,
+        _stroke_peaks(picture, picture.tool_stroke_kind_of_each_piece, values, exact),
+        stroke_kinds_and_limit_levels(picture, whole_turn),
+        impulses,
+        note=note,
+        marks=move_condition_marks(picture, order, factor),
+        value_at=lambda angles: programme.motion_at(angles)[order] * factor,
     )
-    return panel
 
 
 def _pressure_panel(picture: Picture) -> Panel:
@@ -242,32 +239,26 @@ def _pressure_panel(picture: Picture) -> Panel:
     tangent = partial(picture.curve_values_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.angles_of_pieces]
     bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
-    panel = Panel(
-        "Pressure angle",
-        "deg",
-        values,
-        _stroke_peaks(picture, picture.stroke_kind_of_each_piece, values, bounds, "°"),
-    )
-    panel.value_at = lambda angles: np.degrees(np.arctan(tangent(angles)))
-    _mark_pitch_point(panel, exact)
-    panel.limits = stroke_kinds_and_limit_levels(picture, "pressure_angle_max_deg")
-    return panel
-
-
-def _mark_pitch_point(panel: Panel, exact_values: dict[str, Any]) -> None:
-    """Mark the pitch point: at the peak where it lies, or as a further peak in a dwell."""
-    largest, at = exact_values["pressure_angle_max_deg"], exact_values["pressure_angle_max_at_deg"]
-    candidates = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
+    peaks = _stroke_peaks(picture, picture.stroke_kind_of_each_piece, values, bounds, "°")
+    # the pitch point is at the peak where it lies, or a further peak in a dwell
+    largest, at = exact["pressure_angle_max_deg"], exact["pressure_angle_max_at_deg"]
+    candidates = [peak for peak in peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
     if candidates:
         peak = min(candidates, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
         peak.angle, peak.text, peak.colour = at, f"{PITCH_POINT_TEXT}{peak.text}", REFERENCE_COLOUR
-        return
-    every = np.concatenate(panel.values)
-    value = float(every[np.argmax(np.abs(every))])
-    panel.peaks.append(
-        MarkedPeak(
-            at, value, f"{PITCH_POINT_TEXT}{four_digit_text(np.copysign(largest, value))}°", REFERENCE_COLOUR
-        )
+    else:
+        every = np.concatenate(values)
+        value = float(every[np.argmax(np.abs(every))])
+        text = f"{PITCH_POINT_TEXT}{four_digit_text(np.copysign(largest, value))}°"
+        peaks.append(MarkedPeak(at, value, text, REFERENCE_COLOUR))
+    limits = stroke_kinds_and_limit_levels(picture, "pressure_angle_max_deg")
+    return Panel(
+        "Pressure angle",
+        "deg",
+        values,
+        peaks,
+        limits,
+        value_at=lambda angles: np.degrees(np.arctan(tangent(angles))),
     )
 
 
@@ -296,26 +287,26 @@ def _trace_curvature_panel(picture: Picture, pitch: PieceValues) -> Panel:
     usual = [np.percentile(np.abs(k), q) for k, q in zip(finite, (95, 50), strict=True) if k.size]
     cap = CURVATURE_CLIP * float(max(usual, default=1.0))  # so that a cusp does not flatten the rest
     profiles = [[_profile_curvature_from_pitch(k, flank.bulge * radius, cap) for k in pitch] for flank in flanks]
-    panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
-    if radius > 0.0:
-        panel.reference = pitch
-        panel.other = profiles[1] if both else None
-        panel.alarm = [(np.abs(k) if both else k) * radius >= 1.0 for k in pitch]
-        thin = f"thin: {flanks[1].display_name}  ·  " if both else ""
-        panel.note = f"{thin}dash-dot: pitch curve"
     every = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     every = every[np.isfinite(every) & (np.abs(every) <= cap)]
-    panel.span = (float(every.min(initial=0.0)), float(every.max(initial=0.0)))
-    least = picture.quantity_values["profile_radius_min_mm"]
+    least, peaks = picture.quantity_values["profile_radius_min_mm"], []
     if isfinite(least) and least > 0.0 and not both:
         peaks = extreme_peaks(picture, profiles[0], (1.0 / least, np.nan))
-        panel.peaks = [
-            MarkedPeak(p.angle, p.value, f"ρ {value_with_unit(least)}") for p in peaks if abs(p.value) <= cap
-        ]
-    panel.limits = [
-        (kinds, 1.0 / bound) for kinds, bound in stroke_kinds_and_limit_levels(picture, "profile_radius_min_mm")
-    ]
-    return panel
+    limits = stroke_kinds_and_limit_levels(picture, "profile_radius_min_mm")
+    rolls = radius > 0.0
+    thin = f"thin: {flanks[1].display_name}  ·  " if rolls and both else ""
+    return Panel(
+        f"Curvature of the {'flanks' if both else 'profile'}",
+        "1/mm",
+        profiles[0],
+        [MarkedPeak(p.angle, p.value, f"ρ {value_with_unit(least)}") for p in peaks if abs(p.value) <= cap],
+        [(kinds, 1.0 / bound) for kinds, bound in limits],
+        reference=pitch if rolls else None,
+        other=profiles[1] if rolls and both else None,
+        note=f"{thin}dash-dot: pitch curve" if rolls else "",
+        alarm=[(np.abs(k) if both else k) * radius >= 1.0 for k in pitch] if rolls else None,
+        span=(float(every.min(initial=0.0)), float(every.max(initial=0.0))),
+    )
 
 
 def _profile_curvature_from_pitch(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
@@ -349,8 +340,7 @@ def _stroke_peaks(
         chosen = [k for k, kind in enumerate(kind_of_each_piece) if kind & kinds]
         if chosen and isfinite(largest) and largest > 0.0:
             every = np.concatenate([values[k] for k in chosen])
-            at = float(np.nanargmax(np.abs(every)))
-            direction = np.sign(every[int(at)])
+            direction = np.sign(every[np.nanargmax(np.abs(every))])
             angle = _peak_middle_angle_deg(
                 np.concatenate([picture.angles_of_pieces[k] for k in chosen]), every * direction
             )
@@ -424,3 +414,50 @@ def _peak_middle_angle_deg(angles: FloatArray, values: FloatArray) -> float:
     ends = np.flatnonzero(np.diff(near) > 1)
     last = near[ends[0]] if ends.size else near[-1]
     return float(np.degrees(angles[near[0]] + angles[last]) / 2)
+
+
+def stroke_kinds_and_limit_levels(
+    picture: Picture, quantity_name: str, stroke_kinds: int = 0
+) -> list[tuple[int, float]]:
+    """The lines of all limits on the curve whose extreme is the quantity ``quantity_name``, in its unit.
+
+    They are pairs of kinds of stroke and level. Kinds 0 are one line over the turn; else ± the level is drawn over
+    these strokes. If the quantity is not an extreme of a curve, its limit is one line at its bound.
+    """
+    limits = [limit for limit in picture.problem.limits if limit.set_by_scene]
+    peak = peak_at_first_contact(quantity_name, picture.problem.setup)
+    if peak is None:
+        return [(stroke_kinds, limit.bound) for limit in limits if quantity_name in limit.shown_quantities]
+    shown = {_curve_identity(make) for make, _ in peak.curves}
+    constraints = [
+        constraint
+        for limit in limits
+        for constraint in limit.constraints
+        if _curve_identity(constraint.curve) in shown
+    ]
+    return list(dict.fromkeys(_stroke_kinds_and_level(constraint, peak, picture) for constraint in constraints))
+
+
+def _curve_identity(curve_maker: Any) -> Hashable:
+    """A key that is equal for equal curves of one setup."""
+    return (
+        (curve_maker.func, frozenset(curve_maker.keywords.items()))
+        if isinstance(curve_maker, partial)
+        else curve_maker
+    )
+
+
+def _stroke_kinds_and_level(constraint: Constraint, peak: Peak, picture: Picture) -> tuple[int, float]:
+    """The line of a constraint in the unit of the quantity of a peak, over the strokes that it bounds.
+
+    Kinds are 0 if only one sign is bounded.
+    """
+    kinds = constraint.kinds if constraint.goal == LARGEST_MAGNITUDE else 0
+    if kinds & WAYS or kinds & (RISE | RETURN) == RISE | RETURN:
+        kinds = ALL_STROKES
+    if isinstance(constraint.bound, QuantityBound) and constraint.bound.scale == peak.scale:
+        return kinds, constraint.bound.quantity
+    design = picture.problem.design
+    with np.errstate(divide="ignore"):  # the bound may be infinite
+        extreme = constraint.bound.curve_extreme_at_bound(DOUBLES) / np.asarray(constraint.factor(design))
+        return kinds, float(np.squeeze(peak.scale.quantity_from_extreme(extreme, design)))

@@ -36,6 +36,11 @@ class Picture:
     per_degree: ClassVar[float] = 4.0
     """Samples per degree."""
 
+    @property
+    def is_developed(self) -> bool:
+        """Whether the cam is drawn as the developed surface of a cylinder."""
+        return self.problem.setup.mechanism.body.developed
+
     @cached_property
     def angles_of_pieces(self) -> list[FloatArray]:
         """Cam angles (rad) of each smooth piece of the motion."""
@@ -216,8 +221,7 @@ def fit_axes(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, f
     unit = max(extent.real / width, extent.imag / height)
     corner = middle - unit * complex(width, height) / 2
     axes.set_aspect("equal", adjustable="box")
-    axes.set_xlim(corner.real, corner.real + unit * width)
-    axes.set_ylim(corner.imag, corner.imag + unit * height)
+    axes.set(xlim=(corner.real, corner.real + unit * width), ylim=(corner.imag, corner.imag + unit * height))
     return corner, unit
 
 

@@ -1,7 +1,7 @@
 """``plot``: the picture of a scene, a design, a result or a machine."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from inspect import signature
 from typing import Any, cast
@@ -13,8 +13,6 @@ from camopt.scene.machine import find_machine, is_machine
 from camopt.scene.scene import Scene
 from camopt.show.drawing.construction.construct import construct
 from camopt.show.drawing.style import Figure, Target, picture_style
-
-TABLE_PICTURE = "pictures.front"
 
 
 def plot(
@@ -91,7 +89,13 @@ def plot(
         what = construct(what, options.pop("construction"))
     pictures = import_module(f"camopt.show.{_picture_module(what)}")
     allowed = ["construction"] if isinstance(what, Scene) else [*signature(pictures.draw).parameters][2:]
-    _check_options(options, allowed)
+    if wrong := [name for name in options if name not in allowed]:
+        hints = [suggest_names(name, allowed) if allowed else "it has none" for name in wrong]
+        why = "is not an option of this picture; {}. The figure that plot returns can be changed"
+        raise BadInput(
+            Mistake("camopt", name, options[name], why.format(hint), bare=True)
+            for name, hint in zip(wrong, hints, strict=True)
+        )
     if ax is None:
         figure: Figure = pictures.draw(what, path, **options)
         return figure
@@ -108,7 +112,7 @@ def plot(
 def _picture_module(what: Any) -> str:
     """The module of ``camopt.show`` that draws ``what``."""
     if "scene" in getattr(what, "attrs", ()):  # a table of designs made by camopt
-        return TABLE_PICTURE
+        return "pictures.front"
     items = [what] if isinstance(what, Drawable) else what if isinstance(what, (list, tuple)) else []
     kinds = {type(item) for item in items}
     kind = kinds.pop() if len(kinds) == 1 else None
@@ -117,15 +121,3 @@ def _picture_module(what: Any) -> str:
         why += "; the design of an optimum is its attribute best" if hasattr(what, "best") else ""
         raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
     return kind.picture
-
-
-def _check_options(options: Mapping[str, Any], allowed: Sequence[str]) -> None:
-    """Raise BadInput for options that a picture does not have."""
-    wrong = [name for name in options if name not in allowed]
-    if wrong:
-        hints = [suggest_names(name, allowed) if allowed else "it has none" for name in wrong]
-        why = "is not an option of this picture; {}. The figure that plot returns can be changed"
-        raise BadInput(
-            Mistake("camopt", name, options[name], why.format(hint), bare=True)
-            for name, hint in zip(wrong, hints, strict=True)
-        )

@@ -25,7 +25,7 @@ class SecondContact(NamedTuple):
 
 def second_contact_shapes(picture: Picture, displacement: float) -> SecondContact | None:
     """The second contact with a disc at a displacement [mm or rad]; None without one."""
-    if len(picture.contacts) == 1 or picture.problem.setup.mechanism.body.developed:
+    if len(picture.contacts) == 1 or picture.is_developed:
         return None
     problem, (first, second) = picture.problem, (each.problem.design for each in picture.contacts)
     mechanism, size = problem.setup.mechanism, picture.largest_pitch_radius

@@ -7,7 +7,7 @@ tell them apart. Lines of a series also differ in dashes or marks.
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,27 +124,20 @@ def figure_pages(
     with picture_style():
         figures = [EmptyFigure(size, **options) for size in sizes]
         yield figures
-        with ExitStack() as stack:
-            for figure in figures:
-                stack.enter_context(fixed_layout(figure))
-            for each in paths:
-                data = _figure_bytes(figures, Path(each).suffix.lower())
-                with atomically_written_file(each) as partial:
-                    partial.write_bytes(data)
+        layouts = [figure.get_layout_engine() for figure in figures]
+        for figure, layout in zip(figures, layouts, strict=True):  # else matplotlib lays out twice a drawing
+            if layout is not None:
+                layout.execute(figure)
+            figure.set_layout_engine(None)
+        for each in paths:
+            data = _figure_bytes(figures, Path(each).suffix.lower())
+            with atomically_written_file(each) as partial:
+                partial.write_bytes(data)
+        for figure, layout in zip(figures, layouts, strict=True):
+            figure.set_layout_engine(layout)
         if not paths:
             for figure in figures:
                 figure.draw_without_rendering()  # makes the ticks in this style, also if the figure is shown later
-
-
-@contextmanager
-def fixed_layout(figure: "Figure") -> Iterator[None]:
-    """Lay a figure out; within the block it keeps this layout, which matplotlib else computes twice a drawing."""
-    layout = figure.get_layout_engine()
-    if layout is not None:
-        layout.execute(figure)
-    figure.set_layout_engine(None)
-    yield
-    figure.set_layout_engine(layout)
 
 
 def _figure_bytes(figures: "Sequence[Figure]", suffix: str) -> bytes:

@@ -10,7 +10,6 @@ from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.quantities import QUANTITIES, Quantity
 from camopt.model.effects.contacts import CONTACT_NAMES
 from camopt.model.effects.force import CONTACT_FORCES
-from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.loads import load_panels
 from camopt.show.drawing.picture import Picture
 
@@ -83,7 +82,7 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     """
     sampled = _PictureAtAngles(picture.scene, picture.problem, degrees)
     columns = {}
-    for panel in [*dynamics_panels(sampled), *load_panels(sampled, with_unusual_forces=True)]:
+    for panel in load_panels(sampled, with_unusual_forces=True):
         # no quantity is the extreme of a force at one of two contacts
         quantity = panel.quantity or CONTACT_FORCES[0]
         name = load_column_name(quantity)

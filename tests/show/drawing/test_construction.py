@@ -12,18 +12,17 @@ from support.depth import is_deep
 from support.pictures import drawn_texts
 from support.references import WORKED
 
-from camopt import BadInput, Scene, evaluate, find_scene, plot
+from camopt import BadInput, Scene, construct, evaluate, find_scene, plot
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.show.drawing.construction.answers import stroke_peaks_with_text
 from camopt.show.drawing.construction.displacement import CONSTRUCTION_BY_LAW, DiagramScale, construct_laws
-from camopt.show.drawing.construction.inversion import Inversion
 
 SHEET = 1e-6  # of the width of the sheet: what may be lost on the way to the file
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 def construction_of(scene, parts=6):
-    inversion = Inversion.from_scene(scene, parts)
+    inversion = construct(scene, parts).inversion
     return inversion.picture, inversion
 
 

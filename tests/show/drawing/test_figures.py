@@ -14,7 +14,6 @@ from camopt.model.motion.stroke import RISE
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene, find_scene
 from camopt.scene.sources import shipped_scenes
-from camopt.show.drawing.dynamics import dynamics_panels
 from camopt.show.drawing.loads import load_panels
 from camopt.show.drawing.panels import motion_panels
 from camopt.show.drawing.picture import Picture
@@ -251,8 +250,7 @@ def loaded_scene(name: str, **changes: Any) -> Scene:
 
 
 def load_diagrams(scene: Scene) -> list[Any]:
-    picture = Picture(scene, resolve(scene))
-    return [*dynamics_panels(picture), *load_panels(picture)]
+    return load_panels(Picture(scene, resolve(scene)))
 
 
 def test_without_a_call_no_load_is_drawn() -> None:

@@ -13,8 +13,7 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.model.motion.programme import law_peaks
 from camopt.show.drawing.construction.displacement import displacement_text
 from camopt.show.drawing.construction.inversion import Inversion
-from camopt.show.drawing.construction.stations import Division
-from camopt.show.drawing.picture import STROKE_NAMES, Picture, four_digit_text
+from camopt.show.drawing.picture import STROKE_NAMES, four_digit_text
 
 FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
     "uniform": (("ωS/θ", "{w}{s} / {t}"), ("", "")),
@@ -27,62 +26,47 @@ FORMULAS: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {
 
 def cam_speed_and_peak_lines(inversion: Inversion) -> list[str]:
     """Lines of the answers: angular velocity, then velocity and acceleration of each stroke."""
-    rpm, (omega, _) = inversion.picture.scene.cam.rpm, _cam_speed_and_time_unit(inversion.picture)
-    lines = [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digit_text(omega)} rad/s"]
-    return lines + [text for _, text in stroke_peaks_with_text(inversion)]
+    rpm = inversion.picture.scene.cam.rpm
+    speed = (
+        [] if rpm is None else [f"ω = 2πN/60 = 2π × {rpm:g}/60 = {four_digit_text(2.0 * pi * rpm / 60.0)} rad/s"]
+    )
+    return speed + [text for _, text in stroke_peaks_with_text(inversion)]
 
 
-def _cam_speed_and_time_unit(picture: Picture) -> tuple[float, str]:
-    """Angular velocity of the cam [rad/s] and unit of time; 1 and rad without a speed."""
-    rpm = picture.scene.cam.rpm
-    return (1.0, "rad") if rpm is None else (2.0 * pi * rpm / 60.0, "s")
-
-
-def stroke_peaks_with_text(inversion: Inversion) -> list[tuple[float, str]]:
+def stroke_peaks_with_text(inversion: Inversion) -> Iterator[tuple[float, str]]:
     """Velocity and acceleration of each stroke with a law: numbers in the shown unit, and lines of text.
 
     With a train there are none, since the laws are those of the tool.
     """
-    divisions = inversion.plan.divisions if inversion.problem.programme.tool_programme is None else []
-    return [
-        answer for division in divisions for answer in _velocity_and_acceleration_peaks(inversion.picture, division)
-    ]
-
-
-def _velocity_and_acceleration_peaks(picture: Picture, division: Division) -> Iterator[tuple[float, str]]:
-    stroke = division.stroke
-    if stroke is None or stroke.law is None:
-        return
-    (omega, time), angular, length = (
-        _cam_speed_and_time_unit(picture),
-        picture.problem.setup.angular,
-        unit_in_shown_system("mm"),
-    )
+    rpm, angular, length = inversion.picture.scene.cam.rpm, inversion.angular, unit_in_shown_system("mm")
+    omega, time = (1.0, "rad") if rpm is None else (2.0 * pi * rpm / 60.0, "s")
     metres = time == "s" and length == "mm"
-    travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)
-    travel = travel if angular or metres else to_shown_unit(travel, "mm")
-    travel = degrees(travel) if angular and time == "rad" else travel
     base = ("rad" if time == "s" else "deg") if angular else "m" if metres else length
-    peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
-    angle = f"θ = {four_digit_text(degrees(stroke.angle))}° = {four_digit_text(stroke.angle)} rad"
-    heading = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digit_text(travel)} {base}:  "
     letters = ("ωf", "αf") if angular else ("v", "a")
-    for order, (peak, power) in enumerate((("peak_velocity", ""), ("peak_acceleration", "²"))):
-        factor = float(peaks[peak])
-        general = (
-            f"{four_digit_text(factor)} ω{power}S/θ{power}",
-            f"{four_digit_text(factor)} × {{w}}{{s}} / {{t}}{power}",
-        )
-        symbols, numbers = FORMULAS[stroke.law.NAME][order] if stroke.law.NAME in FORMULAS else general
-        label = f"{' ' * 6 if order else heading}{letters[order]} = "
-        value = factor * (omega / stroke.angle) ** (order + 1) * travel
-        if value == inf:
-            yield value, f"{label}0 within the stroke, infinite at its ends"
+    for division in inversion.plan.divisions if inversion.problem.programme.tool_programme is None else ():
+        stroke = division.stroke
+        if stroke is None or stroke.law is None:
             continue
-        speed = f"{four_digit_text(omega)}{power} × " if time == "s" else ""
-        symbols = symbols if speed else symbols.replace("ω²", "").replace("ω", "")
-        numbers = numbers.format(w=speed, s=four_digit_text(travel), t=four_digit_text(stroke.angle))
-        yield value, f"{label}{symbols} = {numbers} = {four_digit_text(value)} {base}/{time}{power}"
+        travel = abs(stroke.high - stroke.low) * (1e-3 if metres and not angular else 1.0)
+        travel = travel if angular or metres else to_shown_unit(travel, "mm")
+        travel = degrees(travel) if angular and time == "rad" else travel
+        peaks, ends = law_peaks(stroke.law), f"{division.start.letter}–{division.end.letter}"
+        angle = f"θ = {four_digit_text(degrees(stroke.angle))}° = {four_digit_text(stroke.angle)} rad"
+        heading = f"{STROKE_NAMES[stroke.kind]} {ends}, {angle}, S = {four_digit_text(travel)} {base}:  "
+        for order, (peak, power) in enumerate((("peak_velocity", ""), ("peak_acceleration", "²"))):
+            factor = float(peaks[peak])
+            factor_text = four_digit_text(factor)
+            general = f"{factor_text} ω{power}S/θ{power}", f"{factor_text} × {{w}}{{s}} / {{t}}{power}"
+            symbols, numbers = FORMULAS[stroke.law.NAME][order] if stroke.law.NAME in FORMULAS else general
+            label = f"{' ' * 6 if order else heading}{letters[order]} = "
+            value = factor * (omega / stroke.angle) ** (order + 1) * travel
+            if value == inf:
+                yield value, f"{label}0 within the stroke, infinite at its ends"
+                continue
+            speed = f"{four_digit_text(omega)}{power} × " if time == "s" else ""
+            symbols = symbols if speed else symbols.replace("ω²", "").replace("ω", "")
+            numbers = numbers.format(w=speed, s=four_digit_text(travel), t=four_digit_text(stroke.angle))
+            yield value, f"{label}{symbols} = {numbers} = {four_digit_text(value)} {base}/{time}{power}"
 
 
 def motion_in_words(inversion: Inversion) -> str:

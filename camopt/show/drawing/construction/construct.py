@@ -11,9 +11,10 @@ from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.mechanisms.geometry import cam_curves
 from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.drawing.construction.inversion import Inversion
-from camopt.show.drawing.construction.stations import USUAL_PARTS
+from camopt.show.drawing.construction.inversion import FinePicture, Inversion
+from camopt.show.drawing.construction.stations import USUAL_PARTS, StationPlan
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 
 
@@ -44,7 +45,8 @@ class Construction(Result, Drawable):
     @cached_property
     def inversion(self) -> Inversion:
         """The follower seen from the cam, with all steps of the profile."""
-        return Inversion.from_scene(self.scene, self.parts)
+        picture = FinePicture(self.scene, resolve_design(self.scene))
+        return Inversion(picture, StationPlan(picture, self.parts))
 
     def records(self) -> list[dict[str, Any]]:
         """A record for each station: number, letter, cam angle, displacement, and two points.
@@ -59,10 +61,11 @@ class Construction(Result, Drawable):
             np.array(each) for each in zip(*((s.angle, s.displacement) for s in stations), strict=True)
         )
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
-        points = (
-            _polar_or_developed_coordinates(each, inversion)
-            for each in (inversion.follower_point_in_cam_frame(angles, levels), curves.profile[0])
-        )
+        pairs = []
+        for points in (inversion.follower_point_in_cam_frame(angles, levels), curves.profile[0]):
+            polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
+            first, second = (points.real, points.imag) if inversion.is_developed else polar
+            pairs.append(zip(first.tolist(), second.tolist(), strict=True))
         unit = degrees(1.0) if inversion.angular else 1.0
         return [
             {
@@ -73,7 +76,7 @@ class Construction(Result, Drawable):
                 "point": point,
                 "profile": profile,
             }
-            for station, point, profile in zip(stations, *points, strict=True)
+            for station, point, profile in zip(stations, *pairs, strict=True)
         ]
 
     def document(self) -> dict[str, Any]:
@@ -128,14 +131,6 @@ def construct(scene: SceneSource, parts: int = USUAL_PARTS) -> Construction:
     >>> construction = camopt.construct(camopt.find_scene("two-pauses"), parts=8)
     >>> figure = camopt.plot(construction, "construction.pdf")
     """
-    scene = scene_from(scene)
-    construction = Construction(scene, parts)
+    construction = Construction(scene_from(scene), parts)
     assert construction.inversion  # raises BadInput for a cam that cannot be constructed
     return construction
-
-
-def _polar_or_developed_coordinates(points: Any, inversion: Inversion) -> list[tuple[float, float]]:
-    """Radius [mm] and polar angle [deg, from 0 below 360] of points; on a developed surface x and y [mm]."""
-    polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
-    columns = (points.real, points.imag) if inversion.is_developed else polar
-    return [*zip(*(column.tolist() for column in columns), strict=True)]

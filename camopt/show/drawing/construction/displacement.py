@@ -175,9 +175,34 @@ def construct_laws(plan: StationPlan, scale: DiagramScale) -> list[LawConstructi
 
 
 def displacement_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
-    """Steps of the displacement diagram; points in mm on the paper, from A."""
-    constructed = construct_laws(plan, scale)
-    return [*_axis_steps(plan, scale), *_law_steps(constructed), _curve_step(plan, scale, constructed)]
+    """Steps of the displacement diagram: axes, constructions of laws, curve; points in mm on the paper, from A.
+
+    Strokes with the same sentence share a step, and common points share a letter.
+    """
+    constructed, steps = construct_laws(plan, scale), dict[str, Step]()
+    for each in constructed:
+        step = steps.setdefault(each.sentence, Step(each.sentence, [], []))
+        step.shapes.extend(each.shapes)
+        known = [(letter.text, letter.point) for letter in step.letters]
+        step.letters.extend(
+            new
+            for new in each.letters
+            if not any(text == new.text and abs(point - new.point) < SAME_POINT for text, point in known)
+        )
+    angles = np.concatenate(plan.picture.angles_of_pieces)
+    heights = np.concatenate([motion[0] for motion in plan.picture.motion])
+    shapes = [PenLine("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]
+    points = {
+        station.letter: point
+        for division, found in zip(plan.divisions, constructed, strict=True)
+        for station, point in zip(division.stations, found.points.tolist(), strict=True)
+    }
+    for station in plan.stations:
+        ends = scale.point_on_paper(station.angle, 0.0), points[station.letter]
+        shapes.append(line_through(f"ordinate-{station.number}", ends, "ordinate"))
+    letters = [Letter(letter, point, UP) for letter, point in points.items()]
+    curve = Step(f"{plan.join_stations_sentence}: the displacement diagram.", shapes, letters)
+    return [*_axis_steps(plan, scale), *steps.values(), curve]
 
 
 def displacement_text(displacement: float, angular: bool) -> str:
@@ -217,36 +242,3 @@ def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
         Step(f"Draw AY = {text}, the stroke, and complete the rectangle.", frame, stroke),
         Step(divided, verticals, numbers),
     ]
-
-
-def _law_steps(constructed: list[LawConstruction]) -> list[Step]:
-    """A step for each law; strokes with the same sentence share a step, and common points share a letter."""
-    steps: dict[str, Step] = {}
-    for each in constructed:
-        step = steps.setdefault(each.sentence, Step(each.sentence, [], []))
-        step.shapes.extend(each.shapes)
-        known = [(letter.text, letter.point) for letter in step.letters]
-        step.letters.extend(
-            new
-            for new in each.letters
-            if not any(text == new.text and abs(point - new.point) < SAME_POINT for text, point in known)
-        )
-    return list(steps.values())
-
-
-def _curve_step(plan: StationPlan, scale: DiagramScale, constructed: list[LawConstruction]) -> Step:
-    """The step of the exact curve, with the constructed points."""
-    angles = np.concatenate(plan.picture.angles_of_pieces)
-    heights = np.concatenate([motion[0] for motion in plan.picture.motion])
-    shapes = [PenLine("displacement", scale.per_angle * angles + 1j * scale.per_displacement * heights, "curve")]
-    points = {
-        station.letter: point
-        for division, found in zip(plan.divisions, constructed, strict=True)
-        for station, point in zip(division.stations, found.points.tolist(), strict=True)
-    }
-    feet = {each: scale.point_on_paper(each.angle, 0.0) for each in plan.stations}
-    shapes += [
-        line_through(f"ordinate-{s.number}", (foot, points[s.letter]), "ordinate") for s, foot in feet.items()
-    ]
-    letters = [Letter(letter, point, UP) for letter, point in points.items()]
-    return Step(f"{plan.join_stations_sentence}: the displacement diagram.", shapes, letters)

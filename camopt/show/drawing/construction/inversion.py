@@ -12,15 +12,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from math import degrees, pi
-from typing import Any
 
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics import ComplexArray
+from camopt.core.numerics import ComplexArray, Number
+from camopt.model.mechanisms.contact_errors import ContactPoint
+from camopt.model.mechanisms.design import Mechanism
 from camopt.scene.problem.linkage import follower_pivot, outward_turn_sense_of_follower
-from camopt.scene.problem.problem import resolve_design
-from camopt.scene.scene import Scene
+from camopt.scene.problem.problem import Problem
 from camopt.show.drawing.cam import outline_left_by_undercutting, roller_arc_at_corner
 from camopt.show.drawing.construction.shapes import (
     SHAPE_ARC_POINTS,
@@ -31,7 +31,7 @@ from camopt.show.drawing.construction.shapes import (
     circle_about,
     line_through,
 )
-from camopt.show.drawing.construction.stations import Station, StationPlan
+from camopt.show.drawing.construction.stations import StationPlan
 from camopt.show.drawing.picture import Picture, four_digit_length_text, four_digit_text, value_with_unit
 
 ANGLE_ARC = 0.72  # of the base radius: radius of arcs with angles
@@ -58,27 +58,20 @@ class Inversion:
     picture: Picture
     plan: StationPlan
 
-    @classmethod
-    def from_scene(cls, scene: Scene, parts: int) -> "Inversion":
-        """The inversion of a scene, with a number of equal parts per stroke."""
-        picture = FinePicture(scene, resolve_design(scene))
-        return cls(picture, StationPlan(picture, parts))
-
     def __post_init__(self) -> None:
-        why = None
-        if len(self.picture.contacts) > 1:
-            why = "a follower with one contact: this one has two"
-        elif not self.picture.can_assemble:
-            why = "a mechanism that can be put together at every cam angle"
-        if why:
+        if len(self.picture.contacts) > 1 or not self.picture.can_assemble:
+            two = "a follower with one contact: this one has two"
+            why = (
+                two if len(self.picture.contacts) > 1 else "a mechanism that can be put together at every cam angle"
+            )
             raise BadInput([Mistake("camopt", "construction", self.picture.scene.name, why)])
 
     @property
-    def problem(self) -> Any:
+    def problem(self) -> Problem:
         return self.picture.problem
 
     @property
-    def mechanism(self) -> Any:
+    def mechanism(self) -> Mechanism:
         return self.problem.setup.mechanism
 
     @property
@@ -87,7 +80,7 @@ class Inversion:
 
     @property
     def is_developed(self) -> bool:
-        return bool(self.mechanism.body.developed)
+        return self.picture.is_developed
 
     @property
     def base_or_mean_radius(self) -> float:
@@ -106,7 +99,7 @@ class Inversion:
         return 0.0 if none else float(self.problem.design.offset[0])
 
     @cached_property
-    def _contact_at_lowest_position(self) -> Any:
+    def _contact_at_lowest_position(self) -> ContactPoint:
         """The contact at displacement 0 and cam angle 0, at rest."""
         return self.mechanism.contact(self.problem.design, self.problem.programme.lift, *np.zeros((3, 1)))
 
@@ -115,36 +108,24 @@ class Inversion:
         """The follower's point at its lowest, at cam angle 0 [mm]: the trace point, or the foot on a flat face."""
         return complex(self._contact_at_lowest_position.x[0], self._contact_at_lowest_position.y[0])
 
-    @property
-    def face_direction(self) -> complex:
-        """The direction of a flat face at its lowest, at cam angle 0."""
-        normal = complex(self._contact_at_lowest_position.across[0], self._contact_at_lowest_position.up[0])
-        return -1j * normal / abs(normal)
-
     @cached_property
     def pivot(self) -> complex:
         """Pivot of an arm at cam angle 0 [mm]; 0 for a translating follower."""
         return follower_pivot(self.problem) if self.angular else 0j
 
-    def points_in_cam_frame(self, points: Any, angle: Any) -> Any:
+    def points_in_cam_frame(self, points: Number, angle: Number) -> Number:
         """Points of the ground frame, in the frame of the cam at a cam angle [rad]; mm."""
         if self.is_developed:
             return points + self.base_or_mean_radius * angle
         return points * np.exp(-1j * self.problem.design.sense * angle)
 
-    def displaced_follower_point(self, point: complex, displacement: Any) -> Any:
-        """A point of the follower, given at its lowest position, after a displacement [mm or rad]."""
-        if not self.angular:
-            return point + 1j * displacement
-        return self.pivot + (point - self.pivot) * np.exp(
-            1j * outward_turn_sense_of_follower(self.problem) * displacement
-        )
-
-    def follower_point_in_cam_frame(self, angle: Any, displacement: Any) -> Any:
-        """The follower's point at a displacement, in the frame of the cam [mm]."""
-        return self.points_in_cam_frame(
-            self.displaced_follower_point(self.lowest_follower_point, displacement), angle
-        )
+    def follower_point_in_cam_frame(self, angle: Number, displacement: Number) -> Number:
+        """The follower's point at a displacement [mm or rad], in the frame of the cam [mm]."""
+        point = self.lowest_follower_point + 1j * displacement
+        if self.angular:
+            turn = np.exp(1j * outward_turn_sense_of_follower(self.problem) * displacement)
+            point = self.pivot + (self.lowest_follower_point - self.pivot) * turn
+        return self.points_in_cam_frame(point, angle)
 
     @cached_property
     def drawing_reach(self) -> float:
@@ -178,63 +159,57 @@ class Inversion:
         middle = self.points_in_cam_frame(self.lowest_follower_point, angles[widest] + 0.5 * gaps[widest])
         return complex(middle / abs(middle))
 
-    def _named_circle(self, name: str, radius: float) -> tuple[PenLine, Letter]:
-        """A circle about O, with its name where the drawing has most room."""
-        text = f"{name.replace('-', ' ')}, R {four_digit_length_text(radius)}"
-        return circle_about(name, 0.0, radius, "reference"), Letter(
-            text, radius * self._widest_station_gap_direction, phase(self._widest_station_gap_direction), "note"
+    def _add_named_circle(self, shapes: list[PenLine], letters: list[Letter], name: str, radius: float) -> None:
+        """Add a circle about O, with its name where the drawing has most room."""
+        shapes.append(circle_about(name, 0.0, radius, "reference"))
+        text, way = (
+            f"{name.replace('-', ' ')}, R {four_digit_length_text(radius)}",
+            self._widest_station_gap_direction,
         )
+        letters.append(Letter(text, radius * way, phase(way), "note"))
 
     def _circle_steps(self) -> list[Step]:
         """Steps of the base circle with the shaft, then of the prime circle and the start of the follower."""
         base, shaft, where = self.base_or_mean_radius, self.problem.setup.shaft_radius, "base circle"
-        base_circle, name = self._named_circle("base-circle", base)
-        shapes, letters = [base_circle], [Letter("O", 0.0, -pi / 4), name]
+        shapes, letters = list[PenLine](), [Letter("O", 0.0, -pi / 4)]
+        self._add_named_circle(shapes, letters, "base-circle", base)
         sentence = f"Draw the base circle: centre O, radius {value_with_unit(base)}, the least radius of the cam."
         if shaft is not None:
             shapes.append(circle_about("shaft", 0.0, shaft, "thin"))
             letters.append(Letter(f"shaft, R {four_digit_length_text(shaft)}", -1j * shaft, -pi / 2, "note"))
             sentence += f" The camshaft has a radius of {value_with_unit(shaft)}."
-        steps, sentence = [Step(sentence, shapes, letters)], ""
-        named = list[tuple[PenLine, Letter]]()
-        if self.roller_radius > 0.0:
-            where = "prime circle"
-            named.append(self._named_circle("prime-circle", base + self.roller_radius))
-            sum_text = f"{value_with_unit(base)} + {value_with_unit(self.roller_radius)}"
-            sentence = f"Draw the prime circle: {sum_text} = {value_with_unit(base + self.roller_radius)}. "
+        base_step = Step(sentence, shapes, letters)
         start, (mark, _) = self.lowest_follower_point, self.plan.lettered_segment_ends[0]
-        letters = [Letter(mark, start, phase(start))]
+        shapes, letters, sentence = [], [Letter(mark, start, phase(start))], ""
+        if self.roller_radius > 0.0:
+            where, prime = "prime circle", base + self.roller_radius
+            self._add_named_circle(shapes, letters, "prime-circle", prime)
+            terms = f"{value_with_unit(base)} + {value_with_unit(self.roller_radius)}"
+            sentence = f"Draw the prime circle: {terms} = {value_with_unit(prime)}. "
         if self.angular:
             distance, arm = abs(self.pivot), value_with_unit(abs(self.pivot - start))
-            named.append(self._named_circle("pivot-circle", distance))
+            self._add_named_circle(shapes, letters, "pivot-circle", distance)
             letters.append(Letter("A₁", self.pivot, phase(self.pivot)))
-            more = [line_through("arm", (self.pivot, start), "guide")]
+            shapes.append(line_through("arm", (self.pivot, start), "guide"))
             sentence += (
                 f"Mark the pivot A₁ to the right of O, OA₁ = {value_with_unit(distance)}, "
                 "and draw the pivot circle through it. "
                 f"{mark} is on the {where}, above OA₁, with A₁{mark} = {arm}."
             )
         else:
-            side, apart = "right" if self.offset > 0 else "left", value_with_unit(abs(self.offset))
-            axis = f"a vertical {apart} to the {side} of O, which touches it"
-            axis = axis if self.offset else "a vertical through O"
+            axis = "a vertical through O"
             if self.offset:
-                named.append(self._named_circle("offset-circle", abs(self.offset)))
+                side, apart = "right" if self.offset > 0 else "left", value_with_unit(abs(self.offset))
+                axis = f"a vertical {apart} to the {side} of O, which touches it"
+                self._add_named_circle(shapes, letters, "offset-circle", abs(self.offset))
                 sentence += f"Draw the offset circle: radius {apart}. "
-            more = [
-                line_through(
-                    "follower-axis",
-                    (complex(self.offset), start + 1j * OVERRUN_SHARE * self.drawing_reach),
-                    "reference",
-                )
-            ]
+            ends = complex(self.offset), start + 1j * OVERRUN_SHARE * self.drawing_reach
+            shapes.append(line_through("follower-axis", ends, "reference"))
             sentence += (
-                f"Draw the follower's axis, {axis}. It cuts the "
-                f"{where} above O "
-                f"in {mark}, where the follower begins."
+                f"Draw the follower's axis, {axis}. "
+                f"It cuts the {where} above O in {mark}, where the follower begins."
             )
-        shapes, names = (list(each) for each in zip(*named, strict=True)) if named else ([], [])
-        return [*steps, Step(sentence, [*shapes, *more], [*letters, *names])]
+        return [base_step, Step(sentence, shapes, letters)]
 
     def _segment_angle_step(self) -> Step:
         """The step of the angles of strokes and dwells about O, against the rotation of the cam."""
@@ -330,11 +305,21 @@ class Inversion:
 
     def _follower_path_step(self) -> Step:
         """The step of the lines or arcs along which the follower's point moves at each station."""
-        shapes = [self._follower_path_line(each.number, each.angle) for each in self.plan.stations]
+        shapes, low = [], self.lowest_follower_point
+        for station in self.plan.stations:
+            reach = float(self.problem.programme.motion_at(np.array([station.angle]), 0)[0, 0])
+            if self.angular:
+                beyond = OVERRUN_SHARE * self.drawing_reach / abs(self.pivot - low)
+                share = np.linspace(0.0, reach + beyond, SHAPE_ARC_POINTS)
+                points = self.follower_point_in_cam_frame(station.angle, share)
+            else:
+                foot = low if self.is_developed else complex(self.offset)
+                end = low + 1j * (reach + OVERRUN_SHARE * self.drawing_reach)
+                points = self.points_in_cam_frame(np.array([foot, end]), station.angle)
+            shapes.append(PenLine(f"guide-{station.number}", np.asarray(points), "guide"))
         if self.angular:
-            arm = value_with_unit(abs(self.pivot - self.lowest_follower_point))
             sentence = (
-                f"About the pivots 1, 2, 3 … draw arcs of radius {arm}, "
+                f"About the pivots 1, 2, 3 … draw arcs of radius {value_with_unit(abs(self.pivot - low))}, "
                 f"to cut the {self._start_circle_or_line_name} in 1, 2, 3 …"
             )
         elif self.is_developed:
@@ -342,26 +327,11 @@ class Inversion:
         elif self.offset:
             sentence = (
                 "From 1, 2, 3 … draw the tangents to the offset circle, on the same side of O as the "
-                "follower's axis at the "
-                "start, and produce them outwards."
+                "follower's axis at the start, and produce them outwards."
             )
         else:
             sentence = "Join O to 1, 2, 3 … and produce these radii outwards."
         return Step(sentence, shapes, [])
-
-    def _follower_path_line(self, station_number: str, angle: float) -> PenLine:
-        reach, low = float(self.problem.programme.motion_at(np.array([angle]), 0)[0, 0]), self.lowest_follower_point
-        if self.angular:
-            beyond = OVERRUN_SHARE * self.drawing_reach / abs(self.pivot - low)
-            share = np.linspace(0.0, reach + beyond, SHAPE_ARC_POINTS)
-            return PenLine(
-                f"guide-{station_number}", np.asarray(self.follower_point_in_cam_frame(angle, share)), "guide"
-            )
-        foot = low if self.is_developed else complex(self.offset)
-        end = low + 1j * (reach + OVERRUN_SHARE * self.drawing_reach)
-        return PenLine(
-            f"guide-{station_number}", np.asarray(self.points_in_cam_frame(np.array([foot, end]), angle)), "guide"
-        )
 
     def _ordinate_step(self) -> Step:
         """The step of the displacements, set off from the start of the follower's point."""
@@ -402,17 +372,6 @@ class Inversion:
     def _close_curve(self, points: ComplexArray) -> ComplexArray:
         return points if self.is_developed else np.append(points, points[0])
 
-    def _flank_points(self, flank: int) -> ComplexArray:
-        """A flank over the turn, with the arcs of the roller at corners of the pitch curve."""
-        curves, radius = self.picture.curves, -self.mechanism.flanks[flank].side * self.roller_radius
-        before = [curves[-1], *curves[:-1]]
-        parts = [
-            part
-            for earlier, piece in zip(before, curves, strict=True)
-            for part in (roller_arc_at_corner(earlier, piece, radius), piece.profile[flank])
-        ]
-        return np.concatenate(parts[1:] if self.is_developed else parts)
-
     def _roller_or_face_step(self) -> Step | None:
         """The step of rollers, spherical faces or flat faces at the stations."""
         if self.mechanism.flat_faced:
@@ -434,43 +393,39 @@ class Inversion:
         )
 
     def _flat_face_step(self) -> Step:
-        shapes = []
-        half = FACE_MARGIN * self.base_or_mean_radius + max(
-            abs(self._contact_distance_along_face(each)) for each in self.plan.stations
-        )
+        """The step of flat faces at the stations, so long that they reach all contacts."""
+        half, faces = 0.0, []
+        lowest = self._contact_at_lowest_position
+        normal = complex(lowest.across[0], lowest.up[0])
+        sense = outward_turn_sense_of_follower(self.problem)
         for each in self.plan.stations:
+            turned = -1j * normal / abs(normal) * np.exp(1j * sense * each.displacement * self.angular)
+            along = complex(self.points_in_cam_frame(turned, each.angle))
+            angle = np.array([each.angle])
+            touched = self.mechanism.trace_and_normal(self.problem.design, self.problem.programme, angle).trace
+            foot = self.follower_point_in_cam_frame(angle, each.displacement)
+            gap = self.points_in_cam_frame(touched, angle) - foot
+            half = max(half, abs(float((gap[0] * along.conjugate()).real)))  # distance of the contact from the foot
             point = complex(self.follower_point_in_cam_frame(each.angle, each.displacement))
-            along = self._face_direction_at(each)
-            shapes.append(line_through(f"face-{each.number}", (point - along * half, point + along * half), "body"))
+            faces.append((f"face-{each.number}", point, along))
+        half = FACE_MARGIN * self.base_or_mean_radius + half
+        shapes = [
+            line_through(name, (point - along * half, point + along * half), "body") for name, point, along in faces
+        ]
         how = "inclined as the arm holds it" if self.angular else "square to its radius"
         return Step(f"Draw the face of the follower at each of these points, {how}.", shapes, [])
-
-    def _face_direction_at(self, station: Station) -> complex:
-        """Direction of a flat face at a station, in the frame of the cam."""
-        turned = self.face_direction * np.exp(
-            1j * outward_turn_sense_of_follower(self.problem) * station.displacement * self.angular
-        )
-        return complex(self.points_in_cam_frame(turned, station.angle))
-
-    def _contact_distance_along_face(self, station: Station) -> float:
-        """Distance of the contact along a flat face from the constructed point [mm]."""
-        angle = np.array([station.angle])
-        touched = self.mechanism.trace_and_normal(self.problem.design, self.problem.programme, angle).trace
-        gap = self.points_in_cam_frame(touched, angle) - self.follower_point_in_cam_frame(
-            angle, station.displacement
-        )
-        return float((gap[0] * self._face_direction_at(station).conjugate()).real)
 
     def _profile_step(self) -> Step | None:
         """The step of the curve that touches all rollers or faces; with undercut also of the remaining cam."""
         if self.roller_radius == 0.0 and not self.mechanism.flat_faced:
             return None
-        flanks = range(len(self.mechanism.flanks))
-        shapes = []
-        for k in flanks:
-            wall = self._close_curve(self._flank_points(k))
-            name = "profile" if len(flanks) == 1 else f"profile-{self.mechanism.flanks[k].name}"
-            shapes.append(PenLine(name, wall, "curve"))
+        flanks, curves, shapes = self.mechanism.flanks, self.picture.curves, []
+        for k, flank in enumerate(flanks):
+            wall = []  # with the arcs of the roller at corners of the pitch curve
+            for before, piece in zip([curves[-1], *curves[:-1]], curves, strict=True):
+                wall += [roller_arc_at_corner(before, piece, -flank.side * self.roller_radius), piece.profile[k]]
+            points = self._close_curve(np.concatenate(wall[1:] if self.is_developed else wall))
+            shapes.append(PenLine("profile" if len(flanks) == 1 else f"profile-{flank.name}", points, "curve"))
         touched = "faces" if self.mechanism.flat_faced else "circles"
         sentence = f"Draw the curve that touches these {touched} from inside: the profile of the cam."
         if len(flanks) > 1:

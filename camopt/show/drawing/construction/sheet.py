@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.core.quantities.unit_systems import INCH_MM
 from camopt.core.storage.files import checked_suffix
 from camopt.model.motion.stroke import RETURN, RISE
 from camopt.show.drawing import diagrams
@@ -14,7 +15,7 @@ from camopt.show.drawing.construction.answers import cam_speed_and_peak_lines, m
 from camopt.show.drawing.construction.construct import Construction
 from camopt.show.drawing.construction.displacement import DiagramScale, displacement_steps
 from camopt.show.drawing.construction.inversion import Inversion
-from camopt.show.drawing.construction.shapes import PenLine, Step
+from camopt.show.drawing.construction.shapes import Step
 from camopt.show.drawing.figures import geometry_results_line, mechanism_and_sizes_line
 from camopt.show.drawing.frames import write_still_gif
 from camopt.show.drawing.labels import Label, label_place_candidates, place_labels
@@ -37,9 +38,7 @@ from camopt.show.drawing.style import (
     Target,
     figure_pages,
 )
-from camopt.solve.tables.result import Table
 
-MM_PER_INCH = 25.4
 A3, A4 = (420.0, 297.0), (297.0, 210.0)  # mm, landscape
 TURN_WIDTH, STROKE_HEIGHT = 140.0, 42.0  # mm on the paper for 360° and for the stroke of the displacement diagram
 MOST_ROWS = 30  # rows of a table that fit on the sheet
@@ -120,8 +119,9 @@ class PaperPage(NamedTuple):
     def axes_at(self, area: PaperArea) -> Any:
         """Axes at a place."""
         width, height = self.paper
-        box = (area.left / width, area.bottom / height, area.width / width, area.height / height)
-        return self.figure.add_axes(box)
+        return self.figure.add_axes(
+            (area.left / width, area.bottom / height, area.width / width, area.height / height)
+        )
 
     def scaled_axes(self, area: PaperArea, corner: complex, scale: float = 1.0) -> Any:
         """Axes without a frame, with ``scale`` mm of paper per unit, from a corner."""
@@ -148,7 +148,7 @@ def draw(construction: Construction, path: Target = None, steps: bool = False) -
     if steps:
         return _draw_step_pages(inversion, path)
     picture, layout = inversion.picture, LAYOUT_BELOW if inversion.is_developed else LAYOUT_BESIDE
-    with figure_pages(path, [(A3[0] / MM_PER_INCH, A3[1] / MM_PER_INCH)]) as (figure,):
+    with figure_pages(path, [(A3[0] / INCH_MM, A3[1] / INCH_MM)]) as (figure,):
         page = PaperPage(figure, A3)
         given = f"Given:  {motion_in_words(inversion)};  {mechanism_and_sizes_line(picture)}"
         page.write_title_and_lines(HEADING_PLACE, picture.scene.name, [given], TEXT_SIZE)
@@ -166,44 +166,46 @@ def draw(construction: Construction, path: Target = None, steps: bool = False) -
         )
         lines = [f"{number}. {step.sentence}" for number, step in enumerate([*diagram, *profile], start=1)]
         page.write_title_and_lines(layout["steps"], "Steps", lines, SMALL_SIZE - 0.5)
-        _write_table(page, construction.table(), layout["table"])
+        table, area = construction.table(), layout["table"]
+        rows = [table.heads, *(table.rows if len(table.rows) <= MOST_ROWS else [])]  # the command prints it too
+        height = min(4.2, area.height / len(rows))
+        for number, row in enumerate(rows):
+            style = {"fontsize": min(SMALL_SIZE, height * 1.75), "color": INK if number else MUTED}
+            for cell, right in zip(row, COLUMN_ENDS, strict=True):
+                top = area.bottom + area.height - height * number
+                page.write_at(area.left + right, top, cell.text, ha="right", **style)
         place_labels(figure, labels)
     return figure
 
 
 def _diagram_scale(picture: Picture, factor: float = 1.0) -> DiagramScale:
-    lift = picture.problem.programme.lift
-    return DiagramScale(factor * TURN_WIDTH / (2.0 * np.pi), factor * STROKE_HEIGHT / lift)
+    return DiagramScale(
+        factor * TURN_WIDTH / (2.0 * np.pi), factor * STROKE_HEIGHT / picture.problem.programme.lift
+    )
 
 
 def draw_steps(axes: Any, steps: Sequence[Step], highlighted_step: int | None = None) -> list[Label]:
     """Draw the lines of steps, and return their letters; the step ``highlighted_step`` has another colour."""
-    labels = []
-    for place, step in enumerate(steps):
-        for shape in step.shapes:
-            _draw_shape(axes, shape, NEW_STEP_COLOUR if place == highlighted_step else None)
-        for letter in step.letters:
-            style, point = dict(LETTER_STYLES[letter.pen]), (letter.point.real, letter.point.imag)
-            labels.append(
-                Label(
-                    axes, letter.text, point, label_place_candidates(LETTER_DISTANCES, letter.direction), style, 1.0
-                )
-            )
-    return sorted(labels, key=lambda label: len(label.text))
-
-
-def _draw_shape(axes: Any, shape: PenLine, colour: str | None) -> None:
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    if shape.pen in MARK_STYLES:
-        style = MARK_STYLES[shape.pen] | ({"color": colour} if colour else {})
-        axes.plot(shape.points.real, shape.points.imag, ls="none", gid=shape.name, mew=0.0, **style)
-        return
-    path = Path(np.column_stack([shape.points.real, shape.points.imag]))
-    path.should_simplify = False  # simplifying shifts points of a file by a tenth of a pixel
-    style = {"fill": False} | PEN_STYLES[shape.pen] | ({"ec": colour} if colour else {})
-    axes.add_artist(PathPatch(path, gid=shape.name, **style))  # add_patch would compute limits point by point
+    labels = []
+    for place, step in enumerate(steps):
+        new = place == highlighted_step
+        for shape in step.shapes:
+            if shape.pen in MARK_STYLES:
+                style = MARK_STYLES[shape.pen] | ({"color": NEW_STEP_COLOUR} if new else {})
+                axes.plot(shape.points.real, shape.points.imag, ls="none", gid=shape.name, mew=0.0, **style)
+                continue
+            path = Path(np.column_stack([shape.points.real, shape.points.imag]))
+            path.should_simplify = False  # simplifying shifts points of a file by a tenth of a pixel
+            style = {"fill": False} | PEN_STYLES[shape.pen] | ({"ec": NEW_STEP_COLOUR} if new else {})
+            axes.add_artist(PathPatch(path, gid=shape.name, **style))  # add_patch computes limits point by point
+        for letter in step.letters:
+            point, style = (letter.point.real, letter.point.imag), dict(LETTER_STYLES[letter.pen])
+            places = label_place_candidates(LETTER_DISTANCES, letter.direction)
+            labels.append(Label(axes, letter.text, point, places, style, 1.0))
+    return sorted(labels, key=lambda label: len(label.text))
 
 
 def _draw_profile_steps(
@@ -235,25 +237,12 @@ def round_scale(largest: float) -> float:
     )
 
 
-def _write_table(page: PaperPage, table: Table, area: PaperArea) -> None:
-    """Draw the table by station, unless it is too long for the sheet; the command prints it too."""
-    rows = [table.heads, *(table.rows if len(table.rows) <= MOST_ROWS else [])]
-    step = min(4.2, area.height / len(rows))
-    for number, row in enumerate(rows):
-        style = {"fontsize": min(SMALL_SIZE, step * 1.75), "color": INK if number else MUTED}
-        for cell, right in zip(row, COLUMN_ENDS, strict=True):
-            top = area.bottom + area.height - step * number
-            page.write_at(area.left + right, top, cell.text, ha="right", **style)
-
-
 def _draw_step_pages(inversion: Inversion, path: Target) -> "Figure":
     """Draw a page for each step, with the lines of the step in red."""
     animated = path is not None and checked_suffix(path, "path", STEPWISE_SUFFIXES) == ".gif"
     diagram, profile = displacement_steps(inversion.plan, _diagram_scale(inversion.picture, 1.5)), inversion.steps()
     every = [*diagram, *profile]
-    with figure_pages(
-        None if animated else path, [(A4[0] / MM_PER_INCH, A4[1] / MM_PER_INCH)] * len(every)
-    ) as figures:
+    with figure_pages(None if animated else path, [(A4[0] / INCH_MM, A4[1] / INCH_MM)] * len(every)) as figures:
         for number, (figure, step) in enumerate(zip(figures, every, strict=True)):
             page, new = PaperPage(figure, A4), number - len(diagram)
             page.write_title_and_lines(

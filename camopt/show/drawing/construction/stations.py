@@ -4,7 +4,6 @@ Each stroke is divided into equal parts. Stations are 1, 2, 3 … on the first s
 so on. Letters name the same points on the curves. Dwells have stations only at their ends.
 """
 
-from collections.abc import Iterator
 from functools import cached_property
 from itertools import count, pairwise
 from math import degrees, pi
@@ -76,25 +75,24 @@ class StationPlan:
             raise BadInput([Mistake("camopt", "construction", parts, allowed)])
         self.picture, self.programme, self.parts = picture, picture.problem.programme, parts
 
-    def _stroke_ranges(self) -> Iterator[tuple[float, float, Stroke | None]]:
-        """Start, end [rad] and stroke of each division: strokes with laws, and rises and returns of moves."""
+    @cached_property
+    def divisions(self) -> list[Division]:
+        """Strokes with laws, and rises and returns of moves, with their stations. Adjacent ones share a station."""
         kept = [stroke for stroke in self.programme.strokes if not stroke.is_move]
-        yield from ((stroke.start, stroke.end, stroke) for stroke in kept if stroke.kind != DWELL)
+        ranges: list[tuple[float, float, Stroke | None]] = [
+            (stroke.start, stroke.end, stroke) for stroke in kept if stroke.kind != DWELL
+        ]
         edges = [0.0, *(edge for stroke in kept for edge in (stroke.start, stroke.end)), TURN_ANGLE]
         for low, high in zip(edges[::2], edges[1::2], strict=True):  # moves lie between strokes with laws
             for kind, start, end in self.picture.stroke_kind_spans:
                 ends = max(start, low), min(end, high)
                 if kind != DWELL and ends[1] - ends[0] > EQUAL_PLACES:
-                    yield (*ends, None)
-
-    @cached_property
-    def divisions(self) -> list[Division]:
-        """All strokes with their stations. Adjacent strokes share a station."""
+                    ranges.append((*ends, None))
         found: list[Division] = []
         letters = (
             f"{name}{k + 1}".translate(SUBSCRIPTS) if k else name for k in count() for name in STATION_LETTERS
         )
-        for number, (start, end, stroke) in enumerate(sorted(self._stroke_ranges(), key=lambda leg: leg[0])):
+        for number, (start, end, stroke) in enumerate(sorted(ranges, key=lambda leg: leg[0])):
             prime = PRIME_SIGNS[number] if number < len(PRIME_SIGNS) else f"({number})"
             angles = start + (end - start) * np.arange(self.parts + 1) / self.parts
             stations = []
