@@ -202,11 +202,16 @@ def _draw_cursors(figure: Any, axes: Any, diagram: TimingDiagram) -> tuple[list[
 
 def machine_tools(machine: Machine, stations: tuple[ResolvedStation, ...]) -> list[Tool]:
     """The tools that have outlines, and the fixed bodies; empty if no tool has an outline."""
-    tools = []
-    for number, each in enumerate(stations):
-        if (points := each.station.outline) is not None:
-            outline = rounded_outline(points, each.station.outline_radius)
-            tools.append(Tool(each.name, outline, each, series_line_style(number)["color"]))
+    tools = [
+        Tool(
+            each.name,
+            rounded_outline(points, each.station.outline_radius),
+            each,
+            series_line_style(number)["color"],
+        )
+        for number, each in enumerate(stations)
+        if (points := each.station.outline) is not None
+    ]
     bodies = [Tool(body.name, rounded_outline(body.outline, body.outline_radius)) for body in machine.body]
     return [*tools, *bodies] if tools else []
 

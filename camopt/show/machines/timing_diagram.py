@@ -250,9 +250,11 @@ class TimingDiagram:
 
     def _draw_station(self, axes: Any, station_index: int, row: Row) -> None:
         station, torque = self.data.stations[station_index], self.data.torques[station_index]
-        details: list[DetailLine] = [(phase_and_ratio_text(station), {})]
-        if torque is not None:
-            details.append((f"torque {torque.peak_words}", {**series_line_style(station_index), "lw": 1.4}))
+        line = {**series_line_style(station_index), "lw": 1.4}
+        details: list[DetailLine] = [
+            (phase_and_ratio_text(station), {}),
+            *([(f"torque {torque.peak_words}", line)] if torque is not None else []),
+        ]
         self._draw_row_name(axes, row, station.name, details)
         spans, (low, high), (bar, height) = (
             self.data.spans[station_index],

@@ -106,13 +106,14 @@ def _draw_legend(axes: Any, box: MarkBox, diagram: TimingDiagram) -> None:
         fill_bar(axes, x, low, 8.0, BAR_HEIGHT, name)
         draw_words(axes, x + 9.5, low + (BAR_HEIGHT - TEXT) / 2, text, TEXT, va="baseline")
         x += 14.0 + text_width(text, TEXT)
-    note = f"{NOTE} Dots: largest torques." if data.total_torque else NOTE
     left_out = sum(map(len, data.spans)) - sum(map(len, diagram.change_labels))
-    note += f" {left_out} numbers have no room." if left_out else ""
-    more = len(data.machine.clear) - MOST_CLEARANCES
-    notes = [note, *([f"{more} more clearances are not drawn."] if more > 0 else [])]
-    if Path(data.machine.file).suffix == ".toml":
-        notes.append(f"File: {Path(data.machine.file).name}")
+    more, file = len(data.machine.clear) - MOST_CLEARANCES, Path(data.machine.file)
+    dots = " Dots: largest torques." if data.total_torque else ""
+    notes = [
+        f"{NOTE}{dots}" + (f" {left_out} numbers have no room." if left_out else ""),
+        *([f"{more} more clearances are not drawn."] if more > 0 else []),
+        *([f"File: {file.name}"] if file.suffix == ".toml" else []),
+    ]
     for text in (line for note in notes for line in wrap_text(note, box.size.real - MARGIN, SMALL_TEXT)):
         low -= LINE_STEP * SMALL_TEXT + 0.4
         draw_words(axes, box.low.real, low, text, SMALL_TEXT, va="baseline")

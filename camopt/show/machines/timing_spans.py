@@ -72,11 +72,9 @@ def segment_spans(station: ResolvedStation) -> list[Span]:
 
 def clearance_span(clearance: Clearance, unit: str, result: ClearanceResult | None = None) -> Span:
     """The range of angles in which a clearance must hold, with the least clearance if there is a result."""
-    least = f"≥ {value_with_unit(clearance.at_least, unit)}"
-    if clearance.along is None:
-        words = f"distance {' – '.join(clearance.between)} {least}"
-    else:
-        words = f"{linear_form_text(clearance.along, clearance.between)} {least}"
+    along, between = clearance.along, clearance.between
+    what = f"distance {' – '.join(between)}" if along is None else linear_form_text(along, between)
+    words = f"{what} ≥ {value_with_unit(clearance.at_least, unit)}"
     if result is not None:
         words += f", least {value_with_unit(result.displayed_upper_bound, unit)} at {angle_text(result.angle)}°"
     name = CLEARANCE if result is None else f"{CLEARANCE} {result.verdict}"

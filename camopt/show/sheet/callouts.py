@@ -210,8 +210,12 @@ def _groove_width_dimension(view: FrontView, direction_angle: float) -> Marks:
     text = groove_width_text(cam)
     wide = text_width(text, LARGE)
     words = Words(knee + side * (1.0 + wide / 2) + 1j * TEXT_ABOVE_LINE, text, LARGE, 0.5)
-    lines = [line_mark(knee + side * (wide + 2.0), knee, outer, inner - ARROW_TAIL * normal)]
-    return [*lines, arrowhead(inner, normal), arrowhead(outer, -normal), words]
+    return [
+        line_mark(knee + side * (wide + 2.0), knee, outer, inner - ARROW_TAIL * normal),
+        arrowhead(inner, normal),
+        arrowhead(outer, -normal),
+        words,
+    ]
 
 
 def _bore_diameter_dimension(view: FrontView, direction_angle: float) -> Marks:

@@ -102,9 +102,11 @@ class DevelopedView:
     def developed_cylinder_marks(self) -> Marks:
         """The developed cylinder from its lower left corner at x = 0, with the names of strokes above it."""
         (bottom, top), end = self.axial_ends, self.circumference
-        marks: Marks = [rectangle_line(1j * bottom, complex(end, top), THICK)]
-        marks += self._visible_lines(self._curves_over_turns("profile"), THICK)
-        marks += self._visible_lines(self._curves_over_turns("pitch"), DOUBLE_CHAIN)
+        marks: Marks = [
+            rectangle_line(1j * bottom, complex(end, top), THICK),
+            *self._visible_lines(self._curves_over_turns("profile"), THICK),
+            *self._visible_lines(self._curves_over_turns("pitch"), DOUBLE_CHAIN),
+        ]
         room = {LARGE: VALUE_GAP + ARROW_LENGTH, MEDIUM: VALUE_GAP}  # large letters reach down to the arrows
         foot = top + FIRST_LEVEL + 2.0
         for name, begin, after in self.cam.segments:
@@ -162,9 +164,8 @@ class DevelopedView:
         if self.part.thickness:
             far = length_text(abs(start - bottom) / self.scale)
             marks += distance_dimension(bottom, start, 1j, FIRST_LEVEL + LEVEL_STEP, far)
-        if datum := symbols.datums_of(self.part, self.has_section).face:
-            marks += datum_symbol(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
-        return marks
+        datum = symbols.datums_of(self.part, self.has_section).face
+        return marks + datum_symbol(bottom - FIRST_LEVEL - LEVEL_STEP / 2, -1j, STEM, datum)
 
     def _surface_motion_and_flank_marks(self) -> Marks:
         """Below the surface: its direction of motion; tolerance and roughness of the flanks with a leader."""
@@ -219,17 +220,15 @@ class DevelopedView:
     def axial_section_marks(self) -> Marks:
         """The section through the axis at y = 0, with the lower end of the developed view on the left."""
         length, solid = (self.part.thickness or 0.0) * self.scale, self._section_solid()
+        round_, radius = self._cylinder_radius, (self.part.bore or 0.0) / 2 * self.scale
         marks: Marks = [
             *outline_lines(solid),
             *hatch_lines(solid),
             line_mark(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN),
-        ]
-        round_ = self._cylinder_radius
-        marks += [line_mark(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)]
-        marks += [*keyway_edge_behind_section(self.part, self.scale, length), *self._rib_edges_behind_section()]
-        radius = (self.part.bore or 0.0) / 2 * self.scale
-        marks += [
-            line_mark(complex(0.0, side * round_), complex(length, side * round_), pen=THICK) for side in (-1, 1)
+            *(line_mark(-1j * round_ + x, 1j * round_ + x, pen=THICK) for x in (0.0, length)),
+            *keyway_edge_behind_section(self.part, self.scale, length),
+            *self._rib_edges_behind_section(),
+            *(line_mark(complex(0.0, y), complex(length, y), pen=THICK) for y in (-round_, round_)),
         ]
         low, beyond = -1j * round_, self.outer_radius - round_ + FIRST_LEVEL
         marks += distance_dimension(low, low + length, 1.0, -beyond, size_text(self.part.thickness or 0.0))
@@ -249,9 +248,8 @@ class DevelopedView:
         ends = corner - 1j * self._flank_height, complex(length, self.outer_radius)
         ends = (ends[1] - 1j * self._flank_height, corner) if self.cam.is_ribbed else ends
         marks += distance_dimension(*ends, 1j, ends[0].real - far, size_text(self._flank_height / self.scale))
-        if datum := symbols.datums_of(self.part, self.has_section).bore:
-            marks += datum_symbol(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
-        return marks
+        datum = symbols.datums_of(self.part, self.has_section).bore
+        return marks + datum_symbol(complex(length + FIRST_LEVEL, -radius), -1j, STEM, datum)
 
     def _diameter_marks(self) -> Marks:
         """Dimensions of the outer diameter, and of the cylinder below a rib."""
@@ -277,9 +275,9 @@ class DevelopedView:
                 & (np.abs(level) >= self._cylinder_radius)
                 & (np.abs(turned) < pi)
             )
-            for piece in np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1):
-                if piece.size > 1:
-                    yield Line(flank.imag[piece] - self.axial_ends[0] + 1j * level[piece], THICK)
+            pieces = np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1)
+            lines = flank.imag - self.axial_ends[0] + 1j * level
+            yield from (Line(lines[piece], THICK) for piece in pieces if piece.size > 1)
 
     @property
     def _section_angles(self) -> tuple[float, float]:
@@ -327,9 +325,11 @@ class DevelopedView:
     def bore_marks(self) -> Marks:
         """The bore with its keyway on top, seen along the axis."""
         part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
-        marks: Marks = [Line(bore_and_keyway_outline(part, pi / 2) * self.scale, THICK)]
         over = radius + 4.0
-        marks += [line_mark(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
+        marks: Marks = [
+            Line(bore_and_keyway_outline(part, pi / 2) * self.scale, THICK),
+            *(line_mark(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)),
+        ]
         if not self.has_section:
             marks += distance_dimension(1j * radius, -1j * radius, -1j, radius + FIRST_LEVEL, bore_text(part))
         if part.keyway_width and part.keyway_depth:

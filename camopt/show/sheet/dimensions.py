@@ -68,12 +68,14 @@ def distance_dimension(
     if at is None:
         marks.append(line_mark(ends[1], ends[1] + (VALUE_GAP + wide) * along))
         at = ends[1] + (VALUE_GAP + wide / 2) * along
-    marks += datum_symbol(ends[0], -along, STEM, datum) if datum else []
+    marks += datum_symbol(ends[0], -along, STEM, datum)
     return [*marks, Words(at + 1j * reading * TEXT_ABOVE_LINE, value, LARGE, 0.5, turn, backed=True)]
 
 
 def datum_symbol(point: complex, direction: complex, stem: float, letter: str) -> Marks:
-    """A datum: a filled triangle on an extension line, a stem, and the letter in a frame."""
+    """A datum: a filled triangle on an extension line, a stem, and the letter in a frame; none without a letter."""
+    if not letter:
+        return []
     across, far = 1j * direction, point + (3.0 + stem) * direction
     centre = far + CELL / 2 / max(abs(direction.real), abs(direction.imag)) * direction
     corner = centre - complex(CELL, CELL) / 2

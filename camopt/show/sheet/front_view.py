@@ -152,11 +152,11 @@ class FrontView:
     @cached_property
     def radius_texts(self) -> tuple[str, str]:
         """Texts of the smallest and largest radius of the profile."""
-        gap = self.cam.disc_problem.wall_distance_from_pitch_curve - self.cam.roller_radius
         if self.cam.is_ribbed:  # beyond the inner roller
             inner = self.cam.discs[-1].problem
             low = float(inner.design.prime_radius[0]) + inner.wall_distance_from_pitch_curve
         else:
+            gap = self.cam.disc.problem.wall_distance_from_pitch_curve - self.cam.roller_radius
             low = self.cam.base_or_mean_radius - gap
         high = self.cam.quantity("outer_radius_mm") or abs(self.highest_point) / self.scale
         return f"R{length_text(low)}", f"R{length_text(high)}"
@@ -225,24 +225,30 @@ class FrontView:
 
     def marks(self) -> Marks:
         """Marks of the view, around the axis of the cam."""
-        marks: Marks = [*(Line(wall, THICK) for wall in self.walls), circle_mark(self.base_radius, CHAIN)]
-        marks += [Line(self.outline, THICK)] if self.part.outer_diameter else []
-        marks += [Line(profile, HIDDEN) for profile in self.other_profiles]
-        marks += [Line(roller, DOUBLE_CHAIN) for roller in self.roller_outlines]
-        other_path = [self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else []
-        marks += [Line(path, DOUBLE_CHAIN) for path in (self.pitch, *other_path) if path.size]
+        part, turn = self.part, keyway_direction_angle(self.part)
+        paths = [self.pitch, *([self.cam.curves["second_pitch"].points * self.scale] if self.cam.is_ribbed else [])]
+        marks: Marks = [
+            *(Line(wall, THICK) for wall in self.walls),
+            circle_mark(self.base_radius, CHAIN),
+            *([Line(self.outline, THICK)] if part.outer_diameter else []),
+            *(Line(profile, HIDDEN) for profile in self.other_profiles),
+            *(Line(roller, DOUBLE_CHAIN) for roller in self.roller_outlines),
+            *(Line(path, DOUBLE_CHAIN) for path in paths if path.size),
+        ]
         for along in (1.0, 1j):
             low, high = (
                 max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
             )
             low, high = low + CENTRE_LINE_OVERRUN, high + CENTRE_LINE_OVERRUN
             marks.append(line_mark(-low * along, high * along, pen=CHAIN))
-        part, turn = self.part, keyway_direction_angle(self.part)
-        marks += [circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []
-        marks += [Line(bore_and_keyway_outline(part, turn) * self.scale, THICK)] if part.bore else []
-        marks += [*self._ray_lines(), *ring_marks(self.segments, self.ring_radius)]
-        marks += self._radius_marks()
-        return marks
+        return [
+            *marks,
+            *([circle_mark(part.hub_diameter / 2 * self.scale, THICK)] if part.hub_diameter else []),
+            *([Line(bore_and_keyway_outline(part, turn) * self.scale, THICK)] if part.bore else []),
+            *self._ray_lines(),
+            *ring_marks(self.segments, self.ring_radius),
+            *self._radius_marks(),
+        ]
 
     def _ray_lines(self) -> Iterator[Line]:
         """Lines from the contact points at segment starts to the ring; bent if the contact is not on the ray."""

@@ -48,7 +48,7 @@ def note_texts(cam: TrueCam) -> Iterator[str]:
     """Texts of the notes of a cam, broken limits first."""
     return chain(
         _broken_limits(cam),
-        filter(None, [" ".join(_general_notes(cam))]),
+        filter(None, [_general_note(cam)]),
         _follower_notes(cam),
         contact_notes(cam),
         _rotation_notes(cam),
@@ -78,20 +78,23 @@ def _broken_limits(cam: TrueCam) -> Iterator[str]:
         yield cam.translate("Not proved to meet the limits of its design.")
 
 
-def _general_notes(cam: TrueCam) -> Iterator[str]:
-    """General notes on edges, and on what the title block does not have: unit, projection, tolerances, surfaces."""
-    part, in_block = cam.part, sheet_standard().has_tolerance_block
-    if in_block and part.profile_tolerance is not None:
-        yield "Values of the table and radii of the profile are basic."
-    if not in_block:
-        yield cam.translate("Dimensions in mm. Projection method 1.")
-    if part.general_tolerances and not in_block:
-        yield cam.translate("General tolerances {}.").format(part.general_tolerances)
-    if part.edges:
-        edges = (f"{to_shown_unit(value, 'mm'):+.3g}" for value in part.edges)
-        yield cam.translate("Edges ISO 13715: outer {}, inner {}.").format(*edges)
-    if part.other_roughness is not None and not in_block:
-        yield cam.translate("Other surfaces Ra {}.").format(f"{part.other_roughness:.3g}")
+def _general_note(cam: TrueCam) -> str:
+    """A note on edges, and on what the title block does not have: unit, projection, tolerances, surfaces."""
+    part, translate = cam.part, cam.translate
+    edges = [f"{to_shown_unit(value, 'mm'):+.3g}" for value in part.edges or ()]
+    notes = [translate("Edges ISO 13715: outer {}, inner {}.").format(*edges)] if edges else []
+    if sheet_standard().has_tolerance_block:
+        basic = "Values of the table and radii of the profile are basic."
+        return " ".join([*([] if part.profile_tolerance is None else [basic]), *notes])
+    tolerances, roughness = part.general_tolerances, part.other_roughness
+    return " ".join(
+        [
+            translate("Dimensions in mm. Projection method 1."),
+            *([translate("General tolerances {}.").format(tolerances)] if tolerances else []),
+            *notes,
+            *([] if roughness is None else [translate("Other surfaces Ra {}.").format(f"{roughness:.3g}")]),
+        ]
+    )
 
 
 def _follower_notes(cam: TrueCam) -> Iterator[str]:
@@ -115,19 +118,20 @@ def _follower_text(cam: TrueCam, design: Designs) -> str:
     }[scene.tip.name, scene.mechanism.drive.one_disc or cam.is_ribbed]
     radius = float(design.roller_radius[0]) * (2.0 if scene.tip.name == "roller" else 1.0)
     who = "a yoke {}" if scene.mechanism.drive.one_disc else f"{scene.mechanism.motion.words} follower {{}}"
-    kind = cam.translate(who)
+    offset = float(design.offset[0])
     sizes = {
         "distance of the rollers {}": float(design.roller_spacing[0]),
         "arm {}": float(design.arm_length[0]),
         "distance of the pivot from the cam's axis {}": float(design.centre_distance[0]),
         "distance of the face from the pivot {}": float(design.face_offset[0]),
+        f"its axis offset by {{}} to the {'right' if offset > 0 else 'left'}": abs(offset),
     }
-    more = [cam.translate(text).format(length_text(value)) for text, value in sizes.items() if value]
-    offset = float(design.offset[0])
-    if offset:
-        side = "right" if offset > 0 else "left"
-        more.append(cam.translate(f"its axis offset by {{}} to the {side}").format(length_text(abs(offset))))
-    return ", ".join([kind.format(cam.translate(contact).format(length_text(radius))), *more])
+    return ", ".join(
+        [
+            cam.translate(who).format(cam.translate(contact).format(length_text(radius))),
+            *(cam.translate(text).format(length_text(value)) for text, value in sizes.items() if value),
+        ]
+    )
 
 
 def _rotation_notes(cam: TrueCam) -> Iterator[str]:
@@ -143,8 +147,8 @@ def _rotation_notes(cam: TrueCam) -> Iterator[str]:
         return
     turns = f"Turns {ROTATION_WORDS[scene.cam.rotation]}{{}} in the front view, which shows cam angle 0."
     yield cam.translate(turns).format(speed)
-    ball, tip = cam.problem.setup.spherical, "roller's centre" if cam.roller_radius else "point of contact"
-    point = "centre of the face" if ball else tip
+    tip = "roller's centre" if cam.roller_radius else "point of contact"
+    point = "centre of the face" if cam.problem.setup.spherical else tip
     angles = cam.translate(f"Angles round the cam start at the direction of the {point} at cam angle 0.")
     yield angles + (
         cam.translate(" Bent lines lead to the point of contact on the profile.")
@@ -201,10 +205,10 @@ def _table_notes(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
         if cam.is_ribbed:
-            text = (
+            yield cam.translate(
                 "Table: cam angle θ, lift s; centres of rollers 1, beyond the rib, and 2: x round the mean radius, "
+                "y along the axis."
             )
-            yield cam.translate(f"{text}y along the axis.")
             return
         point = cam.translate(cam.scene.tip.trace)
         lift = ", lift s; {} x" if setup.angular else "; {} x"

@@ -56,16 +56,19 @@ class Paper:
         """Frame, zones, centring marks and the name of the size."""
         low, high = self.frame
         outer = complex(ZONES, ZONES)
-        marks: Marks = [rectangle_line(low, high, BORDER), rectangle_line(low - outer, high + outer, THIN)]
         middle = complex(self.width / 2, self.height / 2)
         down = (complex(middle.real, low.imag), 1j), (complex(middle.real, high.imag), -1j)
         across = (complex(low.real, middle.imag), 1.0), (complex(high.real, middle.imag), -1.0)
-        marks += [
-            line_mark(end - ZONES * into, end + CENTRING_LENGTH * into, pen=BORDER)
-            for end, into in (*down, *across)
+        return [
+            rectangle_line(low, high, BORDER),
+            rectangle_line(low - outer, high + outer, THIN),
+            *(
+                line_mark(end - ZONES * into, end + CENTRING_LENGTH * into, pen=BORDER)
+                for end, into in (*down, *across)
+            ),
+            *self._zone_marks(middle),
+            Words(complex(high.real, low.imag - ZONES - 3.6), self.name, MEDIUM, 1.0),
         ]
-        marks += self._zone_marks(middle)
-        return [*marks, Words(complex(high.real, low.imag - ZONES - 3.6), self.name, MEDIUM, 1.0)]
 
     def _zone_marks(self, middle: complex) -> Iterator[Mark]:
         """Names of zones: numbers along, letters down; on a small sheet only on top and right."""
@@ -184,14 +187,13 @@ def title_block(fields: Sequence[Field], language: str = "en") -> Marks:
     return marks
 
 
-def _field_lines(field: Field) -> Iterator[Words]:
+def _field_lines(field: Field) -> Marks:
     """The lines of a field without its name, centred between its lower and upper edge."""
     step, width = LINES_HEIGHT * LEADING, field.width - 2 * FIELD_PAD
     lines = [line for text in field.value.split("\n") for line in wrap_text(text, width, LINES_HEIGHT)]
     lines = truncate_lines_with_ellipsis(lines, int(field.height / step), width, LINES_HEIGHT)
     top = field.y + (field.height + (len(lines) - 1) * step - LINES_HEIGHT) / 2
-    for k, text in enumerate(lines):
-        yield Words(complex(field.x + FIELD_PAD, top - k * step), text, LINES_HEIGHT)
+    return [Words(complex(field.x + FIELD_PAD, top - k * step), text, LINES_HEIGHT) for k, text in enumerate(lines)]
 
 
 def _field_value(field: Field, top: float) -> Marks:

@@ -58,22 +58,30 @@ def table_columns(cam: TrueCam, step: float | None) -> list[TableColumn]:
     unit = unit_in_shown_system("mm")
     lifts = _decimal_texts(np.degrees(lift)) if problem.setup.angular else _length_texts(lift)
     curves = cam.curves_at(angles)
-    columns = [TableColumn(("", "θ", "°"), tuple(f"{each:.6g}" for each in degrees))]
-    if problem.setup.angular or cam.is_ribbed or not problem.setup.mechanism.body.developed:
-        columns.append(TableColumn(("", "s", "°" if problem.setup.angular else unit), lifts))
+    developed, lifted = problem.setup.mechanism.body.developed, "°" if problem.setup.angular else unit
+    columns = [
+        TableColumn(("", "θ", "°"), tuple(f"{each:.6g}" for each in degrees)),
+        *(
+            [TableColumn(("", "s", lifted), lifts)]
+            if problem.setup.angular or cam.is_ribbed or not developed
+            else []
+        ),
+    ]
     if cam.is_ribbed:
         return [*columns, *_rib_columns(cam, angles)]
-    if problem.setup.mechanism.body.developed:
-        y = "y" if problem.setup.angular else "y = s"
+    if developed:
         return [
             *columns,
             TableColumn((cam.translate(cam.scene.tip.trace), "x", unit), _length_texts(curves.pitch.real)),
-            TableColumn(("", y, unit), _length_texts(curves.pitch.imag)),
+            TableColumn(("", "y" if problem.setup.angular else "y = s", unit), _length_texts(curves.pitch.imag)),
         ]
+    bounded = problem.setup.mechanism.body.bounded
     centred = not (problem.setup.is_knife or problem.setup.mechanism.flat_faced)
-    if problem.setup.mechanism.body.bounded:
-        columns += _polar_columns(cam.translate("profile"), curves.profile[0], cam.sense)
-    return [*columns, *(_polar_columns(cam.translate("centre"), curves.pitch, cam.sense) if centred else ())]
+    return [
+        *columns,
+        *(_polar_columns(cam.translate("profile"), curves.profile[0], cam.sense) if bounded else ()),
+        *(_polar_columns(cam.translate("centre"), curves.pitch, cam.sense) if centred else ()),
+    ]
 
 
 DENSE_STEPS, INTERPOLATION_ERROR = (10.0, 1.0, 0.5), 0.0005 * INCH_MM  # deg, and mm
@@ -153,8 +161,10 @@ def points_table(columns: list[TableColumn], blocks: int) -> Marks:
     for block in range(blocks):
         left = block * (sum(widths) + BLOCK_GAP)
         right = left + sum(widths)
-        marks.append(rectangle_line(complex(left, 0), complex(right, top), THICK))
-        marks.append(line_mark(complex(left, edge), complex(right, edge), pen=THICK))
+        marks += [
+            rectangle_line(complex(left, 0), complex(right, top), THICK),
+            line_mark(complex(left, edge), complex(right, edge), pen=THICK),
+        ]
         for group in groups:
             middle = left + sum(widths[: group.start]) + sum(widths[k] for k in group) / 2
             head = columns[group[0]].head[0]
@@ -165,14 +175,15 @@ def points_table(columns: list[TableColumn], blocks: int) -> Marks:
             if k:
                 inside = column.head[0] or not columns[k - 1].head[0]
                 marks.append(line_mark(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT)))
-            for row, text in enumerate(column.head[1:], start=2):
-                foot = complex(x + width / 2, top - row * ROW_HEIGHT + 0.95)
-                marks += [Words(foot, text, MEDIUM, 0.5)] if text else []
-            for row, text in enumerate(column.cells[block * rows : (block + 1) * rows], start=1):
-                marks.append(
-                    Words(complex(x + width - CELL_PADDING, edge - row * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
-                )
-        for row in range(5, rows, 5):
-            level = edge - row * ROW_HEIGHT
-            marks.append(line_mark(complex(left, level), complex(right, level)))
+            marks += [
+                Words(complex(x + width / 2, top - row * ROW_HEIGHT + 0.95), text, MEDIUM, 0.5)
+                for row, text in enumerate(column.head[1:], start=2)
+                if text
+            ]
+            marks += [
+                Words(complex(x + width - CELL_PADDING, edge - row * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
+                for row, text in enumerate(column.cells[block * rows : (block + 1) * rows], start=1)
+            ]
+        levels = [edge - row * ROW_HEIGHT for row in range(5, rows, 5)]
+        marks += [line_mark(complex(left, level), complex(right, level)) for level in levels]
     return marks

@@ -39,10 +39,12 @@ def ring_marks(segments: list[RingSector], radius: float) -> Marks:
         return marks
     names, wanted = sort_after_widest_gap(crowded)
     for name, was, turn in zip(names, wanted, spread_directions(wanted, apart), strict=True):
-        marks.append(line_mark(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
         reading = readable_direction(float(turn))
         at = foot * np.exp(1j * turn) - 1j * np.exp(1j * reading) * MEDIUM / 2
-        marks.append(Words(at, name, MEDIUM, 1.0 if cos(turn - reading) < 0.0 else 0.0, reading, backed=True))
+        marks += [
+            line_mark(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)),
+            Words(at, name, MEDIUM, 1.0 if cos(turn - reading) < 0.0 else 0.0, reading, backed=True),
+        ]
     return marks
 
 

@@ -89,19 +89,21 @@ def section_marks(
         else []
     )
     bottom = face - (part.groove_depth or part.rib_height or 0.0) * scale
-    bodies = [box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut]
-    bodies += [box(0.0, -hub, whole, hub)] if hub else []
+    bodies = [
+        *(box(plate.low, low, plate.high, high) for plate in plates for low, high in plate.cut),
+        *([box(0.0, -hub, whole, hub)] if hub else []),
+    ]
     solid = union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
     solid = solid.difference(union_all([box(bottom, low, face + 1.0, high) for low, high in grooves]))
+    left_of = [plate._replace(high=bottom) for plate in plates] if around and walls else plates
+    seen = grooves[1:-1] if around else grooves  # behind the section
     marks: Marks = [
         *outline_lines(solid),
         *hatch_lines(solid),
         line_mark(complex(-4.0), complex(whole + 4.0), pen=CHAIN),
+        *(edge for plate in left_of for edge in plate.edges()),
+        *(line_mark(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen),
     ]
-    left_of = [plate._replace(high=bottom) for plate in plates] if around and walls else plates
-    seen = grooves[1:-1] if around else grooves  # behind the section
-    marks += [edge for plate in left_of for edge in plate.edges()]
-    marks += [line_mark(face + 1j * low, face + 1j * high, pen=THICK) for low, high in seen]
     for left, right in [(0.0, whole)] if hub else [(plate.low, plate.high) for plate in left_of]:
         marks += [line_mark(x + 1j * low, x + 1j * high, pen=THICK) for low, high in gap for x in (left, right)]
         marks += shift_marks(keyway_edge_behind_section(part, scale, right - left), left)
@@ -169,10 +171,12 @@ def keyway_edge_behind_section(part: Part, scale: float, total_length: float) ->
 
 def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Marks:
     whole, foot = max(part.hub_length or 0.0, part.width) * scale, min(plate.ends[0] for plate in plates)
-    hub = (part.hub_diameter or 0.0) / 2 * scale
-    rows = [[(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates]]
-    rows += [[(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)]
-    rows += [[(complex(whole, -hub), 1j * plates[-1].ends[0])]] if part.has_protruding_hub and hub else []
+    hub, datums = (part.hub_diameter or 0.0) / 2 * scale, symbols.datums_of(part, bool(part.thickness))
+    rows = [
+        [(complex(high, ends[0]), complex(low, ends[0])) for low, high, _, ends in plates],
+        *([(complex(b.low, b.ends[0]), complex(a.high, a.ends[0]))] for b, a in pairwise(plates)),
+        *([[(complex(whole, -hub), 1j * plates[-1].ends[0])]] if part.has_protruding_hub and hub else []),
+    ]
     marks: Marks = []
     for k, row in enumerate(rows):
         for first, last in row:
@@ -185,13 +189,12 @@ def _section_dimensions(part: Part, scale: float, plates: Sequence[Plate]) -> Ma
         if part.keyway_depth:
             top = radius + part.keyway_depth * scale
             marks += distance_dimension(-1j * radius, 1j * top, 1j, FIRST_LEVEL, keyway_depth_text(part))
-        if datum := symbols.datums_of(part, bool(part.thickness)).bore:
-            marks += datum_symbol(complex(whole + FIRST_LEVEL, -radius), -1j, max(STEM, hub - radius), datum)
+        place = complex(whole + FIRST_LEVEL, -radius)
+        marks += datum_symbol(place, -1j, max(STEM, hub - radius), datums.bore)
     if height := part.groove_depth or part.rib_height:
         rim = plates[0].high + 1j * plates[0].ends[1]
         marks += distance_dimension(rim - height * scale, rim, 1.0, FIRST_LEVEL, size_text(height))
-        if datum := symbols.datums_of(part, bool(part.thickness)).face:
-            marks += datum_symbol(rim - 1j * CELL, 1.0, STEM, datum)
+        marks += datum_symbol(rim - 1j * CELL, 1.0, STEM, datums.face)
     if across := part.hub_diameter or part.outer_diameter:
         half = 0.5j * across * scale
         marks += distance_dimension(

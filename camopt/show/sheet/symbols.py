@@ -37,13 +37,13 @@ def projection_symbol(centre: complex, is_third_angle: bool = False) -> Marks:
     small, large, half, over = 1.25, 2.5, 2.5, 1.0
     left, right = (centre + 5.0, centre - 5.0) if is_third_angle else (centre - 5.0, centre + 5.0)
     cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
-    marks: Marks = [
+    centre_lines = (left, half + over), (right, large + over), (right, 1j * (large + over))
+    return [
         closed_line(*cone, pen=THICK),
         circle_mark(large, THICK, right),
         circle_mark(small, THICK, right),
+        *(line_mark(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines),
     ]
-    centre_lines = (left, half + over), (right, large + over), (right, 1j * (large + over))
-    return [*marks, *(line_mark(middle - reach, middle + reach, pen=CHAIN) for middle, reach in centre_lines)]
 
 
 def roughness_symbol(foot: complex, text: str) -> Marks:
@@ -88,15 +88,16 @@ def tolerance_frame(corner: complex, zone_width_text: str, datums: Datums) -> Ma
     letters = [letter for letter in datums if letter]
     cells = [CELL, text_width(zone_width_text, LARGE) + 2 * FRAME_PADDING, *(CELL for _ in letters)]
     edges = corner + np.cumsum([0.0, *cells])
-    marks: Marks = [rectangle_line(corner, edges[-1] + 1j * CELL)]
-    marks += [line_mark(x, x + 1j * CELL) for x in edges[1:-1]]
     base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
-    marks.append(Line(arc_points(radius, 0.0, np.pi, base), THICK))
-    texts = [zone_width_text, *letters]
     foot = 1j * (CELL - LARGE) / 2
-    return marks + [
-        Words((a + b) / 2 + foot, text, LARGE, 0.5)
-        for a, b, text in zip(edges[1:-1], edges[2:], texts, strict=True)
+    return [
+        rectangle_line(corner, edges[-1] + 1j * CELL),
+        *(line_mark(x, x + 1j * CELL) for x in edges[1:-1]),
+        Line(arc_points(radius, 0.0, np.pi, base), THICK),
+        *(
+            Words((a + b) / 2 + foot, text, LARGE, 0.5)
+            for a, b, text in zip(edges[1:-1], edges[2:], [zone_width_text, *letters], strict=True)
+        ),
     ]
 
 

@@ -91,17 +91,12 @@ class TrueCam:
 
     @property
     def disc(self) -> Disc:
-        """The disc of the sheet."""
+        """The disc of the sheet, with its problem alone; a second disc is mirrored."""
         return self.discs[self.place]
-
-    @property
-    def disc_problem(self) -> Problem:
-        """The problem of this disc alone; a second disc is mirrored."""
-        return self.disc.problem
 
     def curves_at(self, angles: FloatArray) -> CamCurves:
         """The curves of this disc at cam angles [rad]."""
-        problem = self.disc_problem
+        problem = self.disc.problem
         curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
         return curves if self.disc.mirror > 0.0 else CamCurves(*(each.conj() for each in curves))
 
@@ -141,12 +136,12 @@ class TrueCam:
     @property
     def base_or_mean_radius(self) -> float:
         """Base radius, or mean radius of a cylindrical cam [mm]."""
-        return float(self.disc_problem.design.size[0])
+        return float(self.disc.problem.design.size[0])
 
     @property
     def roller_radius(self) -> float:
         """Radius of the roller or spherical face [mm]; 0 without one."""
-        return float(self.disc_problem.design.roller_radius[0])
+        return float(self.disc.problem.design.roller_radius[0])
 
     @property
     def sense(self) -> float:
@@ -234,12 +229,12 @@ class TrueCam:
 
     def quantity(self, name: str) -> float | None:
         """A quantity of this disc; None if the scene lacks a value that it needs."""
-        return design_quantity(self.disc_problem if self.is_disc_pair else self.problem, name)
+        return design_quantity(self.disc.problem if self.is_disc_pair else self.problem, name)
 
     @property
     def mass(self) -> float | None:
         """Mass of the part [kg]: one disc of a pair, or both with a hub; None if unknown."""
-        return design_quantity(self.disc_problem if self.is_loose_disc else self.problem, MASS)
+        return design_quantity(self.disc.problem if self.is_loose_disc else self.problem, MASS)
 
 
 def design_quantity(problem: Problem, name: str) -> float | None:

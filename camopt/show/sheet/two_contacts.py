@@ -101,9 +101,7 @@ def contact_notes(cam: TrueCam) -> Iterator[str]:
     yield cam.translate(made).format(
         cam.translate(what).format(found.distance_text(found.value)), *sizes[: 2 * bool(found.interference)]
     )
-    yield cam.translate(_inspection_text(cam)).format(
-        found.toleranced_text if found.variation is not None else found.distance_text(found.value)
-    )
+    yield cam.translate(_inspection_text(cam)).format(found.toleranced_text)
     if found.largest_clearance:
         text = "Within the tolerance of the profile the interference may be lost: clearance up to {}."
         yield cam.translate(text).format(found.distance_text(found.largest_clearance, 4))
