@@ -84,8 +84,10 @@ def _draw_disc_bodies(figure: Any, picture: Picture, area: Area, angles: FloatAr
     draw_circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_shaft_and_centre_mark(cam, picture, size)
     draw_stroke_starts(cam, picture)  # without its labels, which would turn upside down
-    spans = draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size)
-    spans += draw_second_contact(follower, picture)
+    spans = [
+        *draw_follower(FollowerAxes(follower, ground, contact), picture.contacts[0], size),
+        *draw_second_contact(follower, picture),
+    ]
     (body, *links), reached = _follower_and_train_bodies(follower, ground, picture, spans, angles)
     disc = max(size, largest_body_radius(picture)) * CROSS_POINTS
     frame_with_scale_bar(ground, np.concatenate([disc, reached]))

@@ -144,9 +144,8 @@ def animated_svg(animated_figure: AnimatedFigure) -> str:
     ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
     root = ElementTree.fromstring(file.getvalue())
     width, height = width * POINTS_PER_INCH, height * POINTS_PER_INCH
-    root.set("viewBox", f"{PAGES_AROUND * width:g} 0 {width:g} {height:g}")
-    root.set("width", f"{width:g}pt")
-    root.set("height", f"{height:g}pt")
+    view = f"{PAGES_AROUND * width:g} 0 {width:g} {height:g}"
+    root.attrib.update(viewBox=view, width=f"{width:g}pt", height=f"{height:g}pt")
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
     for place, body in enumerate(bodies):
         group = groups[f"body-{place}"]

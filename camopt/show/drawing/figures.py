@@ -46,9 +46,14 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
         labels += _draw_cam_to_scale(cam, picture)
         if picture.can_assemble:
             handles, names = cam.get_legend_handles_labels()
-            place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
-            place |= {"ncols": len(names) if picture.is_developed else min(len(names), 4), "columnspacing": 1.8}
-            figure.legend(handles, names, loc="lower center", **place)
+            figure.legend(
+                handles,
+                names,
+                loc="lower center",
+                bbox_to_anchor=(page.legend[0], page.legend[1] / page.height),
+                ncols=len(names) if picture.is_developed else min(len(names), 4),
+                columnspacing=1.8,
+            )
         place_labels(figure, labels)
     return figure
 
@@ -152,8 +157,11 @@ def _draw_header(figure: Any, picture: Picture) -> None:
 def mechanism_and_sizes_line(picture: Picture) -> str:
     """Mechanism, speed, sizes and laws of a design, as one line under a title."""
     scene, values = picture.scene, picture.quantity_values
-    words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
-    words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rev/min"]
+    words = [
+        f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower",
+        scene.cam.rotation,
+        *([] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rev/min"]),
+    ]
     round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"
     names = {
         "base_radius_mm": "base radius",
@@ -172,9 +180,9 @@ def mechanism_and_sizes_line(picture: Picture) -> str:
         for key, words in seconds.items()
         if values[key] != values[key.removeprefix("second_")]
     ]
-    sizes += [f"second disc: {', '.join(differing) or 'the same sizes'}"] if seconds else []
+    second = [f"second disc: {', '.join(differing) or 'the same sizes'}"] if seconds else []
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
-    return TEXT_SEPARATOR.join([*words, *sizes, *laws])
+    return TEXT_SEPARATOR.join([*words, *sizes, *second, *laws])
 
 
 def geometry_results_line(picture: Picture) -> str:
@@ -183,18 +191,17 @@ def geometry_results_line(picture: Picture) -> str:
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
     body = "" if picture.problem.setup.train is None else " of the follower"
     angles = [f"{word}{body} {four_digit_text(values[key])}°" for key, word in names.items()]
-    square = values["pressure_angle_max_deg"] == 0.0
-    words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
-    least = values["profile_radius_min_mm"]
-    if np.isfinite(least) and least > 0.0 and not picture.undercut:
-        words.append(f"smallest convex radius of the profile {value_with_unit(least)}")
-    if RIB_THICKNESS in values:
-        words.append(f"rib thickness {value_with_unit(values[RIB_THICKNESS])}")
+    square, least = values["pressure_angle_max_deg"] == 0.0, values["profile_radius_min_mm"]
+    shaft = "shaft_clearance_mm"
+    convex, reach = np.isfinite(least) and least > 0.0 and not picture.undercut, ""
     if "face_reach_min_mm" in values:
         low, high = (values[f"face_reach_{end}_mm"] for end in ("min", "max"))
-        words.append(
-            f"contact on the face from {four_digit_text(to_shown_unit(low, 'mm'))} to {value_with_unit(high)}"
-        )
-    if "shaft_clearance_mm" in values:
-        words.append(f"shaft clearance {value_with_unit(values['shaft_clearance_mm'])}")
-    return TEXT_SEPARATOR.join(words)
+        reach = f"contact on the face from {four_digit_text(to_shown_unit(low, 'mm'))} to {value_with_unit(high)}"
+    words = (
+        "pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}",
+        f"smallest convex radius of the profile {value_with_unit(least)}" if convex else "",
+        f"rib thickness {value_with_unit(values[RIB_THICKNESS])}" if RIB_THICKNESS in values else "",
+        reach,
+        f"shaft clearance {value_with_unit(values[shaft])}" if shaft in values else "",
+    )
+    return TEXT_SEPARATOR.join(filter(None, words))

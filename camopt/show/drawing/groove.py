@@ -65,11 +65,14 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
     fit_axes(axes, points, 0.02)
     radius, unit = four_digit_length_text(size), unit_in_shown_system("mm")
-    axes.set(xlabel=f"circumference at R {radius}, {unit}", ylabel=f"along the axis, {unit}")
     axes.spines[:].set_visible(False)
-    axes.set_xticks(np.arange(0.0, around, _round_down_in_shown_unit(around / 4)))
     step = _round_down_in_shown_unit((high - low) / 4)
-    axes.set_yticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step)
+    axes.set(
+        xlabel=f"circumference at R {radius}, {unit}",
+        ylabel=f"along the axis, {unit}",
+        xticks=np.arange(0.0, around, _round_down_in_shown_unit(around / 4)),
+        yticks=np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step,
+    )
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(lambda length, _: four_digit_text(to_shown_unit(length, "mm")))
     return labels

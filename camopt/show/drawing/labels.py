@@ -68,8 +68,11 @@ def place_labels(figure: Any, labels: Sequence[Label]) -> None:
             _set_text_place(text, place)
             box, (marks, bodies, lines) = text.get_window_extent(renderer), obstacles[label.axes, label.thinnest]
             met = box.padded(room).count_overlaps(occupied) + _leaves_bounds(box, figure.bbox)
-            marked = box.padded(clear).count_contains(marks) + _leaves_bounds(box, label.axes.bbox)
-            marked += sum(body.intersects_bbox(box, filled=False) for body in bodies)
+            marked = (
+                box.padded(clear).count_contains(marks)
+                + _leaves_bounds(box, label.axes.bbox)
+                + sum(body.intersects_bbox(box, filled=False) for body in bodies)
+            )
             crossed = sum(path.intersects_bbox(box.padded(half), filled=False) for path, half in lines)
             costs.append(TEXT_COST * met + MARK_COST * marked + LINE_COST * crossed)
             if costs[-1] == 0.0:
@@ -81,9 +84,11 @@ def place_labels(figure: Any, labels: Sequence[Label]) -> None:
 def _set_text_place(text: Any, place: LabelPlace) -> None:
     """Move a text to a place, aligned by its edge or corner nearest to its point."""
     x, y = place
-    text.set_position(place)
-    text.set_horizontalalignment("center" if abs(x) < LEAST_OFFSET else "left" if x > 0.0 else "right")
-    text.set_verticalalignment("center" if abs(y) < LEAST_OFFSET else "bottom" if y > 0.0 else "top")
+    text.set(
+        position=place,
+        ha="center" if abs(x) < LEAST_OFFSET else "left" if x > 0.0 else "right",
+        va="center" if abs(y) < LEAST_OFFSET else "bottom" if y > 0.0 else "top",
+    )
 
 
 def _label_obstacles(axes: Any, least_width: float) -> tuple[FloatArray, list[Any], list[tuple[Any, float]]]:
@@ -91,9 +96,12 @@ def _label_obstacles(axes: Any, least_width: float) -> tuple[FloatArray, list[An
     from matplotlib.collections import LineCollection, PathCollection
 
     marked = [line for line in axes.lines if line.get_marker() not in (None, "None", "")]
-    centres = [line.get_transform().transform(line.get_xydata()) for line in marked]
     clouds = [points for points in axes.collections if isinstance(points, PathCollection)]
-    centres += [axes.transData.transform(points.get_offsets()) for points in clouds]
+    centres = [
+        np.zeros((0, 2)),
+        *(line.get_transform().transform(line.get_xydata()) for line in marked),
+        *(axes.transData.transform(points.get_offsets()) for points in clouds),
+    ]
     over = (patch for patch in axes.patches if patch.get_zorder() > LABEL_ORDER)
     outlines = [patch.get_transform().transform_path(patch.get_path()) for patch in over]
     half, lines = axes.figure.dpi / 72.0 / 2.0, []  # half a point in pixels
@@ -106,7 +114,7 @@ def _label_obstacles(axes: Any, least_width: float) -> tuple[FloatArray, list[An
             widths = cycle(np.atleast_1d(several.get_linewidth()).tolist())
             for path, width in zip(several.get_paths(), widths, strict=False):
                 lines.append((axes.transData.transform_path(path), half * width))
-    return np.concatenate([np.zeros((0, 2)), *centres]), outlines, lines
+    return np.concatenate(centres), outlines, lines
 
 
 def _leaves_bounds(box: Any, bounds: Any) -> bool:

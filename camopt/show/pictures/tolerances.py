@@ -147,8 +147,7 @@ def _draw_contributions(axes: Any, keys: list[str], error: "MotionError") -> Non
         axes.set_xlim(0.0, 1.25 * float(values.max(initial=0.0) or 1.0))
         axes.locator_params(axis="x", nbins=4)
     else:
-        axes.set_xlim(0.0, 1.0)
-        axes.set_xticks([])
+        axes.set(xlim=(0.0, 1.0), xticks=[])
         for place, value in enumerate(values):
             axes.text(0.02, place, "∞" if np.isinf(value) else f"{value:.3g}", va="center")
     add_grid(axes)

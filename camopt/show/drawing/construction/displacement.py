@@ -69,20 +69,24 @@ def construct_simple_harmonic(scale: DiagramScale, division: Division) -> LawCon
     if start.imag > end.imag:
         on_circle = on_circle[::-1]
     points = x + 1j * on_circle.imag
-    shapes = [arc_about("semicircle", middle, middle + 1j * radius, pi, "construction")]
-    inner = range(1, count)
-    shapes += [line_through(f"projection-{number[k]}", (on_circle[k], points[k]), "projection") for k in inner]
-    rising = start.imag < end.imag
-    names = [SMALL_LETTERS[k if rising else count - k] for k in inner]
+    inner, rising = range(1, count), start.imag < end.imag
+    shapes = [
+        arc_about("semicircle", middle, middle + 1j * radius, pi, "construction"),
+        *(line_through(f"projection-{number[k]}", (on_circle[k], points[k]), "projection") for k in inner),
+    ]
     letters = [
-        Letter(name, complex(on_circle[k]), float(np.angle(on_circle[k] - middle)), "note")
-        for k, name in zip(inner, names, strict=True)
+        Letter(
+            SMALL_LETTERS[k if rising else count - k],
+            complex(on_circle[k]),
+            float(np.angle(on_circle[k] - middle)),
+            "note",
+        )
+        for k in inner
     ]
     sentence = (
-        f"Simple harmonic motion: divide a semicircle on AY into {count} equal arcs by a, b, c … The "
-        "horizontal through a "
-        "meets the first vertical of the rise and the last but one of the return, that through b the next, and "
-        "so on."
+        f"Simple harmonic motion: divide a semicircle on AY into {count} equal arcs by a, b, c … The horizontal "
+        "through a meets the first vertical of the rise and the last but one of the return, that through b the "
+        "next, and so on."
     )
     return LawConstruction(sentence, shapes, letters, points)
 
@@ -96,19 +100,20 @@ def construct_uniform_acceleration(scale: DiagramScale, division: Division) -> L
     feet = np.where(np.arange(count + 1) <= half, start, end)
     share = (x - feet.real) / (marks.real - feet.real)
     points = x + 1j * (feet.imag + share * (marks.imag - feet.imag))
-    shapes = [line_through(f"middle-{number[half]}", (marks[0], marks[-1]), "construction")]
-    shapes += [
-        line_through(f"ray-{number[k]}", (foot, marks[k]), "projection")
-        for k in range(1, count)
-        for foot in ((start, end) if k == half else (complex(feet[k]),))
+    shapes = [
+        line_through(f"middle-{number[half]}", (marks[0], marks[-1]), "construction"),
+        *(
+            line_through(f"ray-{number[k]}", (foot, marks[k]), "projection")
+            for k in range(1, count)
+            for foot in ((start, end) if k == half else (complex(feet[k]),))
+        ),
     ]
     letters = [Letter(SMALL_LETTERS[k], complex(marks[k]), 0.0, "note") for k in range(1, count)]
     sentence = (
         f"Uniform acceleration and retardation: divide the middle vertical of the stroke into {count} equal "
-        "parts by a, b, c "
-        "… Join the start of the stroke to the parts of the first half, and its end to those of the second "
-        "half. The line "
-        "to a cuts the first vertical, that to b the second, and so on, in points of a double parabola."
+        "parts by a, b, c … Join the start of the stroke to the parts of the first half, and its end to those of "
+        "the second half. The line to a cuts the first vertical, that to b the second, and so on, in points of a "
+        "double parabola."
     )
     return LawConstruction(sentence, shapes, letters, points)
 
@@ -124,25 +129,23 @@ def construct_cycloidal(scale: DiagramScale, division: Division) -> LawConstruct
     on_circle = centre + radius * np.exp((-1j if rising else 1j) * turns)
     projected = centre.real + 1j * on_circle.imag
     points = x + 1j * (projected.imag + (end - start).imag / (end - start).real * (x - centre.real))
+    inner = range(1, count)
     shapes = [
         circle_about(f"generating-circle-{number[-1]}", centre, radius, "construction"),
         line_through(f"diagonal-{number[-1]}", (start, end), "construction"),
         line_through(f"diameter-{number[-1]}", (centre - 1j * radius, centre + 1j * radius), "construction"),
+        *(line_through(f"across-{number[k]}", (on_circle[k], projected[k]), "projection") for k in inner),
+        *(line_through(f"parallel-{number[k]}", (projected[k], points[k]), "projection") for k in inner),
     ]
-    inner = range(1, count)
-    shapes += [line_through(f"across-{number[k]}", (on_circle[k], projected[k]), "projection") for k in inner]
-    shapes += [line_through(f"parallel-{number[k]}", (projected[k], points[k]), "projection") for k in inner]
     letters = [
         Letter(SMALL_LETTERS[k], complex(on_circle[k]), float(np.angle(on_circle[k] - centre)), "note")
         for k in inner
     ]
     sentence = (
         "Cycloidal motion: draw the diagonal of the stroke, and a circle of radius S/2π about its lower end. "
-        "Divide the circle "
-        f"into {count} equal parts by a, b, c …, from the horizontal, downwards on a rise and upwards on a "
-        "return. Project "
-        "these on the vertical diameter. The parallel to the diagonal from a cuts the first vertical, from b "
-        "the second …"
+        f"Divide the circle into {count} equal parts by a, b, c …, from the horizontal, downwards on a rise and "
+        "upwards on a return. Project these on the vertical diameter. The parallel to the diagonal from a cuts "
+        "the first vertical, from b the second …"
     )
     return LawConstruction(sentence, shapes, letters, points)
 
@@ -214,10 +217,10 @@ def _axis_steps(plan: StationPlan, scale: DiagramScale) -> list[Step]:
     """The step of the axes: cam angle, stroke, and verticals of the stations."""
     ends = [scale.point_on_paper(angle, 0.0) for _, angle in plan.lettered_segment_ends]
     letters = [Letter(name, place, DOWN) for (name, _), place in zip(plan.lettered_segment_ends, ends, strict=True)]
-    for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False):
-        letters.append(
-            Letter(f"{four_digit_text(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note")
-        )
+    letters += [
+        Letter(f"{four_digit_text(degrees(end - start))}°", (place + after) / 2 - 5.5j, DOWN, "note")
+        for place, after, (_, start, end) in zip(ends, ends[1:], plan.segments, strict=False)
+    ]
     lift = plan.programme.lift
     top, right, text = (
         scale.point_on_paper(0.0, lift),

@@ -222,8 +222,10 @@ class Inversion:
         for (letter, angle), (_, after) in pairwise(self.plan.lettered_segment_ends):
             end = complex(self.points_in_cam_frame(mark, angle))
             about, turn = end / abs(end) * ANGLE_ARC * self.base_or_mean_radius, -sense * (after - angle)
-            shapes += [line_through(f"angle-{letter}", (0.0, end), "angle")]
-            shapes += [arc_about(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle")]
+            shapes += [
+                line_through(f"angle-{letter}", (0.0, end), "angle"),
+                arc_about(f"angle-arc-{letter}", 0.0, about, turn * 0.98, "angle"),
+            ]
             letters += [] if letter == first else [Letter(letter, end, phase(end))]
             middle, text = complex(about * np.exp(0.5j * turn)), f"{four_digit_text(degrees(after - angle))}°"
             letters.append(Letter(text, middle, phase(middle), "note"))
@@ -343,8 +345,10 @@ class Inversion:
                 )
             )
             end = complex(points[-1])
-            shapes += [PenLine(f"set-off-{each.number}", points, "ordinate")]
-            shapes += [PenLine(f"station-{each.number}", points[-1:], "station")]
+            shapes += [
+                PenLine(f"set-off-{each.number}", points, "ordinate"),
+                PenLine(f"station-{each.number}", points[-1:], "station"),
+            ]
             known = not self.is_developed and each.letter in {name for name, _ in self.plan.lettered_segment_ends}
             letters += [] if known else [Letter(each.letter, end, pi / 2 if self.is_developed else phase(end))]
         names = ", ".join(f"{each.number}{each.letter}" for each in self.plan.stations[1:4])
