@@ -1,7 +1,7 @@
 """``compare``: two results side by side, by designs, fronts, settings, and quantities of two cams."""
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from math import isinf, isnan
@@ -13,31 +13,42 @@ import pyarrow as pa
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import IndexArray
 from camopt.core.quantities.display import Drawable
+from camopt.core.quantities.unit_systems import to_shown_unit
+from camopt.core.storage.files import check_writable, checked_suffix, expand_user_path
 from camopt.core.storage.tables import not_a_table_error
 from camopt.scene.arguments import allow_positional_options
+from camopt.scene.problem.problem import missing_variable_mistakes, resolve
 from camopt.scene.scene import Scene
 from camopt.show.comparing.compared_results import ComparedResult, DesignTable, open_result
 from camopt.show.comparing.designs import (
+    CSV,
+    PARQUET,
     Change,
-    Index,
     Matching,
     changed_quantities_with_masks,
-    check_output_file,
     match_designs,
     write_differences,
 )
-from camopt.show.comparing.fronts import Fronts, compare_fronts
+from camopt.show.comparing.fronts import Fronts, FrontSide, compare_fronts
 from camopt.show.comparing.scenes import (
     Difference,
     ValuePair,
     differing_cam_quantities,
-    has_all_sizes,
+    differing_settings_in_shown_units,
     scene_differences,
 )
-from camopt.show.comparing.sections import comparison_sections
-from camopt.solve.tables.designs import DESIGNS, PARETO
-from camopt.solve.tables.result import Result, Table
+from camopt.solve.tables.cells import number_text, shown_column_name, unit_of_column
+from camopt.solve.tables.designs import (
+    DESIGNS,
+    LAW_COLUMNS,
+    PARETO,
+    shown_law_columns,
+    with_rise_law_as_law_column,
+)
+from camopt.solve.tables.result import Result, Table, table_of
 
+VALUE_CHARACTERS = 60  # shown characters of a value
+NOT_SET = "—"
 SHOWN_DESIGNS = 5
 """Number of designs shown of those only in A, and of those only in B."""
 
@@ -48,9 +59,9 @@ class TableComparison:
 
     designs: tuple[int, int]
     """Numbers of designs in A and B."""
-    went: Index
+    went: IndexArray
     """Rows of A, from 0, with designs that are only in A."""
-    came: Index
+    came: IndexArray
     """Rows of B with designs that are only in B."""
     changed: IndexArray
     """Rows (A, B) of designs in both that differ in a quantity, (designs, 2)."""
@@ -155,8 +166,35 @@ class Comparison(Result, Drawable):
         return not any(differ) and all(each.has_same_designs for each in self.by_table.values())
 
     def sections(self) -> Iterator[Table | str]:
-        """Texts and tables of the differences."""
-        return comparison_sections(self)
+        """Texts and tables of the differences, or a line that there are none."""
+        yield f"A: {self.a}"
+        yield f"B: {self.b}"
+        if self.same:
+            yield (
+                "A and B are the same: designs, quantities and settings."
+                if self.by_table
+                else "A and B are the same."
+            )
+        if self.by_table and self.versions[0] != self.versions[1]:
+            yield f"Written by camopt {self.versions[0]} (A) and {self.versions[1]} (B)."
+        for name, only in (("A", self.only_in_a), ("B", self.only_in_b)):
+            if only:
+                yield f"Only in {name}: {', '.join(only)}"
+        for names, pair in self.scenes.items():
+            settings = differing_settings_in_shown_units(*pair).items()
+            rows = [
+                {"key": key, "A": _short_value_text(a), "B": _short_value_text(b), "unit": unit}
+                for key, (a, b, unit) in settings
+            ]
+            yield ""
+            yield table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"])
+        for names, cam in self.cams.items():
+            yield ""
+            yield from _quantity_sections(names, cam)
+        for name, table in self.by_table.items():
+            yield ""
+            yield from _design_sections(name, table)
+            yield from _front_sections(table)
 
     def document(self) -> dict[str, Any]:
         """The differences by kind, as plain values."""
@@ -230,7 +268,11 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
     >>> round(found.cams["scene"]["pressure_angle_max_deg"].difference, 3)
     -12.659
     """
-    place = None if out is None else check_output_file(out)
+    place = None
+    if out is not None:
+        checked_suffix(out, "out", (PARQUET, CSV))
+        place = expand_user_path(out)
+        check_writable(place)
     with ExitStack() as stack:
         one, other = (open_result(each, stack) for each in (a, b))
         files = [file for file in (*one.files, *other.files) if file.exists()]
@@ -242,14 +284,18 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
             why += f"there are {_scene_list_text(one)}, and {_scene_list_text(other)}"
             raise BadInput([Mistake("camopt", "result", other.name, why)])
         pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
-        for pair in pairs.values():
-            _check_equal_column_types(*pair)
+        for x, y in pairs.values():
+            _check_equal_column_types(x, y)
         matchings = {name: match_designs(*pair) for name, pair in pairs.items()}
         fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
         tables = {name: _compare_tables(*pair, matchings[name], name in fronts) for name, pair in pairs.items()}
         scenes = _differing_scenes(one, other, names)
         searched = {table.scene for side in (one, other) for table in side.tables.values()}
-        cams = [pair for pair in scenes.values() if searched.isdisjoint(pair) and all(map(has_all_sizes, pair))]
+        cams = {
+            names: differing_cam_quantities(*pair)
+            for names, pair in scenes.items()
+            if searched.isdisjoint(pair) and not any(missing_variable_mistakes(resolve(scene)) for scene in pair)
+        }
         if place:
             changes = {name: (*pair, matchings[name], tables[name].changed) for name, pair in pairs.items()}
             write_differences(changes, place)
@@ -258,7 +304,7 @@ def compare(a: Any, b: Any, *, out: str | os.PathLike[str] | None = None) -> Com
             other.name,
             {names: scene_differences(*pair) for names, pair in scenes.items()},
             scenes,
-            {names: differing_cam_quantities(*pair) for names, pair in scenes.items() if pair in cams},
+            cams,
             tables,
             tuple(name for name in one.scenes if name not in other.scenes),
             tuple(name for name in other.scenes if name not in one.scenes),
@@ -279,7 +325,7 @@ def _scene_list_text(result: ComparedResult) -> str:
 
 
 def _table_version_text(result: ComparedResult) -> str:
-    return ", ".join(sorted({table.version for table in result.tables.values()}))
+    return ", ".join(sorted({str(table.metadata["version"]) for table in result.tables.values()}))
 
 
 def _differing_scenes(a: ComparedResult, b: ComparedResult, names: Iterable[str]) -> dict[str, tuple[Scene, Scene]]:
@@ -308,7 +354,7 @@ def _compare_tables(a: DesignTable, b: DesignTable, pairs: Matching, with_fronts
         columns_in_a=tuple(name for name in a.names if name not in b.names),
         columns_in_b=tuple(name for name in b.names if name not in a.names),
         objectives=(_aim_by_objective(a), _aim_by_objective(b)),
-        units={name: a.units[name] for name in a.objectives},
+        units={name: str(a.metadata["units"][name]) for name in a.objectives},
         fronts=compare_fronts(a.front_costs(), b.front_costs()) if comparable else None,
         first={
             "went": _shown_rows_feasible_and_best_first(a, pairs.went),
@@ -321,7 +367,7 @@ def _aim_by_objective(table: DesignTable) -> dict[str, str]:
     return {name: "minimise" if sign > 0.0 else "maximise" for name, sign in table.objectives.items()}
 
 
-def _shown_rows_feasible_and_best_first(table: DesignTable, rows: Index) -> list[dict[str, Any]]:
+def _shown_rows_feasible_and_best_first(table: DesignTable, rows: IndexArray) -> list[dict[str, Any]]:
     """Sizes and objectives of at most ``SHOWN_DESIGNS`` rows, with row numbers; the best feasible designs first."""
     if not rows.size:
         return []
@@ -330,3 +376,109 @@ def _shown_rows_feasible_and_best_first(table: DesignTable, rows: Index) -> list
     names = [name for name in dict.fromkeys((*table.key_columns, *table.objectives)) if name != "scene"]
     columns = {name: table.column(name).take(rows).to_pylist() for name in names}
     return [{"row": int(row), **{n: columns[n][k] for n in names}} for k, row in enumerate(rows)]
+
+
+def _short_value_text(value: Any) -> str:
+    """A value of a scene as text of a cell."""
+    if value is None:
+        return NOT_SET
+    text = ", ".join(map(number_text, value)) if isinstance(value, list) else number_text(value)
+    return text if len(text) <= VALUE_CHARACTERS else f"{text[:VALUE_CHARACTERS]}…"
+
+
+def _value_in_shown_unit(name: str, value: Any) -> Any:
+    """A value of a column in the shown unit."""
+    return to_shown_unit(value, unit_of_column(name)) if isinstance(value, float) else value
+
+
+def _quantity_sections(scene_names: str, value_pairs: Mapping[str, ValuePair]) -> Iterator[Table | str]:
+    """Quantities of two cams that differ, side by side."""
+    if not value_pairs:
+        yield f"The quantities of both cams are the same ({scene_names})."
+        return
+    rows = [
+        {
+            "quantity": shown_column_name(name),
+            "A": _short_value_text(_value_in_shown_unit(name, each.a)),
+            "B": _short_value_text(_value_in_shown_unit(name, each.b)),
+            "B − A": "" if each.difference is None else f"{_value_in_shown_unit(name, each.difference):+.6g}",
+            "relative": f"{each.difference / abs(each.a):+.1%}" if each.difference and each.a else "",
+        }
+        for name, each in value_pairs.items()
+    ]
+    yield table_of(f"Quantities that differ ({scene_names})", rows, [*rows[0]])
+
+
+def _design_sections(name: str, table: TableComparison) -> Iterator[Table | str]:
+    """Numbers of designs only in A, only in B and changed; changed quantities; the best designs only in A or B."""
+    in_a, in_b = table.designs
+    yield f"{name}: {in_a:,} designs in A, {in_b:,} in B"
+    if table.has_same_designs:
+        yield "The same designs, with the same quantities."
+        return
+    only = f"{table.went.size:,} only in A, {table.came.size:,} only in B"
+    beyond = f" ({table.beyond:,} of them beyond the accuracy)" if len(table.changed) else ""
+    yield f"{only}, {len(table.changed):,} changed{beyond}"
+    for side, columns in (("A", table.columns_in_a), ("B", table.columns_in_b)):
+        if columns:
+            yield f"Columns only in {side}: {', '.join(columns)}"
+    if table.quantities:
+        rows = [
+            {
+                "quantity": shown_column_name(name),
+                "designs": change.designs,
+                "beyond accuracy": change.beyond,
+                "largest change": "" if change.largest is None else float(f"{change.largest:.2g}"),
+                "A": _short_value_text(_value_in_shown_unit(name, change.a)),
+                "B": _short_value_text(_value_in_shown_unit(name, change.b)),
+            }
+            for name, change in table.quantities.items()
+        ]
+        yield ""
+        yield table_of(
+            "Quantities that changed, with the values of the design with the largest relative change",
+            rows,
+            [*rows[0]],
+        )
+    for side, kind, count in (("A", "went", table.went.size), ("B", "came", table.came.size)):
+        if rows := table.first[kind]:
+            title = f"Designs only in {side}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
+            yield ""
+            numbers = [name for name in rows[0] if name not in ("row", *LAW_COLUMNS)]
+            yield table_of(title, with_rise_law_as_law_column(rows), ["row", *shown_law_columns(rows), *numbers])
+
+
+def _front_sections(table: TableComparison) -> Iterator[Table | str]:
+    """Differences of the fronts, or the reason why they cannot be compared."""
+    a, b = table.objectives
+    if table.fronts and table.fronts.has_same_points:
+        yield table.fronts.verdict_sentence
+    elif table.fronts:
+        yield ""
+        words: dict[str, Callable[[FrontSide], str]] = {
+            "points": lambda side: f"{side.points:,}",
+            "hypervolume (0 to 1, higher is better)": lambda side: (
+                f"{'' if side.exact else 'about '}{side.hypervolume:.6g}"
+            ),
+            "points dominated by the other": lambda side: _count_with_share(side.dominated, side.points),
+            "points on both fronts": lambda side: _count_with_share(side.shared, side.points),
+            "mean distance behind the other (IGD⁺)": lambda side: _distance_text(side.behind_mean),
+            "largest distance behind the other (ε)": lambda side: _distance_text(side.behind_most),
+        }
+        rows = [{"": word, "A": text(table.fronts.a), "B": text(table.fronts.b)} for word, text in words.items()]
+        yield table_of("The fronts, normalised by the ideal and the nadir of both", rows, ["", "A", "B"])
+        yield table.fronts.verdict_sentence
+    elif a != b:
+        yield f"The fronts cannot be compared: A has the objectives {_objectives_text(a)}; B {_objectives_text(b)}."
+
+
+def _objectives_text(objectives: dict[str, str]) -> str:
+    return ", ".join(f"{aim} {name}" for name, aim in objectives.items()) or "none"
+
+
+def _count_with_share(count: int, total: int) -> str:
+    return f"{count:,} ({count / total:.1%})" if total else "0"
+
+
+def _distance_text(value: float | None) -> str:
+    return NOT_SET if value is None else f"{value:.3g}".replace("-", "−")

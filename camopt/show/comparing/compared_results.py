@@ -17,9 +17,7 @@ from camopt.core.quantities import QUANTITIES
 from camopt.core.storage.files import checked_path
 from camopt.core.storage.manifest import Manifest, open_checked_result_file, read_manifest, result_paths
 from camopt.core.storage.tables import ARROW_TYPES, SCENE_KEY, TableFile, not_a_table_error, table_metadata
-from camopt.core.storage.tables import SCENE_KEY as SCENE_OF_TABLE
 from camopt.scene.design_rows import DERIVED_SIZES
-from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.scene import RESULT_WORDS, Scene, scene_named
 from camopt.solve.front.pareto import is_non_dominated
 from camopt.solve.front.result import Sweep
@@ -49,14 +47,9 @@ class DesignTable:
         return list(self.layout.names)
 
     @property
-    def version(self) -> str:
-        """Version of camopt that wrote the table."""
-        return str(table_metadata(self.layout)["version"])
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Units of the columns."""
-        return {name: str(unit) for name, unit in table_metadata(self.layout)["units"].items()}
+    def metadata(self) -> dict[Any, Any]:
+        """Version of camopt that wrote the table, and units of the columns by name."""
+        return table_metadata(self.layout)
 
     def column(self, name: str) -> pa.Array:
         """One column."""
@@ -71,11 +64,6 @@ class DesignTable:
         """Columns that identify a design: laws, sizes and searched numbers; for a frontier also its scene."""
         sizes = [name for name in self.names if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
         return [*(name for name in sizes if name not in DERIVED_SIZES), *({SCENE_COLUMN} & {*self.names})]
-
-    def scene_value(self, name: str) -> float | None:
-        """Value that the scene gives for a number without a column; None if it gives none."""
-        keys = [each.key for each in variables_of_scene(self.scene) if each.quantity == name]
-        return next(iter(self.scene.numbers(keys).values()), None)
 
     @property
     def objectives(self) -> dict[str, float]:
@@ -142,16 +130,21 @@ def open_result(what: Any, stack: ExitStack) -> ComparedResult:
         table = table.cast(pa.schema([field.with_type(expected_column_type(field)) for field in table.schema]))
     except (pa.ArrowException, ValueError) as trouble:
         raise not_a_table_error("table", f"this is none: {str(trouble).splitlines()[0]}") from None
-    table = table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))})
-    return _one_table_result(_checked_design_table("table", table.schema, table.num_rows, table.select))
+    return _one_table_result("table", table.replace_schema_metadata({SCENE_KEY: str(frame.get("scene", ""))}))
 
 
-def _one_table_result(table: DesignTable, *files: Path) -> ComparedResult:
-    return ComparedResult(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table}, files)
+def _one_table_result(name: str, table: pa.Table | TableFile, *files: Path) -> ComparedResult:
+    design_table = _checked_design_table(name, table)
+    return ComparedResult(name, {ONE_SCENE: design_table.scene}, {ONE_TABLE: design_table}, files)
 
 
-def _checked_design_table(name: str, layout: pa.Schema, count: int, read: Any) -> DesignTable:
+def _checked_design_table(name: str, table: pa.Table | TableFile) -> DesignTable:
     """A table of designs; BadInput if it is another."""
+    layout, count, read = (
+        (table.layout, table.count, table.read)
+        if isinstance(table, TableFile)
+        else (table.schema, table.num_rows, table.select)
+    )
     if not is_design_table(layout):
         raise not_a_table_error(name, "this is not one of designs, with their laws and the scene that was searched")
     for field in layout:
@@ -162,10 +155,6 @@ def _checked_design_table(name: str, layout: pa.Schema, count: int, read: Any) -
     return DesignTable(name, read_scene_metadata(layout, name), layout, count, read)
 
 
-def _file_table(name: str, file: TableFile) -> DesignTable:
-    return _checked_design_table(name, file.layout, file.count, file.read)
-
-
 @open_result.register
 def _open_scene(what: Scene, stack: ExitStack) -> ComparedResult:
     return ComparedResult(what.name, {ONE_SCENE: what}, {})
@@ -173,10 +162,7 @@ def _open_scene(what: Scene, stack: ExitStack) -> ComparedResult:
 
 @open_result.register
 def _open_frontier(what: Frontier, stack: ExitStack) -> ComparedResult:
-    table = frontier_table(what)
-    return _one_table_result(
-        _checked_design_table(f"frontier of {what.scene.name}", table.schema, table.num_rows, table.select)
-    )
+    return _one_table_result(f"frontier of {what.scene.name}", frontier_table(what))
 
 
 @open_result.register
@@ -195,7 +181,7 @@ def _open_path(what: str | os.PathLike[str], stack: ExitStack) -> ComparedResult
     if path.is_dir():
         return _open_folder(path, stack)
     if path.suffix == ".parquet":
-        return _one_table_result(_file_table(str(path), _open_table(path, stack)), path)
+        return _one_table_result(str(path), _open_table(path, stack), path)
     return ComparedResult(str(what), {ONE_SCENE: scene_named(str(what), "result", RESULT_WORDS)}, {})
 
 
@@ -208,7 +194,9 @@ def _open_folder(folder: Path, stack: ExitStack) -> ComparedResult:
     manifest = read_manifest(folder)
     files = {path.name: _open_table(path, stack, manifest) for path in result_paths(folder, "*.parquet", manifest)}
     tables = {
-        name: _file_table(str(folder / name), file) for name, file in files.items() if is_design_table(file.layout)
+        name: _checked_design_table(str(folder / name), file)
+        for name, file in files.items()
+        if is_design_table(file.layout)
     }
     scenes = {name: table.scene for name, table in tables.items()}
     for path in (path for names in SCENE_FILES for path in result_paths(folder, names, manifest)):

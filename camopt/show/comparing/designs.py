@@ -4,7 +4,6 @@ Designs are matched by integers. Each value of a key column is numbered over bot
 column after column, number the designs. The match is exact and takes linear time, with few columns in memory.
 """
 
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +14,13 @@ import pyarrow as pa
 from pyarrow import csv
 
 from camopt.core.numerics import BoolArray, FloatArray, IndexArray, IntArray
-from camopt.core.storage.files import atomically_written_file, check_writable, checked_suffix, expand_user_path
+from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
+from camopt.scene.problem.variables import variables_of_scene
 from camopt.scene.toml_text import parse_toml
 from camopt.show.comparing.compared_results import SCENE_COLUMN, DesignTable
 
-Index = IndexArray
 MOST_CODES = 2**62
 ERROR_BOUND = "relative_half_width"
 """A bound on errors: a change of it is no change of a quantity."""
@@ -30,10 +29,10 @@ ERROR_BOUND = "relative_half_width"
 class Matching(NamedTuple):
     """Row numbers: pairs of rows with the same design, and rows with designs only in one table."""
 
-    in_a: Index
-    in_b: Index
-    went: Index
-    came: Index
+    in_a: IndexArray
+    in_b: IndexArray
+    went: IndexArray
+    came: IndexArray
 
 
 @dataclass(frozen=True)
@@ -60,11 +59,12 @@ def match_designs(a: DesignTable, b: DesignTable) -> Matching:
     for name in dict.fromkeys((*a.key_columns, *b.key_columns)):
         codes = _pair_codes(codes, _value_codes(*(_key_column_or_scene_value(each, name) for each in (a, b))))
     codes = _dense_codes(codes)
-    if any(np.bincount(side).max(initial=0) > 1 for side in (codes[: a.count], codes[a.count :])):
-        again = np.concatenate(
-            [_earlier_occurrence_counts(codes[: a.count]), _earlier_occurrence_counts(codes[a.count :])]
-        )
-        codes = _dense_codes(_pair_codes(codes, again))
+    sides = codes[: a.count], codes[a.count :]
+    if any(np.bincount(side).max(initial=0) > 1 for side in sides):
+        from pandas import Series  # only for repeated designs
+
+        earlier = np.concatenate([Series(side).groupby(side).cumcount() for side in sides])  # occurrences before
+        codes = _dense_codes(_pair_codes(codes, earlier))
     place = np.full(int(codes.max(initial=-1)) + 1, -1, dtype=np.intp)
     place[codes[a.count :]] = np.arange(b.count)
     partner = place[codes[: a.count]]
@@ -88,47 +88,28 @@ def _dense_codes(codes: IntArray) -> IntArray:
     return np.asarray(pa.array(codes).dictionary_encode().indices.to_numpy(), dtype=np.int64)
 
 
-def _earlier_occurrence_counts(codes: IntArray) -> IntArray:
-    """Count of earlier occurrences of each number."""
-    order = np.argsort(codes, kind="stable")
-    ordered = codes[order]
-    first = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: codes.size]
-    start = np.maximum.accumulate(np.where(first, np.arange(codes.size), 0))
-    counts = np.empty(codes.size, dtype=np.int64)
-    counts[order] = np.arange(codes.size) - start
-    return counts
-
-
 def _key_column_or_scene_value(table: DesignTable, name: str) -> pa.Array:
     """A key column, or the value of the scene in its place. A column of scenes becomes one of their motions."""
     if name not in table.names:
-        value = table.scene_value(name)
+        keys = [each.key for each in variables_of_scene(table.scene) if each.quantity == name]
+        value = next(iter(table.scene.numbers(keys).values()), None)
         return pa.nulls(table.count) if value is None else pa.array(np.full(table.count, value))
     column = table.column(name)
     if name != SCENE_COLUMN:
         return column
-    return pa.array(
-        [text and _motion_identity(parse_toml(text, table.name)) for text in column.to_pylist()], pa.string()
-    )
-
-
-def _motion_identity(scene_tables: Mapping[str, Any]) -> str:
-    """The tables of a scene that define its motion, as text."""
-    return repr([scene_tables.get(key) for key in ("motion", "profile", "laws")])
+    motions = []
+    for text in column.to_pylist():
+        scene_tables = parse_toml(text, table.name) if text else {}
+        motions.append(text and repr([scene_tables.get(key) for key in ("motion", "profile", "laws")]))
+    return pa.array(motions, pa.string())
 
 
 def _value_codes(a: pa.Array, b: pa.Array) -> IntArray:
-    """A number for each distinct value of two joined columns; −0 equals 0."""
-    both = pa.concat_arrays(_unify_types(a, b))
-    coded = both.dictionary_encode(null_encoding="encode")
+    """A number for each distinct value of two joined columns, as numbers (−0 equals 0) or texts."""
+    numeric = _is_numeric(a.type) and _is_numeric(b.type)
+    both = [pa.compute.add(each.cast(pa.float64()), 0.0) if numeric else as_text(each) for each in (a, b)]
+    coded = pa.concat_arrays(both).dictionary_encode(null_encoding="encode")
     return np.asarray(coded.indices.to_numpy(zero_copy_only=False), dtype=np.int64)
-
-
-def _unify_types(*columns: pa.Array) -> list[pa.Array]:
-    """The columns with one type: numbers if all are numbers, else texts."""
-    if all(_is_numeric(column.type) for column in columns):
-        return [pa.compute.add(column.cast(pa.float64()), 0.0) for column in columns]
-    return [as_text(column) for column in columns]
 
 
 def _is_numeric(kind: pa.DataType) -> bool:
@@ -153,10 +134,13 @@ def changed_quantities_with_masks(
             continue
         one, other = a.column(name).take(pa.array(pairs.in_a)), b.column(name).take(pa.array(pairs.in_b))
         numbers = _is_numeric(one.type) and _is_numeric(other.type)
-        compare = _compare_numbers if numbers else _compare_texts
-        differs, share, beyond = compare(
-            one, other, a.scene.accuracy.relative_error, b.scene.accuracy.relative_error
-        )
+        if numbers:
+            errors = a.scene.accuracy.relative_error, b.scene.accuracy.relative_error
+            differs, share, beyond = _compare_numbers(one, other, *errors)
+        else:
+            codes = _value_codes(one, other)
+            differs = beyond = codes[: len(one)] != codes[len(one) :]
+            share = differs.astype(float)
         if not differs.any():
             continue
         if name == ERROR_BOUND:
@@ -177,12 +161,13 @@ def changed_quantities_with_masks(
         )
 
 
-Differences = tuple[BoolArray, FloatArray, BoolArray]
-"""Whether values differ, the share of the larger value, and whether beyond the accuracy."""
+def _compare_numbers(
+    a: pa.Array, b: pa.Array, relative_error_a: float, relative_error_b: float
+) -> tuple[BoolArray, FloatArray, BoolArray]:
+    """Whether numbers differ, by which share of the larger one, and whether by more than both relative errors.
 
-
-def _compare_numbers(a: pa.Array, b: pa.Array, relative_error_a: float, relative_error_b: float) -> Differences:
-    """Differences of numbers. A number that is missing on one side, or infinite, has an infinite difference."""
+    A number that is missing on one side, or infinite, has an infinite difference.
+    """
     x, y = (np.asarray(column.to_numpy(zero_copy_only=False), dtype=float) for column in (a, b))
     differs = (x != y) & ~(np.isnan(x) & np.isnan(y))
     share, beyond = np.zeros(x.size), np.zeros(x.size, dtype=bool)
@@ -195,31 +180,31 @@ def _compare_numbers(a: pa.Array, b: pa.Array, relative_error_a: float, relative
     return differs, share, beyond
 
 
-def _compare_texts(a: pa.Array, b: pa.Array, *_: float) -> Differences:
-    """Differences of texts, flags and lists of texts."""
-    codes = _value_codes(a, b)
-    differs = codes[: len(a)] != codes[len(a) :]
-    return differs, differs.astype(float), differs
-
-
 PARQUET, CSV = ".parquet", ".csv"
 ORIGIN_SCHEMA = pa.schema({"change": pa.string(), "table": pa.string(), "row": pa.int64()})
 """Columns for the kind of change and the source of a row."""
-ChangedTables = tuple[DesignTable, DesignTable, Matching, IndexArray]
-"""Two tables, their matching, and pairs of rows that changed."""
 
 
-def check_output_file(path: str | os.PathLike[str]) -> Path:
-    """The path to write. Raises BadInput for another suffix, OSError if it cannot be written."""
-    checked_suffix(path, "out", (PARQUET, CSV))
-    place = expand_user_path(path)
-    check_writable(place)
-    return place
+def write_differences(
+    tables: Mapping[str, tuple[DesignTable, DesignTable, Matching, IndexArray]], path: Path
+) -> None:
+    """Write all rows of designs only in one table, and both rows of changed designs, with their source.
 
-
-def write_differences(tables: Mapping[str, ChangedTables], path: Path) -> None:
-    """Write all rows of designs only in one table, or changed, with their source."""
-    parts = [part for name, each in tables.items() for part in _difference_rows(name, *each)]
+    ``tables`` has two tables, their matching, and pairs of rows that changed.
+    """
+    parts = []
+    for name, (a, b, pairs, changed) in tables.items():
+        kinds = (
+            ("went", a, pairs.went),
+            ("came", b, pairs.came),
+            ("before", a, changed[:, 0]),
+            ("after", b, changed[:, 1]),
+        )
+        for change, side, rows in (kind for kind in kinds if kind[2].size):
+            origin = [pa.repeat(change, rows.size), pa.repeat(name, rows.size), pa.array(rows.astype(np.int64))]
+            taken = [side.column(each).take(pa.array(rows)) for each in side.names]
+            layout = [field.with_nullable(True) for field in side.layout]  # another table may lack a column
+            parts.append(pa.table([*origin, *taken], schema=pa.schema([*ORIGIN_SCHEMA, *layout])))
     table = pa.concat_tables([ORIGIN_SCHEMA.empty_table(), *parts], promote_options="default")
     if path.suffix.lower() == PARQUET:
         write_table(table.replace_schema_metadata({"camopt_version": VERSION}), path)
@@ -228,20 +213,3 @@ def write_differences(tables: Mapping[str, ChangedTables], path: Path) -> None:
     texts = {name: as_text(column) if pa.types.is_list(column.type) else column for name, column in columns.items()}
     with atomically_written_file(path) as partial:
         csv.write_csv(pa.table(texts), partial)
-
-
-def _difference_rows(
-    name: str, a: DesignTable, b: DesignTable, pairs: Matching, changed: IndexArray
-) -> Iterator[pa.Table]:
-    """The differing rows of two tables, by kind of change; both rows of a changed design."""
-    for change, table, rows in (
-        ("went", a, pairs.went),
-        ("came", b, pairs.came),
-        ("before", a, changed[:, 0]),
-        ("after", b, changed[:, 1]),
-    ):
-        if rows.size:
-            origin = [pa.repeat(change, rows.size), pa.repeat(name, rows.size), pa.array(rows.astype(np.int64))]
-            taken = [table.column(each).take(pa.array(rows)) for each in table.names]
-            layout = [field.with_nullable(True) for field in table.layout]  # another table may lack a column
-            yield pa.table([*origin, *taken], schema=pa.schema([*ORIGIN_SCHEMA, *layout]))

@@ -90,10 +90,10 @@ class Fronts:
 def compare_fronts(a: FloatArray, b: FloatArray) -> Fronts:
     """Compare two fronts, given as costs of non-dominated points, (points, objectives)."""
     a, b = a + 0.0, b + 0.0  # no −0
-    scale = cost_scale(np.concatenate([a, b]))
-    normalised = scale.normalise_costs(np.concatenate([a, b]))
+    both = np.concatenate([a, b])
+    normalised = cost_scale(both).normalise_costs(both)
     one, other = normalised[: len(a)], normalised[len(a) :]
-    kept = is_non_dominated(np.concatenate([a, b])) if len(a) + len(b) else np.zeros(0, bool)
+    kept = is_non_dominated(both) if len(both) else np.zeros(0, bool)
     return Fronts(
         _compare_front_with_other(a, b, one, other, int(np.sum(~kept[: len(a)]))),
         _compare_front_with_other(b, a, other, one, int(np.sum(~kept[len(a) :]))),
@@ -113,9 +113,8 @@ def _compare_front_with_other(
 
     volume, exact = hypervolume_and_exactness(normalised_costs) if len(normalised_costs) else (0.0, True)
     other_points = {tuple(row) for row in other_costs.tolist()}
-    normalised_costs, other_normalised_costs = (
-        _finite_clipped_points(normalised_costs),
-        _finite_clipped_points(other_normalised_costs),
+    normalised_costs, other_normalised_costs = map(
+        _finite_clipped_points, (normalised_costs, other_normalised_costs)
     )
     have_distances = bool(len(normalised_costs) and len(other_normalised_costs))
     return FrontSide(

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 from camopt.core.quantities import in_column_order
 from camopt.scene.mapping import leaf_values_by_key
-from camopt.scene.problem.problem import missing_variable_mistakes, resolve
 from camopt.scene.scene import SCENE_TABLES, Scene
 from camopt.scene.units import tables_in_shown_units, tables_with_units_for_numbers
 from camopt.show.comparing.designs import ERROR_BOUND
@@ -48,34 +47,17 @@ class ValuePair(NamedTuple):
     """B less A; None if one is infinite or not a number."""
 
 
-def has_all_sizes(scene: Scene) -> bool:
-    """Whether a scene gives all sizes and numbers of its cam."""
-    return not missing_variable_mistakes(resolve(scene))
-
-
 def differing_cam_quantities(a: Scene, b: Scene) -> dict[str, ValuePair]:
     """Quantities of either scene that differ by more than the relative errors of both."""
     one, other = evaluate(a), evaluate(b)
-    pairs = {
-        name: (one.get(name), other.get(name)) for name in in_column_order({**one, **other}) if name != ERROR_BOUND
-    }
-    errors = a.accuracy.relative_error, b.accuracy.relative_error
-    return {
-        name: ValuePair(*pair, _numeric_difference(*pair))
-        for name, pair in pairs.items()
-        if _values_differ(*pair, *errors)
-    }
-
-
-def _are_numbers(*values: Any) -> bool:
-    return all(isinstance(value, float) and isfinite(value) for value in values)
-
-
-def _numeric_difference(a: Any, b: Any) -> float | None:
-    return b - a if _are_numbers(a, b) else None
-
-
-def _values_differ(a: Any, b: Any, relative_error_a: float, relative_error_b: float) -> bool:
-    return (
-        bool(abs(b - a) > relative_error_a * abs(a) + relative_error_b * abs(b)) if _are_numbers(a, b) else a != b
-    )
+    found = {}
+    for name in in_column_order({**one, **other}):
+        x, y = one.get(name), other.get(name)
+        difference: float | None = None
+        differs = x != y
+        if isinstance(x, float) and isinstance(y, float) and isfinite(x) and isfinite(y):
+            difference = y - x
+            differs = abs(difference) > a.accuracy.relative_error * abs(x) + b.accuracy.relative_error * abs(y)
+        if differs and name != ERROR_BOUND:
+            found[name] = ValuePair(x, y, difference)
+    return found
