@@ -1,6 +1,7 @@
 """Points of a cam for a machine or another program: displacement, pitch curve, profile, cutter path, loads."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -23,9 +24,12 @@ from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
 from camopt.show.drawing.picture import Picture
-from camopt.show.exporting.loads import load_column_name, load_quantity, loads_at
-from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord, checked_cam_angles
+from camopt.show.exporting.loads import LOAD_COLUMNS, load_column_name, loads_at
+from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord
+from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
 from camopt.solve.contour.curve import CamCurve, cam_discs, disc_curves
+from camopt.solve.contour.deviation import deviation_upper_bound
+from camopt.solve.contour.path_fitting import CHORD_AIM, DEFAULT_CHORD, check_path_options, polyline_through_angles
 from camopt.solve.tables.cells import name_in_shown_unit
 from camopt.solve.tables.result import Columns
 from camopt.solve.tables.table import to_arrow_table
@@ -163,7 +167,13 @@ def cam_points(
             polar = np.abs(points), np.degrees(np.angle(points)) % 360.0
             columns |= dict(zip((f"{name}_radius_mm", f"{name}_angle_deg"), polar, strict=True))
     for name in (name for name in curves if name.removeprefix("second_").startswith("profile")):
-        columns |= {f"{name}_{key}": v for key, v in _normal_and_curvature_columns(curves[name], radians).items()}
+        curve = curves[name]
+        # the steel is on the other side of the pitch curve's normal
+        outwards = -1.0 if curve.distance > 0.0 else 1.0
+        normal = outwards * curve.evaluate_by_span(radians, curve.normals)
+        columns |= {f"{name}_normal_x": normal.real.copy(), f"{name}_normal_y": normal.imag.copy()}
+        bend = -outwards * (curve.frame_rotation_sense or curve.mirror)
+        columns[f"{name}_curvature_per_mm"] = bend * curve.evaluate_by_span(radians, curve.curvatures)
     columns |= loads_at(Picture(scene, problem), degrees)
     return Columns(columns, {name: _column_metadata(name)["unit"] for name in columns})
 
@@ -183,16 +193,6 @@ def _tool_and_follower_derivatives(problem: Problem, angles: FloatArray) -> dict
     return found
 
 
-def _normal_and_curvature_columns(curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
-    """Normal and curvature of a profile at cam angles in rad."""
-    outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
-    normal = outwards * curve.evaluate_by_span(angles, curve.normals)
-    bend = (
-        -outwards * (curve.frame_rotation_sense or curve.mirror) * curve.evaluate_by_span(angles, curve.curvatures)
-    )
-    return {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
-
-
 def _point_angles(
     problem: Problem,
     curves: dict[str, CamCurve],
@@ -205,8 +205,19 @@ def _point_angles(
     if len(names := [name for name, value in given.items() if value is not None]) > 1:
         why = f"give one of {', '.join(names)}, not several"
         raise BadInput([Mistake("camopt", names[-1], given[names[-1]], why, bare=True)])
+    if angles is not None:
+        try:
+            degrees = np.array(angles, dtype=float).reshape(-1)
+        except (TypeError, ValueError):
+            degrees = np.empty(0)
+        if not degrees.size:
+            raise BadInput([Mistake("camopt", "angles", angles, "one or more cam angles, deg")])
+        outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
+        if outside.size:
+            raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])
+        return degrees
     if chord is None:
-        return angles_in_steps(1.0 if step is None else step) if angles is None else checked_cam_angles(angles)
+        return angles_in_steps(1.0 if step is None else step)
     starts = np.degrees([stroke.start for stroke in problem.programme.strokes])
 
     def points_at(degrees: FloatArray) -> list[ComplexArray]:
@@ -236,39 +247,61 @@ def write_points(
     OSError
         If the file cannot be written.
     """
-    suffix = checked_suffix(path, "path", tuple(POINT_WRITERS))
-    columns = cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord)
-    POINT_WRITERS[suffix](columns, scene, path)
+    checked_suffix(path, "path", POINT_SUFFIXES)
+    write_columns(cam_points(scene, None, cutter_radius=cutter_radius, step=step, chord=chord), scene, path)
 
 
-def _shown_columns(columns: dict[str, FloatArray]) -> tuple[dict[str, FloatArray], list[str]]:
-    """The columns in shown units, with these units in their names, and a list of the units."""
-    units = {name: _column_metadata(name)["unit"] for name in columns}
-    found = {name_in_shown_unit(name, unit): to_shown_unit(columns[name], unit) for name, unit in units.items()}
-    return found, [unit_in_shown_system(unit) for unit in units.values()]
+def write(
+    work: Workpiece,
+    path: Path,
+    chord: float | None = None,
+    step: float | None = None,
+    cutter_radius: float | None = None,
+) -> Export:
+    """Write the columns of ``cam_points``, within a ``chord`` [mm] or in steps of the cam angle [deg].
+
+    The bound of the deviation of straight lines between points from the curves is proved.
+    """
+    if step is not None and chord is not None:
+        raise BadInput([Mistake("camopt", "step", step, "cannot be used with chord", bare=True)])
+    check_path_options("polyline", DEFAULT_CHORD if chord is None else chord)
+    spacing = {"chord": CHORD_AIM * (chord or DEFAULT_CHORD)} if step is None else {"step": step}
+    columns = cam_points(work.scene, None, cutter_radius=cutter_radius, disc=work.disc, **spacing)
+    angles = np.radians(columns["cam_angle_deg"])
+    curves = {
+        name: CurveInFile(
+            angles.size - 1,
+            "lines",
+            deviation_upper_bound(curve, polyline_through_angles(curve, angles), chord or DEFAULT_CHORD),
+        )
+        for name, curve in work.curves(cutter_radius).items()
+    }
+    write_columns(columns, work.scene, path)
+    return Export(path, curves, {"points": angles.size})
 
 
-def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    found, _ = _shown_columns(columns)
-    layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in found])
-    table = to_arrow_table(DesignRows(found, columns["cam_angle_deg"].size), layout)
+POINT_SUFFIXES = (".csv", ".parquet", ".xlsx")
+
+
+def write_columns(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    """Write the columns of ``cam_points``, as the suffix says. CSV and Excel have shown units, also in names."""
+    suffix, count = Path(path).suffix.lower(), columns["cam_angle_deg"].size
+    metadata = {name: _column_metadata(name) for name in columns}
+    if suffix == ".parquet":
+        fields = [pa.field(name, pa.float64(), nullable=False, metadata=each) for name, each in metadata.items()]
+        layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
+        write_table(to_arrow_table(DesignRows({**columns}, count), layout), path)
+        return
+    units = {name: each["unit"] for name, each in metadata.items()}
+    shown = {name_in_shown_unit(name, unit): to_shown_unit(columns[name], unit) for name, unit in units.items()}
+    if suffix == ".xlsx":
+        shown_units = [unit_in_shown_system(unit) for unit in units.values()]
+        write_workbook(path, {"points": (list(shown), shown_units, list(shown.values()))}, scene)
+        return
+    layout = pa.schema([pa.field(name, pa.float64(), nullable=False) for name in shown])
     with atomically_written_file(path) as partial, partial.open("wb") as file:
-        csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
-
-
-def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_column_metadata(name)) for name in columns]
-    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
-    write_table(to_arrow_table(DesignRows({**columns}, columns["cam_angle_deg"].size), layout), path)
-
-
-def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    found, units = _shown_columns(columns)
-    write_workbook(path, {"points": (list(found), units, list(found.values()))}, scene)
-
-
-POINT_WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
-"""Writers of the columns of ``cam_points``, by suffix."""
+        options = csv.WriteOptions(quoting_style="none")
+        csv.write_csv(to_arrow_table(DesignRows(shown, count), layout), file, options)
 
 
 def check_cutter(problem: Problem, radius: float | None) -> None:
@@ -291,9 +324,9 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
 
 
 def _column_metadata(column: str) -> dict[str, str]:
-    if (quantity := load_quantity(column)) is not None:
-        return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
-    if column in COLUMN_NOTES:
+    if quantity := LOAD_COLUMNS.get(column) or LOAD_COLUMNS.get(column.partition("_")[2]):  # at either contact
+        unit, description = quantity.unit, f"Along the turn: {quantity.sentence}"
+    elif column in COLUMN_NOTES:
         unit, description = COLUMN_NOTES[column]
     else:
         form = next(form for form in FORM_COLUMNS if column.endswith(f"_{form}"))

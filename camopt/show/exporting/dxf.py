@@ -15,7 +15,7 @@ from camopt.core.storage.files import atomically_written_file
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of, train_layers
 from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
-from camopt.solve.contour.path import ArcPath, CubicPath
+from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
 LINE_TYPES = {
@@ -76,24 +76,15 @@ def _add_layer(space: Modelspace, layer: Layer) -> None:
     about = {"layer": layer.name.upper()}
     for path in layer.paths:
         if isinstance(path, ArcPath):
-            _add_polyline(space, path, about)
-        else:
-            _add_spline(space, path, about)
+            bulges = path.bulges if path.is_closed else np.append(path.bulges, 0.0)
+            corners = zip(path.vertices.real.tolist(), path.vertices.imag.tolist(), bulges.tolist(), strict=False)
+            space.add_lwpolyline(list(corners), format="xyb", close=path.is_closed, dxfattribs=about)
+        else:  # a cubic B-spline over the cam angle [deg]
+            controls, knots = path.bspline_controls_and_knots_deg
+            points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])
+            spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=about)
+            spline.dxf.flags = 8  # planar
     for radius, centre in layer.circles:
         space.add_circle((centre.real, centre.imag), radius, dxfattribs=about)
     for start, end in layer.lines:
         space.add_line((start.real, start.imag), (end.real, end.imag), dxfattribs=about)
-
-
-def _add_polyline(space: Modelspace, path: ArcPath, attributes: dict[str, str]) -> None:
-    bulges = path.bulges if path.is_closed else np.append(path.bulges, 0.0)
-    corners = zip(path.vertices.real.tolist(), path.vertices.imag.tolist(), bulges.tolist(), strict=False)
-    space.add_lwpolyline(list(corners), format="xyb", close=path.is_closed, dxfattribs=attributes)
-
-
-def _add_spline(space: Modelspace, path: CubicPath, attributes: dict[str, str]) -> None:
-    """Add a cubic B-spline over the cam angle [deg]."""
-    controls, knots = path.bspline_controls_and_knots_deg
-    points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])
-    spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=attributes)
-    spline.dxf.flags = 8  # planar

@@ -1,7 +1,7 @@
 """``export``: writes a cam to a file; the ending decides the kind of file."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib import import_module
 from inspect import signature
@@ -68,7 +68,11 @@ def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None
     scene = scene_from(scene)
     suffix = checked_suffix(path, "file", tuple(FILE_TYPES))
     write = file_writer(suffix)
-    mistakes = [*_unknown_settings(suffix, write, settings), *_disc_mistakes(scene, suffix, disc)]
+    parameters = [name for name in signature(write).parameters if name not in ("work", "path")]
+    names = ", ".join(name.replace("_", " ") for name in parameters)
+    why = f"has no meaning in a {suffix} file" + (f"; allowed: {names}" if names else "")
+    mistakes = [Mistake("camopt", n, settings[n], why, bare=True) for n in settings if n not in parameters]
+    mistakes += _disc_mistakes(scene, suffix, disc)
     if mistakes:
         raise BadInput(mistakes)
     place = expand_user_path(path)
@@ -82,7 +86,7 @@ def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None
         check_makable(problem)
     work = Workpiece(scene, problem, disc)
     written: Export = write(work, place, **settings)
-    tolerance = work.part.profile_tolerance if "chord" in signature(write).parameters else None
+    tolerance = work.part.profile_tolerance if "chord" in parameters else None
     notes = _file_notes(work, written, tolerance, of_plane=FILE_TYPES[suffix].of_plane)
     return replace(written, notes=(*written.notes, *notes))
 
@@ -118,14 +122,6 @@ def file_writer(suffix: str) -> Callable[..., Export]:
     return write
 
 
-def _unknown_settings(suffix: str, write: Callable[..., Export], settings: Mapping[str, Any]) -> list[Mistake]:
-    """A mistake for each setting that the kind of file does not have."""
-    allowed = [name for name in signature(write).parameters if name not in ("work", "path")]
-    names = ", ".join(name.replace("_", " ") for name in allowed)
-    why = f"has no meaning in a {suffix} file" + (f"; allowed: {names}" if allowed else "")
-    return [Mistake("camopt", name, settings[name], why, bare=True) for name in settings if name not in allowed]
-
-
 def _disc_mistakes(scene: Scene, suffix: str, disc: int | None) -> Iterator[Mistake]:
     """A mistake if the file cannot have this disc, or, without ``disc``, both discs of a pair."""
     ending, of_two = FILE_TYPES[suffix], bool(scene.mechanism.second_contact_size_keys)
@@ -144,10 +140,13 @@ def check_makable(problem: Problem) -> None:
     names = CAM_FAULTS.keys() & {*available_quantities(problem.setup)} | {"undercut"}
     rows = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), names)
     faults = [why for name, (bad, why) in CAM_FAULTS.items() if name in names and bad(rows.column(name)[0])]
-    faults += [
-        f"the velocity jumps at {degrees:.6g}°, and the {name} has a gap there"
-        for name, degrees in _curve_gaps_with_angles(problem)
-    ]
+    for name, curve in disc_curves(problem).items():
+        after = [*curve.spans[1:], *(curve.spans[:1] if curve.is_closed else ())]
+        for one, other in zip(curve.spans, after, strict=False):
+            ends = curve.points(one, np.array([one.end])), curve.points(other, np.array([other.start]))
+            if np.abs(ends[1] - ends[0])[0] > GAP_MM:
+                degrees = np.degrees(one.end)
+                faults.append(f"the velocity jumps at {degrees:.6g}°, and the {name} has a gap there")
     if faults:
         raise BadInput([Mistake(problem.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
 
@@ -158,13 +157,3 @@ CAM_FAULTS: dict[str, tuple[Callable[[Any], Any], str]] = {
     RIB_THICKNESS: (lambda thickness: thickness <= 0.0, "its rollers leave no rib between them"),
 }
 """Faults by quantity of a cam: a test of its value, and the sentence on the fault."""
-
-
-def _curve_gaps_with_angles(problem: Problem) -> Iterator[tuple[str, float]]:
-    """Curves with a gap, and its cam angle [deg]."""
-    for name, curve in disc_curves(problem).items():
-        after = [*curve.spans[1:], *(curve.spans[:1] if curve.is_closed else ())]
-        for one, other in zip(curve.spans, after, strict=False):
-            ends = curve.points(one, np.array([one.end])), curve.points(other, np.array([other.start]))
-            if np.abs(ends[1] - ends[0])[0] > GAP_MM:
-                yield name, np.degrees(one.end)

@@ -7,7 +7,7 @@ cutter as wide as the groove goes once along the middle. A narrower one then goe
 and the outer wall. The module ``program`` has the words of each control.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -18,18 +18,20 @@ from shapely import LineString, Point, Polygon
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray
+from camopt.core.quantities.unit_systems import MM, shown_system
 from camopt.core.storage.files import write_text
 from camopt.core.storage.version import VERSION
 from camopt.show.exporting.cam_points import check_cutter
 from camopt.show.exporting.groove_program import write_groove
 from camopt.show.exporting.machining import (
+    ALLOWED_DECIMALS,
     CLEARANCE,
     LARGEST_RADIUS,
     RIB_NOTE,
     Milling,
+    last_decimal_in_mm,
     least_chord,
     length_with_unit,
-    usual_decimals,
 )
 from camopt.show.exporting.program import CONTROL_BY_SUFFIX, CONTROL_DIALECTS, Program
 from camopt.show.exporting.workpiece import Export, Workpiece, curves_in_file
@@ -81,7 +83,9 @@ def write(  # noqa: PLR0913
     (``groove_program``). Its cutter has the radius of the roller; a smaller one roughs.
     """
     control = CONTROL_BY_SUFFIX[path.suffix.lower()] if control is None else control
-    decimals = usual_decimals(control) if decimals is None else decimals
+    if decimals is None and control in CONTROL_DIALECTS:  # one more in inch, the longer unit
+        decimals = CONTROL_DIALECTS[control].decimals + int(shown_system() != MM)
+    decimals = ALLOWED_DECIMALS[0] if decimals is None else decimals  # of an unknown control, which is refused
     chord = max(DEFAULT_CHORD, least_chord(decimals)) if chord is None else chord
     settings = Milling(**{name: value for name, value in locals().items() if name not in ("work", "path")})
     return (write_groove if work.problem.setup.mechanism.body.developed else _write_in_plane)(work, path, settings)
@@ -89,9 +93,12 @@ def write(  # noqa: PLR0913
 
 def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     """Write a program that cuts the profile of a disc cam, or the groove or rib on its face."""
-    mechanism, key = work.problem.setup.mechanism, work.problem.setup.mechanism.body.flank_height
-    default = getattr(work.part, key) if key else _cut_depth_through_plate(work)
-    settings = settings if settings.depth is not None else replace(settings, depth=default)
+    mechanism, thickness = work.problem.setup.mechanism, work.part.thickness
+    if settings.depth is None and mechanism.body.flank_height:
+        settings = replace(settings, depth=work.flank_height)
+    elif settings.depth is None and thickness is not None:  # through the plate, but not into parts below
+        overrun = min(DEPTH_OVERRUN, work.free_depth_below_plate / 2)
+        settings = replace(settings, depth=thickness + overrun)
     _check_milling(work, settings)
     assert settings.cutter_radius is not None
     assert settings.feed is not None
@@ -101,7 +108,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
         _groove_cuts if mechanism.has_flanks_on_both_sides else _rib_cuts if mechanism.has_rib else _profile_cuts
     )
     planned = cuts_of(work, settings.cutter_radius, settings.roughing)
-    rounding = settings.chord, settings.last_decimal_in_mm, settings.largest_radius
+    rounding = settings.chord, last_decimal_in_mm(settings.decimals), settings.largest_radius
     cuts = {
         name: _fit_and_round_path(cut.curve, *rounding, work.is_cut_from_behind) for name, cut in planned.items()
     }
@@ -114,7 +121,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     program.start_cutter(settings.tool, settings.spindle, settings.coolant)
     clear = CLEARANCE + work.hub_height_above_plate
     if settings.depth is not None and not program.at_change_height:
-        program.raise_cutter(clear)
+        program.move_cutter_to_height(clear)
     feeds, deep = {"roughing": settings.roughing_feed or settings.feed}, set[bool]()
     for name, each in cuts.items():
         assert isinstance(each.path, ArcPath)
@@ -122,10 +129,10 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
         followed = each.path if (settings.direction == "climb") == right else each.path.reversed_path
         feed = feeds.get(name.partition("_")[0], settings.feed)
         within = planned[name].within
-        way = _CutterWay(followed, planned[name].lead, planned[name].side, None if within else outside, feed)
-        (_check_circular_approach if within else _check_straight_approach)(way, each)
+        way = _CutterWay(followed, planned[name], None if within else outside, feed)
+        _check_approach(way, each)
         for level in settings.cut_depths[-1:] if within in deep else settings.cut_depths:
-            way.cut(program, level, clear)
+            way.write(program, level, clear)
         deep.add(within)
     program.stop_cutter_and_end(settings.spindle, settings.coolant)
     write_text(path, program.text())
@@ -138,12 +145,6 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     return Export(path, curves_in_file(cuts), notes=(*flat, *settings.notes_on_missing_actions, *rib_notes))
 
 
-def _cut_depth_through_plate(work: Workpiece) -> float | None:
-    """Depth of the cut through a plate [mm]: a little more than its thickness, but not into parts below."""
-    thickness = work.part.thickness
-    return None if thickness is None else thickness + min(DEPTH_OVERRUN, work.free_depth_below_plate / 2)
-
-
 # ----------------------------------------------------------------------------------------------------- settings
 
 
@@ -154,9 +155,18 @@ def _check_milling(work: Workpiece, settings: Milling) -> None:
         why = "has no meaning for a disc cam: it is cut in a plane"
         mistakes.append(Mistake("camopt", "rotary", settings.rotary, why, bare=True))
     if work.problem.setup.mechanism.has_flanks_on_both_sides:
-        mistakes += _groove_mistakes(work, settings)
-    key = work.problem.setup.mechanism.body.flank_height
-    high = getattr(part, key) if key else None
+        half, cutter = work.problem.wall_distance_from_pitch_curve, settings.cutter_radius
+        if settings.blank_diameter is not None:
+            why = "has no meaning for a groove"
+            mistakes.append(Mistake("camopt", "blank_diameter", settings.blank_diameter, why, bare=True))
+        if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER_SHARE:
+            why = f"at least {half * LEAST_CUTTER_SHARE:.6g} mm, a third of the roller radius; "
+            why += "a smaller cutter leaves steel in the groove"
+            mistakes.append(Mistake("camopt", "cutter_radius", cutter, why))
+        elif cutter is not None and settings.roughing > 0.0 and settings.roughing >= half - cutter:
+            why = f"below {half - cutter:.6g} mm, the difference of the radii of roller and cutter"
+            mistakes.append(Mistake("camopt", "roughing", settings.roughing, why))
+    high, key = work.flank_height, work.problem.setup.mechanism.body.flank_height
     if settings.depth is not None and high is not None and settings.depth > high:
         mistakes.append(Mistake("camopt", "depth", settings.depth, f"at most part.{key} ({high:g} mm)"))
     if settings.depth is not None and settings.depth > (
@@ -168,20 +178,6 @@ def _check_milling(work: Workpiece, settings: Milling) -> None:
         )
     if mistakes:
         raise BadInput(mistakes)
-
-
-def _groove_mistakes(work: Workpiece, settings: Milling) -> Iterator[Mistake]:
-    """Check the settings of a groove: blank, cutter (at least a third of the roller) and roughing."""
-    half, cutter = work.problem.wall_distance_from_pitch_curve, settings.cutter_radius
-    if settings.blank_diameter is not None:
-        yield Mistake("camopt", "blank_diameter", settings.blank_diameter, "has no meaning for a groove", bare=True)
-    if cutter is not None and 0.0 < cutter < half * LEAST_CUTTER_SHARE:
-        least = half * LEAST_CUTTER_SHARE
-        why = f"at least {least:.6g} mm, a third of the roller radius; a smaller cutter leaves steel in the groove"
-        yield Mistake("camopt", "cutter_radius", cutter, why)
-    elif cutter is not None and settings.roughing > 0.0 and settings.roughing >= half - cutter:
-        why = f"below {half - cutter:.6g} mm, the difference of the radii of roller and cutter"
-        yield Mistake("camopt", "roughing", settings.roughing, why)
 
 
 # --------------------------------------------------------------------------------------------------------- path
@@ -235,7 +231,12 @@ def _fit_and_round_path(
     """The path rounded to the digits of the program, and its deviation, with rounding of the centres included."""
     fitted = fit_path(curve, "arcs", chord - DIGIT_SHARE * digit_mm).path
     assert isinstance(fitted, ArcPath)
-    path = _straighten_wide_arcs(curve, _start_in_dwell(fitted, curve), digit_mm, largest_radius)
+    dwells = [k for k, span in enumerate(fitted.spans) if curve.spans[span].is_dwell]
+    if dwells:  # start in the middle of the longest one
+        longest = dwells[int(np.argmax(np.abs(fitted.chords[dwells])))]
+        halved = fitted.divide_arcs(np.where(np.arange(len(fitted)) == longest, 2, 1))
+        fitted = halved.start_at_vertex(longest + 1)
+    path = _straighten_wide_arcs(curve, fitted, digit_mm, largest_radius)
     vertices = (
         np.round(path.vertices.real / digit_mm) * digit_mm + 1j * np.round(path.vertices.imag / digit_mm) * digit_mm
     )
@@ -259,15 +260,6 @@ def _straighten_wide_arcs(curve: CamCurve, path: ArcPath, digit_mm: float, large
     return replace(fine, vertices=vertices, bulges=np.where(straight, 0.0, fine.bulges))
 
 
-def _start_in_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
-    """The closed path, starting in the middle of the longest dwell arc; unchanged without dwells."""
-    dwells = [k for k, span in enumerate(path.spans) if curve.spans[span].is_dwell]
-    if not dwells:
-        return path
-    longest = max(dwells, key=lambda k: float(np.abs(path.chords[k])))
-    return path.divide_arcs(np.where(np.arange(len(path)) == longest, 2, 1)).start_at_vertex(longest + 1)
-
-
 def _axis_distance_outside_blank(
     cuts: Mapping[str, FittedPath], cutter_radius: float, blank_diameter: float | None
 ) -> float:
@@ -288,38 +280,30 @@ def _dense_path_points(fitted_path: FittedPath) -> ComplexArray:
     return path.divide_arcs(np.full(len(path), OUTLINE_POINTS)).vertices
 
 
-def _check_straight_approach(cutter_way: "_CutterWay", fitted_path: FittedPath) -> None:
-    """Raise BadInput if the cutter meets the part on its straight way from or to outside of the blank."""
-    part = Polygon(np.column_stack([(points := _dense_path_points(fitted_path)).real, points.imag]))
-    for inner in cutter_way.approach_and_retreat_ends[:2]:
-        outer = cutter_way.point_outside_blank(inner)
-        if part.intersects(LineString([(inner.real, inner.imag), (outer.real, outer.imag)])):
-            why = "smaller: on its straight way from outside of the blank, this cutter would meet the part"
-            raise BadInput([Mistake("camopt", "cutter_radius", cutter_way.lead, why)])
+def _check_approach(way: "_CutterWay", fitted_path: FittedPath) -> None:
+    """Raise BadInput if the cutter meets the part on its straight way from or to outside of the blank.
 
-
-def _check_circular_approach(cutter_way: "_CutterWay", fitted_path: FittedPath) -> None:
-    """Raise BadInput if the quarter circles of approach and retreat meet the part."""
-    points = _dense_path_points(fitted_path)
-    room, reach = Polygon(np.column_stack([points.real, points.imag])), cutter_way.lead * (1.0 - FREE_SHARE)
-    middle = (cutter_way.approach_and_retreat_ends[0] + cutter_way.approach_and_retreat_ends[1]) / 2
-    if (
-        cutter_way.side < 0.0
-        and cutter_way.outside is None
-        and not room.contains(Point(middle.real, middle.imag).buffer(reach))
-    ):
-        why = "smaller: on its quarter circle of approach, this cutter would meet the part"
-        raise BadInput([Mistake("camopt", "cutter_radius", cutter_way.lead, why)])
+    Or on the quarter circles of approach and retreat, if it plunges inside of its path.
+    """
+    points, (before, after, _) = _dense_path_points(fitted_path), way.approach_and_retreat_ends
+    outline = Polygon(np.column_stack([points.real, points.imag]))
+    if way.outside is None:
+        place, middle, reach = "quarter circle of approach", (before + after) / 2, way.cut.lead * (1.0 - FREE_SHARE)
+        hits = way.cut.side < 0.0 and not outline.contains(Point(middle.real, middle.imag).buffer(reach))
+    else:
+        place = "straight way from outside of the blank"
+        ends = [(inner, way.point_outside_blank(inner)) for inner in (before, after)]
+        hits = any(outline.intersects(LineString([(z.real, z.imag) for z in line])) for line in ends)
+    if hits:
+        why = f"smaller: on its {place}, this cutter would meet the part"
+        raise BadInput([Mistake("camopt", "cutter_radius", way.cut.lead, why)])
 
 
 class _CutterWay(NamedTuple):
     """The way of the cutter round the part, from outside of the blank and back."""
 
     path: ArcPath
-    lead: float
-    """Radius of the quarter circles [mm]."""
-    side: float
-    """1 if the part is inside the path, −1 if it is outside."""
+    cut: _Cut
     outside: float | None
     """Distance from the axis outside of the blank [mm]; None for a cutter that plunges."""
     feed: float
@@ -328,9 +312,9 @@ class _CutterWay(NamedTuple):
     def approach_and_retreat_ends(self) -> tuple[complex, complex, float]:
         """Start and end of the quarter circles, and their bulge; they bend away from the part."""
         start, tangent = self.path.vertices[0], self.path.tangents[0][0]
-        around = self.side if self.path.is_anticlockwise else -self.side
-        middle = start - 1j * around * tangent * self.lead
-        return middle - self.lead * tangent, middle + self.lead * tangent, -around * np.tan(np.pi / 8)
+        around, lead = self.cut.side if self.path.is_anticlockwise else -self.cut.side, self.cut.lead
+        middle = start - 1j * around * tangent * lead
+        return middle - lead * tangent, middle + lead * tangent, -around * np.tan(np.pi / 8)
 
     def point_outside_blank(self, point: complex) -> complex:
         """The point outside of the blank, in the same direction; the same point if the cutter plunges."""
@@ -338,22 +322,23 @@ class _CutterWay(NamedTuple):
             return point
         return point / abs(point) * max(self.outside, abs(point))
 
-    def cut(self, program: Program, depth: float | None, clear_height: float) -> None:
+    def write(self, program: Program, depth: float | None, clear_height: float) -> None:
         """Go down outside of the blank or into the groove, cut along the path, and go up to ``clear_height``."""
         start, (before, after, quarter) = self.path.vertices[0], self.approach_and_retreat_ends
         program.rapid(self.point_outside_blank(before))
         if depth is not None:
             if clear_height > CLEARANCE or program.at_change_height:  # above a hub, which is not here
-                program.raise_cutter(CLEARANCE)
+                program.move_cutter_to_height(CLEARANCE)
                 program.at_change_height = False
-            program.lower_cutter(-depth, self.feed)
+            program.move_cutter_to_height(-depth, self.feed)
         program.line(before, self.feed)
         program.arc(before, start, quarter, self.feed)
-        program.follow_path(self.path, self.feed)
+        for one, other, bulge in zip(self.path.vertices, self.path.vertices[1:], self.path.bulges, strict=False):
+            program.arc(one, other, bulge, self.feed)
         program.arc(start, after, quarter, self.feed)
         program.line(self.point_outside_blank(after), self.feed)
         if depth is not None:
-            program.raise_cutter(clear_height)
+            program.move_cutter_to_height(clear_height)
 
 
 def _write_head(program: Program, work: Workpiece, cuts: Mapping[str, FittedPath], cut_description: str) -> None:

@@ -80,22 +80,16 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     return Export(path, about={"lines": angles.size, "lift_max_mm": lift_max})
 
 
-def _direction_minus_cam_angle(curve: CamCurve, span: SmoothSpan, angles: FloatArray) -> FloatArray:
-    """Direction of the curve's points minus the cam angle [rad], within π of 0 (of π if mirrored)."""
-    points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.frame_rotation_sense * angles)
-    return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.frame_rotation_sense * np.angle(points))
-
-
 def _radii_in_directions(work: Workpiece, curve: CamCurve, directions_deg: FloatArray) -> FloatArray:
     """Distance of the curve from the axis in directions [deg]; cam angles by bisection."""
 
-    def direction_minus_angle_at(angles: FloatArray) -> FloatArray:
-        return np.asarray(
-            curve.evaluate_by_span(angles, lambda span, a: _direction_minus_cam_angle(curve, span, a))
-        )
+    def direction_minus_cam_angle(span: SmoothSpan, angles: FloatArray) -> FloatArray:
+        """In rad, within π of 0 (of π if mirrored)."""
+        points = curve.points(span, angles) / (1j * curve.mirror) * np.exp(1j * curve.frame_rotation_sense * angles)
+        return np.asarray((0.0 if curve.mirror > 0.0 else np.pi) - curve.frame_rotation_sense * np.angle(points))
 
     samples = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
-    directions = samples + direction_minus_angle_at(samples)
+    directions = samples + curve.evaluate_by_span(samples, direction_minus_cam_angle)
     if np.any(np.diff(directions) <= 0.0):
         why = "cannot be ground with this wheel: the direction of its centre runs back; choose a smaller wheel"
         raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
@@ -105,7 +99,7 @@ def _radii_in_directions(work: Workpiece, curve: CamCurve, directions_deg: Float
     low, high = samples[place], samples[place + 1]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        past = middle + direction_minus_angle_at(middle) > targets
+        past = middle + curve.evaluate_by_span(middle, direction_minus_cam_angle) > targets
         low, high = np.where(past, low, middle), np.where(past, middle, high)
     return np.asarray(np.abs(curve.evaluate_by_span(low, curve.points)))
 
@@ -122,10 +116,9 @@ def _write_rib_table(work: Workpiece, path: Path, cutter_radius: float, step: fl
     )
     turned = "ccw" if work.problem.design.sense > 0.0 else "cw"
     zero = "lower end of the cylinder" if work.part.thickness else "middle of the first roller at cam angle 0"
-    swings = len(columns) > len(work.discs)
     aside = [
         f"# beside_{unit}: distance from the plane through the axis of the cam, against the motion of the surface"
-    ] * swings
+    ] * (len(columns) > len(work.discs))  # for rollers on arms
     lines = [
         f"# {work.title}",
         f"# camopt {VERSION}; finger wheel of radius {wheel:.9g} {unit}, its axis square to that of the cam",

@@ -15,14 +15,14 @@ Source: Litvin and Fuentes, Gear Geometry and Applied Theory, ch. 6 (the relativ
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from camopt.core.numerics import BoolArray, ComplexArray, FloatArray
+from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.show.exporting.workpiece import Workpiece
 from camopt.solve.contour.curve import CamCurve, SmoothSpan, cam_discs, offset_curve
 
@@ -129,7 +129,7 @@ class Groove:
 def workpiece_groove(work: Workpiece) -> Groove:
     """The groove or rib of a cylindrical cam, with the depth of ``[part]`` and the mean radius in its middle."""
     problem = work.problem
-    mean, depth = float(problem.design.size[0]), getattr(work.part, problem.setup.mechanism.body.flank_height)
+    mean, depth = float(problem.design.size[0]), work.flank_height
     assert depth
     curve, *others = (offset_curve(each.problem, 0.0) for each in cam_discs(problem))
     below = others[0] if others else None
@@ -138,23 +138,14 @@ def workpiece_groove(work: Workpiece) -> Groove:
 
 def largest_undercut_radius(groove: Groove) -> float | None:
     """The largest radius of a section with undercut [mm], where a wall runs back as the cam turns; None without."""
-    radii = [
-        radius
-        for sector in groove.sectors()
-        for side in WALL_SIDES
-        for radius, back in zip(groove.section_radii, _wall_runs_back_at_radii(groove, sector, side), strict=True)
-        if back
-    ]
-    return max(radii, default=None)
-
-
-def _wall_runs_back_at_radii(groove: Groove, sector: Sector, side: float) -> BoolArray:
-    """Whether a wall runs back somewhere, or does not exist, at each radius."""
-    wall = groove.wall_points(
-        sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), groove.section_radii, side
-    )
-    moved = groove.section_radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
-    return np.asarray(~((moved * wall.pitch_tangent[1:].conjugate()).real >= 0.0).all(axis=0))
+    undercut, radii = list[float](), groove.section_radii
+    for sector, side in product(groove.sectors(), WALL_SIDES):
+        angles = np.linspace(sector.start, sector.end, WALL_SAMPLES)
+        wall = groove.wall_points(sector.span, angles, radii, side)
+        moved = radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
+        runs_on = ((moved * wall.pitch_tangent[1:].conjugate()).real >= 0.0).all(axis=0)
+        undercut += radii[~runs_on].tolist()  # also where the wall does not exist
+    return max(undercut, default=None)
 
 
 class WallSurface(NamedTuple):
@@ -171,10 +162,6 @@ class WallSurface(NamedTuple):
     section_deviation: float = inf
     """As ``deviation``, only at cam angles of the points: the deviation between sections [mm]."""
 
-    def shifted_along_axis(self, height: float) -> "WallSurface":
-        """The surface moved along the axis of the cam."""
-        return self._replace(poles=self.poles + np.array([0.0, 0.0, height, 0.0]))
-
     def points_at(self, angles: FloatArray, radii: FloatArray) -> FloatArray:
         """Points of the surface, (angles, radii, 4)."""
         rows = BSpline(self.knots[0], self.poles, self.degrees[0])(angles)
@@ -185,11 +172,8 @@ def with_enough_sections(groove: Groove, largest_deviation: float) -> Groove:
     """The groove with enough sections for surfaces within half of ``largest_deviation`` [mm] between them."""
     for count in range(SECTIONS, MOST_SECTIONS):
         finer = replace(groove, sections=count)
-        if all(
-            _interpolate_wall(finer, sector, side, FIRST_POINTS).section_deviation <= largest_deviation / 2
-            for sector in finer.sectors()
-            for side in WALL_SIDES
-        ):
+        walls = (_interpolate_wall(finer, *place, FIRST_POINTS) for place in product(finer.sectors(), WALL_SIDES))
+        if all(wall.section_deviation <= largest_deviation / 2 for wall in walls):
             return finer
     return replace(groove, sections=MOST_SECTIONS)
 
@@ -217,12 +201,6 @@ def _interpolate_wall(groove: Groove, sector: Sector, side: float, count: int) -
         (found.points_at(fine, deep) - _exact_wall_points(groove, sector, side, fine, deep))[..., :3], axis=-1
     )
     return found._replace(deviation=float(gap.max()), section_deviation=float(gap[::PARTS_BETWEEN].max()))
-
-
-def interpolating_spline(parameters: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poles and knots of the spline through points (n, 3) at parameters ``parameters``."""
-    spline = make_interp_spline(parameters, points, k=SPLINE_DEGREE)
-    return spline.c, spline.t
 
 
 def _exact_wall_points(

@@ -38,6 +38,7 @@ from camopt.show.exporting.machining import (
     RIB_NOTE,
     ROTARY_AXES,
     Milling,
+    last_decimal_in_mm,
     length_with_unit,
 )
 from camopt.show.exporting.program import CONTROL_DIALECTS, ControlDialect, Program
@@ -74,10 +75,6 @@ class CutterPositions:
     deviation: float
     """Bound of the distance of the cutter from the true place of the roller, also between positions [mm]."""
 
-    @property
-    def reverse_order(self) -> "CutterPositions":
-        return CutterPositions(self.along[::-1], self.lateral[::-1], self.rotation_deg[::-1], self.deviation)
-
     def __len__(self) -> int:
         return self.along.size
 
@@ -91,9 +88,18 @@ class _RotaryProgram(Program):
         super().__init__(words, decimals)
         self._axes, self._outer, self._on_arm = axes, outer_radius, on_arm
 
-    def move_above(self, places: CutterPositions) -> None:
-        """Go above the first position in rapid motion."""
+    def cut_in_steps(self, places: CutterPositions, settings: Milling) -> None:
+        """Cut along positions in steps of the depth, from above the cam and back; odd steps are backwards."""
+        assert settings.feed is not None
         self.add_lines(self.words.rapid.replace("X{x} Y{y}", self._position_words(places, 0)))
+        above = -CLEARANCE
+        for level in settings.cut_depths:
+            assert level is not None
+            self.move_radially(self._outer - level, settings.feed, level - above)
+            self._cut_along_positions(places, settings.feed)
+            backwards = places.along[::-1], places.lateral[::-1], places.rotation_deg[::-1]
+            places, above = CutterPositions(*backwards, places.deviation), level
+        self.move_radially(self._outer + CLEARANCE)
 
     def move_radially(self, radius: float, feed: float | None = None, move_length: float = 0.0) -> None:
         """Move the cutter to a distance from the axis, in rapid motion or at a feed."""
@@ -101,7 +107,7 @@ class _RotaryProgram(Program):
         move = words.replace("Z{z}", f"{self._axes.radial}{self.coordinate_text(radius)}")
         self.add_lines(move + ("" if feed is None else self._feed_word_for_length(feed, move_length)))
 
-    def cut_along_positions(self, places: CutterPositions, feed: float) -> None:
+    def _cut_along_positions(self, places: CutterPositions, feed: float) -> None:
         """Move from the first position, the current one, to the last."""
         around = np.diff(np.radians(places.rotation_deg) * self._outer + self._axes.lateral * places.lateral)
         lengths = np.hypot(np.diff(places.along), around)
@@ -132,14 +138,13 @@ def write_groove(work: Workpiece, path: Path, settings: Milling) -> Export:
     are refused: both walls of a groove are cut at once, and each flank of a rib in the place of its roller. Other
     metal beside a rib is not removed.
     """
-    settings = settings if settings.depth is not None else replace(settings, depth=_flank_height(work))
+    settings = settings if settings.depth is not None else replace(settings, depth=work.flank_height)
     _check_groove_milling(work, settings)
     assert settings.cutter_radius is not None
     assert settings.feed is not None
     axes = AXES_BY_ROTARY[settings.rotary or ROTARY_AXES[0]]
-    mean, groove = float(work.problem.design.size[0]), _flank_height(work)
-    assert groove
-    outer = mean + groove / 2
+    assert work.flank_height
+    outer = float(work.problem.design.size[0]) + work.flank_height / 2
     positions = {
         name.replace("pitch", "cutter"): _cutter_positions(work, curve, axes, settings, outer)
         for name, curve in work.curves().items()
@@ -151,7 +156,7 @@ def write_groove(work: Workpiece, path: Path, settings: Milling) -> Export:
     program.start_cutter(settings.tool, settings.spindle, settings.coolant, axes.radial)
     program.move_radially(outer + CLEARANCE)
     for places in positions.values():
-        _cut_in_steps(program, places, settings, outer)
+        program.cut_in_steps(places, settings)
     program.add_lines(*program.words.straight)
     program.stop_cutter_and_end(settings.spindle, settings.coolant)
     write_text(path, program.text())
@@ -161,25 +166,6 @@ def write_groove(work: Workpiece, path: Path, settings: Milling) -> Export:
         curves,
         notes=(*notes_on_metal_left_by_cutter(work, settings.cutter_radius), *settings.notes_on_missing_actions),
     )
-
-
-def _flank_height(work: Workpiece) -> float | None:
-    """Depth of the groove, or height of the rib [mm]."""
-    height: float | None = getattr(work.part, work.problem.setup.mechanism.body.flank_height)
-    return height
-
-
-def _cut_in_steps(program: _RotaryProgram, places: CutterPositions, settings: Milling, outer_radius: float) -> None:
-    """Cut along positions in steps of the depth, from above the cam and back."""
-    assert settings.feed is not None
-    program.move_above(places)
-    above = -CLEARANCE
-    for level in settings.cut_depths:
-        assert level is not None
-        program.move_radially(outer_radius - level, settings.feed, level - above)
-        program.cut_along_positions(places, settings.feed)
-        places, above = places.reverse_order, level
-    program.move_radially(outer_radius + CLEARANCE)
 
 
 PLANE_SETTINGS = {
@@ -194,7 +180,7 @@ PLANE_SETTINGS = {
 
 def _check_groove_milling(work: Workpiece, settings: Milling) -> None:
     """Raise BadInput for settings that are missing, out of range or without a meaning here."""
-    mistakes, depth, body = list(settings.mistakes), _flank_height(work), work.problem.setup.mechanism.body
+    mistakes, depth, body = list(settings.mistakes), work.flank_height, work.problem.setup.mechanism.body
     for name, default in PLANE_SETTINGS.items():
         if getattr(settings, name) != default:
             why = "has no meaning for a cylinder: a cutter as wide as the roller cuts its flanks in one turn"
@@ -214,7 +200,7 @@ def _cutter_positions(
     work: Workpiece, curve: CamCurve, axes: MachineAxes, settings: Milling, outer_radius: float
 ) -> CutterPositions:
     """Positions over one turn of the cam, close enough for the chord."""
-    digit = settings.last_decimal_in_mm
+    digit = last_decimal_in_mm(settings.decimals)
     digits = np.hypot(digit, digit) / 2 + outer_radius * np.radians(10.0**-settings.decimals) / 2
     if settings.chord <= digits:
         why = f"above {digits:.2g} mm, the rounding error of the program"
@@ -230,17 +216,16 @@ def _cutter_positions(
 
 def _angles_within_chord_and_deviation(curve: CamCurve, chord: float) -> tuple[FloatArray, float]:
     """Cam angles over one turn [rad], and the largest deviation of lines between their positions [mm]."""
-    edges, largest = [np.zeros(1)], 0.0
-    for span in curve.spans:
-        ends, deviations = _span_part_ends_and_deviations(curve, span, chord)
-        edges.append(ends)
-        largest = max(largest, float(deviations.max()))
-    angles = np.concatenate(edges)
+    parts = [_span_part_ends_and_deviations(curve, span, chord) for span in curve.spans]
+    angles = np.concatenate([np.zeros(1), *(ends for ends, _ in parts)])
+    largest = max(float(deviations.max()) for _, deviations in parts)
     if angles.size > MOST_POSITIONS:
         raise BadInput(
             [Mistake("camopt", "chord", chord, f"larger: a program has at most {MOST_POSITIONS:,} lines")]
         )
-    start = _longest_dwell_middle_angle(curve)
+    dwells = [span for span in curve.spans if span.is_dwell]
+    longest = max(dwells, key=lambda span: span.end - span.start, default=None)
+    start = (longest.start + longest.end) / 2 if longest else 0.0
     before, after = angles[1:][angles[1:] <= start], angles[:-1][angles[:-1] > start]
     whole = np.concatenate([[start], after, before + 2 * np.pi, [start + 2 * np.pi]])
     return whole - (2 * np.pi if start > np.pi else 0.0), largest
@@ -252,7 +237,9 @@ def _span_part_ends_and_deviations(
     """Ends of parts of a span on which a line is within the chord, and its deviations [mm]."""
     lows, highs = np.array([span.start]), np.array([span.end])
     while True:
-        deviations = _line_deviation_bound(curve, span, lows, highs)
+        over = curve.taylor_expansion([span] * lows.size, lows, highs).over_stretches
+        across, along = (as_interval(series.terms[2]).largest_magnitude for series in over)
+        deviations = np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)  # bound of each line's
         wide = np.flatnonzero(deviations > chord)
         if not wide.size or lows.size > MOST_POSITIONS:
             order = np.argsort(lows)
@@ -260,22 +247,6 @@ def _span_part_ends_and_deviations(
         middles = (lows[wide] + highs[wide]) / 2
         lows, highs = np.append(lows, middles), np.append(highs, highs[wide])
         highs[wide] = middles
-
-
-def _line_deviation_bound(curve: CamCurve, span: SmoothSpan, lows: FloatArray, highs: FloatArray) -> FloatArray:
-    """Bound of the distance of the roller from a line, over stretches of a span [mm]."""
-    over = curve.taylor_expansion([span] * lows.size, lows, highs).over_stretches
-    across, along = (as_interval(series.terms[2]).largest_magnitude for series in over)
-    return np.asarray(np.hypot(across, along) * (highs - lows) ** 2 / 4)
-
-
-def _longest_dwell_middle_angle(curve: CamCurve) -> float:
-    """Cam angle in the middle of the longest dwell [rad]; 0 without a dwell."""
-    dwells = [span for span in curve.spans if span.is_dwell]
-    if not dwells:
-        return 0.0
-    longest = max(dwells, key=lambda span: span.end - span.start)
-    return (longest.start + longest.end) / 2
 
 
 def _write_groove_head(

@@ -72,7 +72,11 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     if not problem.design.roller_radius[0]:  # for a knife edge it equals the profile
         drawn.pop("pitch", None)
     followed = {name: fit_path(curve, curves, chord) for name, curve in drawn.items()}
-    layers = [Layer(name, _line_kind(name), (each.path,)) for name, each in followed.items()]
+    layers = []
+    for name, each in followed.items():
+        kind = name.removeprefix("second_")
+        line = VISIBLE if kind.startswith("profile") else CHAIN_LINE if kind == "pitch" else DASHED
+        layers.append(Layer(name, line, (each.path,)))
     corners = np.concatenate([_hull_points(each.path) for each in followed.values()])
     layers += (
         _developed_cylinder_layers(work, corners)
@@ -83,11 +87,6 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     every = np.concatenate([corners, np.array(ends, dtype=complex)])
     low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
     return Plan(tuple(layers), followed, (low, high))
-
-
-def _line_kind(curve_name: str) -> str:
-    name = curve_name.removeprefix("second_")
-    return VISIBLE if name.startswith("profile") else CHAIN_LINE if name == "pitch" else DASHED
 
 
 def _hull_points(path: ArcPath | CubicPath) -> np.ndarray:

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from camopt.core.numerics import BoolArray, FloatArray, IntArray
-from camopt.core.quantities import QUANTITIES, Quantity
+from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.quantities import QUANTITIES
 from camopt.model.effects.contacts import CONTACT_NAMES
 from camopt.model.effects.force import CONTACT_FORCES
 from camopt.show.drawing.loads import load_panels
@@ -52,26 +52,10 @@ class _PictureAtAngles(Picture):
             )
         return pieces
 
-    @property
-    def is_beside_piece_boundary(self) -> BoolArray:
-        """Whether samples are just before or after an angle between two pieces; of all pieces in order."""
-        spans = zip(
-            self.sample_numbers_and_angles_by_piece,
-            self.piece_boundaries[:-1],
-            self.piece_boundaries[1:],
-            strict=True,
-        )
-        return np.concatenate(
-            [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), start, end in spans]
-        )
-
     @cached_property
     def angles_of_pieces(self) -> list[FloatArray]:
-        middles = (self.piece_boundaries[:-1] + self.piece_boundaries[1:]) / 2
-        return [
-            angles if angles.size else np.array([middle])
-            for (_, angles), middle in zip(self.sample_numbers_and_angles_by_piece, middles, strict=True)
-        ]
+        pieces = zip(self.sample_numbers_and_angles_by_piece, pairwise(self.piece_boundaries), strict=True)
+        return [angles if angles.size else np.array([(start + end) / 2]) for (_, angles), (start, end) in pieces]
 
 
 def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
@@ -81,17 +65,17 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
     jump, the column has the side with the larger magnitude; the smaller value if the quantity is a minimum.
     """
     sampled = _PictureAtAngles(picture.scene, picture.problem, degrees)
-    columns = {}
+    columns = dict[str, FloatArray]()
     for panel in load_panels(sampled, with_unusual_forces=True):
         # no quantity is the extreme of a force at one of two contacts
         quantity = panel.quantity or CONTACT_FORCES[0]
         name = load_column_name(quantity)
         rank = np.negative if "_min" in quantity else np.abs
-        if panel.other is None:
-            columns[name] = _values_at_angles(sampled, panel.values, rank)
-        else:
-            both = zip(CONTACT_NAMES, (panel.values, panel.other), strict=True)
-            columns |= {f"{place}_{name}": _values_at_angles(sampled, values, rank) for place, values in both}
+        values = {name: panel.values}
+        if panel.other is not None:
+            names = [f"{place}_{name}" for place in CONTACT_NAMES]
+            values = dict(zip(names, (panel.values, panel.other), strict=True))
+        columns |= {name: _values_at_angles(sampled, each, rank) for name, each in values.items()}
     return columns
 
 
@@ -99,25 +83,17 @@ def _values_at_angles(
     sampled: _PictureAtAngles, values_by_piece: list[FloatArray], rank_function: np.ufunc
 ) -> FloatArray:
     """Values of pieces in the order of the given cam angles; the highest rank if an angle has several values."""
-    numbers = np.concatenate([numbers for numbers, _ in sampled.sample_numbers_and_angles_by_piece])
-    loads = np.concatenate(
-        [
-            v
-            for v, (kept, _) in zip(values_by_piece, sampled.sample_numbers_and_angles_by_piece, strict=True)
-            if kept.size
-        ]
+    samples = sampled.sample_numbers_and_angles_by_piece
+    numbers = np.concatenate([numbers for numbers, _ in samples])
+    loads = np.concatenate([v for v, (kept, _) in zip(values_by_piece, samples, strict=True) if kept.size])
+    spans = zip(samples, pairwise(sampled.piece_boundaries), strict=True)
+    beside_boundary = np.concatenate(
+        [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), (start, end) in spans]
     )
-    ranks = (
-        rank_function(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * sampled.is_beside_piece_boundary
-    )
+    ranks = rank_function(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * beside_boundary
     order, values = np.argsort(ranks, kind="stable"), np.empty(sampled.degrees.size)
     values[numbers[order]] = loads[order]
     return values
-
-
-def load_quantity(column: str) -> Quantity | None:
-    """The quantity of a column of loads, at either contact; None for other columns."""
-    return LOAD_COLUMNS.get(column) or LOAD_COLUMNS.get(column.partition("_")[2])
 
 
 def load_column_name(quantity: str) -> str:

@@ -5,13 +5,7 @@ from dataclasses import dataclass
 from math import ceil, isfinite
 
 from camopt.core.mistakes import Mistake
-from camopt.core.quantities.unit_systems import (
-    MM,
-    from_shown_unit,
-    shown_system,
-    to_shown_unit,
-    unit_in_shown_system,
-)
+from camopt.core.quantities.unit_systems import from_shown_unit, to_shown_unit, unit_in_shown_system
 from camopt.show.exporting.program import CONTROL_DIALECTS
 from camopt.solve.contour.path_fitting import DEFAULT_CHORD
 
@@ -51,11 +45,6 @@ class Milling:
     """Largest radius of arcs [mm]; larger arcs are written as lines."""
     rotary: str | None
     """The axis about which the cam turns."""
-
-    @property
-    def last_decimal_in_mm(self) -> float:
-        """Last digit of coordinates [mm]."""
-        return last_decimal_in_mm(self.decimals)
 
     @property
     def cut_depths(self) -> list[float | None]:
@@ -118,12 +107,6 @@ ALLOWED_SETTINGS = {
 def last_decimal_in_mm(decimals: int) -> float:
     """Value of the last decimal of coordinates in the shown unit [mm]."""
     return float(from_shown_unit(10.0**-decimals, "mm"))
-
-
-def usual_decimals(control: str) -> int:
-    """Decimals of coordinates of a control; one more in inch, the longer unit."""
-    finer = int(shown_system() != MM)
-    return CONTROL_DIALECTS[control].decimals + finer if control in CONTROL_DIALECTS else ALLOWED_DECIMALS[0]
 
 
 def least_chord(decimals: int) -> float:

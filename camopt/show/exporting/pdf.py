@@ -1,12 +1,11 @@
 """PDF: the workshop drawing at true size, with a sheet for each disc."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
 from camopt.show.sheet.paper import scale_name
 from camopt.show.sheet.sheet import write_sheets
-from camopt.show.sheet.sizes import Clearance, groove_clearance
+from camopt.show.sheet.sizes import groove_clearance
 from camopt.solve.tables.cells import with_unit
 
 
@@ -20,16 +19,11 @@ def write(work: Workpiece, path: Path, step: float | None = None) -> Export:
     }
     about = {"paper": [each.paper.name for each in sheets], "scale": [scale_name(each.scale) for each in sheets]}
     texts = {name: ", ".join(dict.fromkeys(values)) for name, values in about.items()}
-    return Export(path, curves, texts, tuple(_clearance_notes(work, groove_clearance(sheets[0].cam))))
-
-
-def _clearance_notes(work: Workpiece, roller_clearance: Clearance) -> Iterator[str]:
-    """A note on a clearance that differs from the fit of the groove, or that the tolerance may take away."""
-    if roller_clearance.given is None or roller_clearance.ends is None:
-        return
-    smallest, largest = roller_clearance.ends
-    if 0.0 <= smallest <= roller_clearance.given <= largest:
-        return
-    low, high = (with_unit(end, "mm") for end in roller_clearance.ends)
-    clearance, fit = with_unit(roller_clearance.given, "mm"), work.part.groove_fit or "the tolerance of both walls"
-    yield f"drive.clearance is {clearance}, but {fit} gives the roller a clearance from {low} to {high}"
+    # a clearance may differ from the fit of the groove, or the tolerance may take it away
+    given, ends = groove_clearance(sheets[0].cam)
+    notes: tuple[str, ...] = ()
+    if given is not None and ends is not None and not 0.0 <= ends[0] <= given <= ends[1]:
+        low, high = (with_unit(end, "mm") for end in ends)
+        clearance, fit = with_unit(given, "mm"), work.part.groove_fit or "the tolerance of both walls"
+        notes = (f"drive.clearance is {clearance}, but {fit} gives the roller a clearance from {low} to {high}",)
+    return Export(path, curves, texts, notes)

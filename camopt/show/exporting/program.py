@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from camopt.core.quantities.unit_systems import INCH, MM, shown_system, to_shown_unit
-from camopt.solve.contour.path import ArcPath
 
 
 @dataclass(frozen=True)
@@ -146,11 +145,10 @@ class Program:
         self.position = x, y = self._coordinates(point)
         self.add_lines(self.words.rapid, x=x, y=y)
 
-    def raise_cutter(self, height: float) -> None:
-        self.add_lines(self.words.up, z=self.coordinate_text(height))
-
-    def lower_cutter(self, height: float, feed: float) -> None:
-        self.add_lines(self.words.down + self._feed_word(feed), z=self.coordinate_text(height))
+    def move_cutter_to_height(self, height: float, feed: float | None = None) -> None:
+        """Move the cutter along its axis, in rapid motion or at a feed."""
+        words = self.words.up if feed is None else self.words.down + self._feed_word(feed)
+        self.add_lines(words, z=self.coordinate_text(height))
 
     def line(self, point: complex, feed: float) -> None:
         """Go straight to a point; no line if the machine is there already, within its digits."""
@@ -169,11 +167,6 @@ class Program:
         numbers |= {"cx": (start + way).real, "cy": (start + way).imag}
         texts = {name: self.coordinate_text(value) for name, value in numbers.items()}
         self.add_lines(self.words.arc + self._feed_word(feed), way=self.words.ways[int(bulge > 0.0)], **texts)
-
-    def follow_path(self, path: ArcPath, feed: float) -> None:
-        """Move along a path from its first vertex, the current position."""
-        for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
-            self.arc(one, other, bulge, feed)
 
     def _coordinates(self, point: complex) -> tuple[str, str]:
         return self.coordinate_text(point.real), self.coordinate_text(point.imag)

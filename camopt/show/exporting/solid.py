@@ -10,6 +10,7 @@ lines, within a proven deviation. For cylinders see ``camopt.show.exporting.cyli
 
 from collections.abc import Iterator, Mapping
 from functools import reduce
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from OCP.Standard import Standard_ConstructionError, Standard_Failure
@@ -80,15 +81,20 @@ def _fitted_profile_paths(work: Workpiece, chord: float, curves: str) -> dict[st
 
 
 def _disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
-    followed = _fitted_profile_paths(work, chord, curves)
+    part, followed = work.part, _fitted_profile_paths(work, chord, curves)
     _check_wall(work, chord, max(each.deviation for each in followed.values()))
     plates = [
-        shapes.extrude_wire(shapes.closed_wire(profile.path), *work.part.plate_extents[disc.number - 1])
+        shapes.extrude_wire(shapes.closed_wire(profile.path), *part.plate_extents[disc.number - 1])
         for disc, profile in zip(work.discs, followed.values(), strict=True)
     ]
-    hub = () if work.disc == SECOND_DISC else _hub_shapes(work.part)
-    body = reduce(shapes.fuse_solids, [*plates, *hub])
-    return CadSolid(_cut_bore_and_keyway(work.part, body), curves_in_file(followed), {})
+    if (
+        part.hub_diameter and work.disc != SECOND_DISC
+    ):  # its parts between the plates, and in front of the first one
+        for (_, foot), (end, _) in pairwise([*sorted(part.plate_extents), (part.hub_length or 0.0, 0.0)]):
+            if end - foot > shapes.TOUCHING_MM:
+                plates.append(shapes.extrude_wire(shapes.circle_wire(part.hub_diameter / 2), foot, end))
+    body = _cut_bore_and_keyway(part, reduce(shapes.fuse_solids, plates))
+    return CadSolid(body, curves_in_file(followed), {})
 
 
 def _grooved_disc_solid(work: Workpiece, chord: float, curves: str) -> CadSolid:
@@ -162,16 +168,6 @@ def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:
 def _smallest_base_radius(work: Workpiece) -> float:
     """Radius of the smallest base circle [mm]."""
     return min(float(each.problem.design.size[0]) for each in work.discs)
-
-
-def _hub_shapes(part: Part) -> Iterator[CadShape]:
-    """The parts of the hub between the plates, and in front of the first one."""
-    if not part.hub_diameter:
-        return
-    plates = sorted(part.plate_extents)
-    for (_, foot), (end, _) in zip(plates, [*plates[1:], (part.hub_length or 0.0, 0.0)], strict=True):
-        if end - foot > shapes.TOUCHING_MM:
-            yield shapes.extrude_wire(shapes.circle_wire(part.hub_diameter / 2), foot, end)
 
 
 def _cut_bore_and_keyway(part: Part, body: CadShape) -> CadShape:

@@ -5,7 +5,6 @@ from math import floor, isfinite
 from numbers import Real
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import ComplexArray, FloatArray
@@ -17,20 +16,6 @@ CHORD_SHARES = np.linspace(0.0, 1.0, 9)[1:-1]  # checked places of an arc betwee
 
 CurvePoints = Callable[[FloatArray], list[ComplexArray]]
 """A function from cam angles [deg] to points of curves [mm]."""
-
-
-def checked_cam_angles(angles: ArrayLike) -> FloatArray:
-    """Cam angles as an array. Raises BadInput for an empty one, or for angles outside 0 to 360 deg."""
-    try:
-        degrees = np.array(angles, dtype=float).reshape(-1)
-    except (TypeError, ValueError):
-        degrees = np.empty(0)
-    if not degrees.size:
-        raise BadInput([Mistake("camopt", "angles", angles, "one or more cam angles, deg")])
-    outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
-    if outside.size:
-        raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])
-    return degrees
 
 
 def angles_in_steps(step: float) -> FloatArray:

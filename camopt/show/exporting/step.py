@@ -27,13 +27,23 @@ EPOCH = "1970-01-01T00:00:00"
 
 def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD, curves: str = "arcs") -> Export:
     """Write the solid of a cam with a thickness. Walls of a groove are B-splines for all ``curves``."""
-    solid, part = solid_of(work, chord, curves), work.part
+    solid, name = solid_of(work, chord, curves), work.title
     with atomically_written_file(path) as partial, silence_output():
         writer = STEPControl_Writer()
         Interface_Static.SetIVal_s(SURFACE_CURVE_MODE, 0)
         writer.Transfer(solid.shape, STEPControl_AsIs)
-        name = work.title
-        _name_product(writer, name, part.number or name, part.designer or "")
+        model = writer.Model()
+        header = APIHeaderSection_MakeHeader(model)
+        header.SetName(iso_10303_text(name))
+        header.SetTimeStamp(iso_10303_text(EPOCH))
+        header.SetAuthorValue(1, iso_10303_text(work.part.designer or ""))
+        header.SetOrganizationValue(1, iso_10303_text(""))
+        header.SetOriginatingSystem(iso_10303_text(f"camopt {VERSION}"))
+        header.SetAuthorisation(iso_10303_text(""))
+        entities = (model.Value(k) for k in range(1, model.NbEntities() + 1))
+        for product in (entity for entity in entities if isinstance(entity, StepBasic_Product)):
+            product.SetName(iso_10303_text(name))
+            product.SetId(iso_10303_text(work.part.number or name))
         if writer.Write(str(partial)) != IFSelect_RetDone:
             raise OSError(f"{path}: Open CASCADE could not write the file")
     return Export(path, solid.curves, solid.about)

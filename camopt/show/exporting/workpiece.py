@@ -41,6 +41,12 @@ class Workpiece:
         (disc,) = self.discs
         return disc
 
+    @property
+    def flank_height(self) -> float | None:
+        """Depth of the groove, or height of the rib [mm]; None if the cam has neither, or it is unknown."""
+        key = self.problem.setup.mechanism.body.flank_height
+        return getattr(self.part, key) if key else None
+
     def curves(self, cutter_radius: float | None = None) -> dict[str, CamCurve]:
         """Curves of the discs to be made, by name (``disc_curves``)."""
         return disc_curves(self.problem, cutter_radius, self.disc)
@@ -106,26 +112,15 @@ class Export(Result):
 
     def sections(self) -> Iterator[str]:
         """Texts on the curves with their proven deviations, and on the other numbers of the file."""
-        return (f"{name}: {text}" for name, text in self.facts)
+        for name, each in self.curves.items():
+            deviation = with_unit(each.deviation_mm, "mm")
+            yield f"{name.replace('_', ' ')}: {each.elements:,} {each.what}, within {deviation} (proved)"
+        for name, value in self.about.items():
+            yield f"{shown_column_name(name)}: {quantity_text(name, value)}"
 
     def document(self) -> dict[str, Any]:
         """The curves and the other numbers of the file."""
         return {"file": self.file, "curves": self.curves, **self.about, "notes": self.notes}
-
-    @property
-    def facts(self) -> list[tuple[str, str]]:
-        """Names and texts of the curves with their proven deviations, and of the other numbers."""
-        curves = [
-            (
-                name.replace("_", " "),
-                f"{each.elements:,} {each.what}, within {with_unit(each.deviation_mm, 'mm')} (proved)",
-            )
-            for name, each in self.curves.items()
-        ]
-        return [
-            *curves,
-            *((shown_column_name(name), quantity_text(name, value)) for name, value in self.about.items()),
-        ]
 
 
 class CurveInFile(NamedTuple):
