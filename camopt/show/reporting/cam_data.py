@@ -23,36 +23,45 @@ PAGE_DIGITS = 8  # significant digits: more than a screen shows, fewer than a do
 
 
 def cam_data(picture: Picture) -> dict[str, Any]:
-    """Motion, shape and diagrams of one design. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
+    """Motion, shape and diagrams of one design. Lengths in mm, cam angles in deg, displacements y in mm or rad.
+
+    ``left`` is the outline of an undercut disc cam after the follower has cut it. ``second`` has the outlines of a
+    second contact: its disc, and the parts of the follower at y = 0.
+    """
     problem = picture.problem
     if not picture.can_assemble:
         return {"exists": False}
-    first = picture.contacts[0]
+    first, second = picture.contacts[0], second_contact_shapes(picture, 0.0)
+    cut_disc = picture.undercut and problem.setup.mechanism.body.bounded
     pitch_point = not problem.setup.mechanism.flat_faced and picture.steepest_contact is first
     return {
         "exists": True,
         **cam_kind_data(picture.scene, problem),
         "sizes": {name: rounded_number_for_page(values[0]) for name, values in problem.design.sizes.items()},
         "motion": sampled_motion_pieces(picture),
-        "strokes": _stroke_data(problem),
+        "strokes": [
+            {
+                "name": "move" if stroke.is_move else STROKE_NAMES[stroke.kind],
+                "kind": STROKE_NAMES.get(stroke.kind, "move"),
+                "law": stroke.law.NAME if stroke.law else "",
+                "start": rounded_number_for_page(np.degrees(stroke.start)),
+                "angle": rounded_number_for_page(np.degrees(stroke.angle)),
+            }
+            for stroke in problem.programme.strokes
+        ],
         "pitch_point": first.quantity_values["pressure_angle_max_at_deg"] if pitch_point else None,
         "steepest": first.quantity_values["pressure_angle_max_deg"],
         "undercut": picture.undercut,
-        "left": _undercut_outline(picture),
+        "left": _x_and_y_lists(outline_left_by_undercutting(picture)) if cut_disc else None,
         "panels": [_panel_data(panel) for panel in all_panels_in_shown_units(picture)],
         "train": train_position_data(picture),
-        "second": _second_contact_data(picture),
-    }
-
-
-def _second_contact_data(picture: Picture) -> dict[str, Any] | None:
-    """Outlines of a second contact [mm]: its disc, and the parts of the follower at y = 0."""
-    if (contact := second_contact_shapes(picture, 0.0)) is None:
-        return None
-    return {
-        "outline": _x_and_y_lists(contact.outline) if contact.outline.size else None,
-        "solid": [_x_and_y_lists(points) for points in contact.solid],
-        "lines": [_x_and_y_lists(points) for points in contact.lines],
+        "second": None
+        if second is None
+        else {
+            "outline": _x_and_y_lists(second.outline) if second.outline.size else None,
+            "solid": [_x_and_y_lists(points) for points in second.solid],
+            "lines": [_x_and_y_lists(points) for points in second.lines],
+        },
     }
 
 
@@ -123,26 +132,6 @@ def sampled_motion_pieces(picture: Picture) -> dict[str, Any]:
         for name, angles, moved in zip(names, picture.angles_of_pieces, picture.motion, strict=True)
     ]
     return {"lift": rounded_number_for_page(picture.problem.programme.lift), "pieces": pieces}
-
-
-def _stroke_data(problem: Problem) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": "move" if stroke.is_move else STROKE_NAMES[stroke.kind],
-            "kind": STROKE_NAMES.get(stroke.kind, "move"),
-            "law": stroke.law.NAME if stroke.law else "",
-            "start": rounded_number_for_page(np.degrees(stroke.start)),
-            "angle": rounded_number_for_page(np.degrees(stroke.angle)),
-        }
-        for stroke in problem.programme.strokes
-    ]
-
-
-def _undercut_outline(picture: Picture) -> list[list[float | None]] | None:
-    """Outline of an undercut disc cam after the follower has cut it [mm]; None without undercut."""
-    if not picture.undercut or not picture.problem.setup.mechanism.body.bounded:
-        return None
-    return _x_and_y_lists(outline_left_by_undercutting(picture))
 
 
 def _panel_data(panel: Panel) -> dict[str, Any]:

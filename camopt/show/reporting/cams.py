@@ -11,12 +11,14 @@ from camopt.core.mistakes import BadInput
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
+from camopt.scene.tolerances import Tolerances
 from camopt.scene.unusual_values import missing_wall_notes
 from camopt.show.drawing.figures import geometry_results_line, mechanism_and_sizes_line
 from camopt.show.drawing.picture import Picture
 from camopt.show.exporting.export import export
+from camopt.show.pictures.tolerances import draw as draw_tolerances
 from camopt.show.reporting.cam_data import cam_data
-from camopt.show.reporting.page import data_url, render_page
+from camopt.show.reporting.page import data_url, figure_url, render_page
 from camopt.show.reporting.sections import (
     effects_table,
     inputs_table,
@@ -26,12 +28,13 @@ from camopt.show.reporting.sections import (
     train_tables,
     verdict_line,
 )
-from camopt.show.reporting.tolerances import YIELD_CAMS, errors_image_url, has_tolerances
 from camopt.solve.tables.result import Cell, Result, Table
 from camopt.solve.tolerances.batch import sample_cams
 from camopt.solve.tolerances.tolerance import tolerance
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
 
+YIELD_CAMS = 1024
+"""Cams drawn for the yield on a page."""
 MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
 
 
@@ -149,52 +152,45 @@ def _warning_cells(evaluations: Sequence[Evaluation], labels: list[str]) -> list
 
 def cam_sentences(picture: Picture) -> list[str]:
     """Sentences on the sizes and first results of a cam, and a warning if its bore leaves no wall."""
-    thin = [f"{text[0].upper()}{text[1:]}." for text in missing_wall_notes(picture.scene)]
     return [
         mechanism_and_sizes_line(picture),
         *([geometry_results_line(picture)] if picture.can_assemble else []),
-        *thin,
+        *(f"{text[0].upper()}{text[1:]}." for text in missing_wall_notes(picture.scene)),
     ]
+
+
+def has_tolerances(scene: Scene, problem: Problem) -> bool:
+    """Whether a scene has tolerances and its cam can be assembled."""
+    exists = problem.setup.mechanism.can_assemble(problem.design, problem.programme)[0]
+    return bool(scene.tolerances != Tolerances() and exists)
 
 
 def cam_chapters(
     shown: ShownCam, problem: Problem, *, with_cam_label: bool = False, pictures: bool = True
 ) -> list[Chapter]:
-    """The chapters of a cam: result, inputs, effects, tolerances (with a picture of the errors), scene."""
-    prefix = f"{shown.label}: " if with_cam_label else ""
-    return [
-        *_result_chapters(shown.result, prefix),
-        Chapter(
-            _prefixed_title(prefix, "Sizes, materials and motion"),
-            [inputs_table(shown.scene), motion_table(shown.scene), *train_tables(shown.scene)],
-        ),
-        Chapter(_prefixed_title(prefix, "Effects"), [effects_table(problem)], detail=True),
-        *_tolerance_chapters(shown.scene, problem, prefix, pictures),
-        Chapter(_prefixed_title(prefix, "Scene (TOML)"), text=shown.scene.to_toml(), detail=True),
+    """The chapters of a cam: result (tables, then sentences), inputs, effects, tolerances, scene.
+
+    That on tolerances has motion errors (with a picture), margins of limits and yield of a real cam.
+    """
+    scene, result = shown.scene, shown.result
+    chapters = [
+        Chapter("Sizes, materials and motion", [inputs_table(scene), motion_table(scene), *train_tables(scene)]),
+        Chapter("Effects", [effects_table(problem)], detail=True),
+        Chapter("Scene (TOML)", text=scene.to_toml(), detail=True),
     ]
-
-
-def _result_chapters(result: Result | None, prefix: str) -> list[Chapter]:
-    """A chapter with the tables of a result, then its sentences."""
-    if result is None:
-        return []
-    sentences = [each for each in result.sections() if isinstance(each, str) and each]
-    tables = [*result.tables(), Table.from_texts("In words", [""], [[sentence] for sentence in sentences])]
-    return [Chapter(_prefixed_title(prefix, "Result"), tables if sentences else tables[:-1], open=True)]
-
-
-def _tolerance_chapters(scene: Scene, problem: Problem, prefix: str, pictures: bool) -> list[Chapter]:
-    """Motion errors, margins of limits and yield of a real cam; no chapter without tolerances."""
-    if not has_tolerances(scene, problem):
-        return []
-    result = tolerance(scene)
-    picture = errors_image_url(result) if pictures and result.errors else ""
-    tables = [*result.tables(), *sample_cams(scene, YIELD_CAMS).tables()]
-    return [Chapter(_prefixed_title(prefix, "Tolerances"), tables, picture=picture)]
-
-
-def _prefixed_title(prefix: str, title: str) -> str:
-    return f"{prefix}{title[0].lower()}{title[1:]}" if prefix else title
+    if result is not None:
+        sentences = [[each] for each in result.sections() if isinstance(each, str) and each]
+        in_words = [Table.from_texts("In words", [""], sentences)] if sentences else []
+        chapters.insert(0, Chapter("Result", [*result.tables(), *in_words], open=True))
+    if has_tolerances(scene, problem):
+        real_cam = tolerance(scene)
+        picture = figure_url(draw_tolerances(real_cam)) if pictures and real_cam.errors else ""
+        tables = [*real_cam.tables(), *sample_cams(scene, YIELD_CAMS).tables()]
+        chapters.insert(-1, Chapter("Tolerances", tables, picture=picture))
+    if with_cam_label:
+        titles = [f"{shown.label}: {each.title[0].lower()}{each.title[1:]}" for each in chapters]
+        return [replace(each, title=title) for each, title in zip(chapters, titles, strict=True)]
+    return chapters
 
 
 def _downloads_and_missing_reasons(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:

@@ -66,14 +66,25 @@ class Control:
 def controls_of(scene: Scene) -> list[Control]:
     """The controls of a scene, group by group."""
     problem = resolve(scene)
-    limits, tolerances = _limit_controls(scene, problem), _tolerance_controls(scene)
+    limits = {each.key: each for each in problem.limits if each.set_by_scene and each.key.startswith("limits.")}
+    angles = []
+    for place, segment in enumerate(scene.motion, start=1):
+        label = f"{place}. {segment.segment.replace('-', ' ')}"
+        angles.append(Control(_segment_angle_key(place), TURN_GROUP, label, "deg", segment.angle, 0.0, 360.0, 1.0))
     return [
         *_size_controls(scene),
         *_law_controls(scene, problem),
-        *limits,
-        *tolerances,
-        *_angle_controls(scene),
-        *_other_number_controls(scene),
+        *(
+            _number_control(scene, key, "Limits", each.quantity.unit if each.quantity else "", each.bound, None)
+            for key, each in limits.items()
+        ),
+        *_tolerance_controls(scene),
+        *(angles if 1 < len(angles) <= MOST_ANGLES else []),
+        *(
+            _number_control(scene, key, OTHER_GROUP, unit, value, scene.search.numbers.get(key))
+            for key, value, unit in numbers_with_units(scene)
+            if isinstance(value, float) and key != "cam.rpm"
+        ),
     ]
 
 
@@ -182,23 +193,6 @@ def _size_controls(scene: Scene) -> Iterator[Control]:
             yield _number_control(scene, each.key, "Speed", "rev/min", value, each.choice)
 
 
-def _other_number_controls(scene: Scene) -> Iterator[Control]:
-    """Controls of the other numbers of the scene, such as masses and springs."""
-    for key, value, unit in numbers_with_units(scene):
-        if isinstance(value, float) and key != "cam.rpm":
-            yield _number_control(scene, key, OTHER_GROUP, unit, value, scene.search.numbers.get(key))
-
-
-def _limit_controls(scene: Scene, problem: Problem) -> Iterator[Control]:
-    """Controls of the limits that the scene sets."""
-    bounds = {
-        limit.key: limit for limit in problem.limits if limit.set_by_scene and limit.key.startswith("limits.")
-    }
-    for key, limit in bounds.items():
-        unit = limit.quantity.unit if limit.quantity else ""
-        yield _number_control(scene, key, "Limits", unit, limit.bound, None)
-
-
 def _law_controls(scene: Scene, problem: Problem) -> Iterator[Control]:
     """Controls of the laws of rises and returns. Laws given as positions are for moves, and left out."""
     tables = scene.laws
@@ -208,13 +202,6 @@ def _law_controls(scene: Scene, problem: Problem) -> Iterator[Control]:
         if any(segment.segment == kind for segment in scene.motion):
             options = laws if values[key] else ("", *laws)  # several laws stay as they are until one is chosen
             yield Control(key, "Laws", f"law of the {kind}s", "", values[key], options=options)
-
-
-def _angle_controls(scene: Scene) -> Iterator[Control]:
-    if 1 < len(scene.motion) <= MOST_ANGLES:
-        for place, segment in enumerate(scene.motion, start=1):
-            label = f"{place}. {segment.segment.replace('-', ' ')}"
-            yield Control(_segment_angle_key(place), TURN_GROUP, label, "deg", segment.angle, 0.0, 360.0, 1.0)
 
 
 def _number_control(scene: Scene, key: str, group: str, unit: str, value: float, search_values: Any) -> Control:

@@ -49,15 +49,25 @@ def machine_page_data_and_template_values(result: MachineEvaluation) -> tuple[di
     tools = machine_tools(data.machine, stations)
     return (
         {
-            "cams": [_station_cam_data(station) for station in stations],
+            "cams": [
+                cam_data(Picture(each.scene, each.problem))
+                | {"panels": [], "shift": each.station.phase, "ratio": each.station.ratio}
+                for each in stations
+            ],
             "labels": [station.name for station in stations],
             "words": [[phase_and_ratio_text(station)] for station in stations],
             "timing": {
                 "left": diagram.left,
                 "right": diagram.right,
                 "stations": [
-                    _lift_data(station) | {"low": height - low, "high": height - high}
-                    for station, (low, high) in zip(stations, rooms, strict=True)
+                    {
+                        "lift": rounded_numbers_for_page(to_shown_unit(each.lift.value(SHAFT_ANGLES), each.unit)),
+                        "largest": float(to_shown_unit(each.lift.largest().value, each.unit)),
+                        "unit": unit_in_shown_system(each.unit),
+                        "low": height - low,
+                        "high": height - high,
+                    }
+                    for each, (low, high) in zip(stations, rooms, strict=True)
                 ],
             },
             "tools": _tools_data(tools, stations) if tools else None,
@@ -82,22 +92,6 @@ def machine_page_data_and_template_values(result: MachineEvaluation) -> tuple[di
             "letters": TEXT / CAPITAL_HEIGHT,
         },
     )
-
-
-def _station_cam_data(station: ResolvedStation) -> dict[str, Any]:
-    """Data of the cam of a station without diagrams of its own, with its phase and ratio."""
-    turning = {"shift": station.station.phase, "ratio": station.station.ratio}
-    return cam_data(Picture(station.scene, station.problem)) | {"panels": []} | turning
-
-
-def _lift_data(station: ResolvedStation) -> dict[str, Any]:
-    """Lift of a station over a turn, its largest value and its unit."""
-    lift = to_shown_unit(station.lift.value(SHAFT_ANGLES), station.unit)
-    return {
-        "lift": rounded_numbers_for_page(lift),
-        "largest": float(to_shown_unit(station.lift.largest().value, station.unit)),
-        "unit": unit_in_shown_system(station.unit),
-    }
 
 
 def _tools_data(tools: list[Tool], stations: tuple[ResolvedStation, ...]) -> dict[str, Any]:
@@ -130,11 +124,10 @@ def _tools_data(tools: list[Tool], stations: tuple[ResolvedStation, ...]) -> dic
 def _station_chapter(station: ResolvedStation, evaluation: Evaluation) -> Chapter:
     """The section of a station: limits, quantities, inputs, effects and scene."""
     problem, shown = station.problem, ShownCam(station.name, station.scene)
-    chapters = cam_chapters(shown, problem, pictures=False)
     tables: list[Table] = [
         limits_table(evaluation, problem),
         quantities_table([evaluation], [problem], ["value"]),
-        *(table for chapter in chapters for table in chapter.tables),
+        *(table for chapter in cam_chapters(shown, problem, pictures=False) for table in chapter.tables),
     ]
     title = f"{station.name} — {station.scene.name}: {worst_verdict([station_verdict(evaluation)])}"
     return Chapter(title, tables, text=station.scene.to_toml())

@@ -91,7 +91,12 @@ def write_machine_folder(
         for cam in cams:
             write_scene(output.staged_path(f"{cam.stem}.toml"), cam.scene)
             notes += _write_cam_files(cam, output.staging)
-        write_text(output.staged_path("machine.toml"), _machine_with_relative_files(machine, cams).to_toml())
+        # scenes and catalogue are beside the file of the machine
+        files = {name: f"{cam.stem}.toml" for cam in cams for name in cam.stations}
+        stations = [station.model_copy(update={"scene": files[station.name]}) for station in machine.station]
+        motor = machine.motor and machine.motor.model_copy(update={"catalogue": CATALOGUE})
+        moved = machine.model_copy(update={"station": tuple(stations), "motor": motor})
+        write_text(output.staged_path("machine.toml"), moved.to_toml())
         if machine.motor:
             catalogue = path_beside_machine(machine.folder, machine.motor.catalogue)
             shutil.copyfile(catalogue, output.staged_path(CATALOGUE))
@@ -118,14 +123,6 @@ def _write_cam_files(cam: MachineCam, staging: Path) -> Iterator[str]:
             export(cam.scene, staging / f"{cam.stem}{suffix}")
         except BadInput as refused:
             yield f"no {cam.stem}{suffix}: {refused.mistakes[0].key}: {refused.mistakes[0].allowed}"
-
-
-def _machine_with_relative_files(machine: Machine, cams: Sequence[MachineCam]) -> Machine:
-    """The machine whose scenes and catalogue are beside its file."""
-    files = {name: f"{cam.stem}.toml" for cam in cams for name in cam.stations}
-    stations = [station.model_copy(update={"scene": files[station.name]}) for station in machine.station]
-    motor = machine.motor and machine.motor.model_copy(update={"catalogue": CATALOGUE})
-    return machine.model_copy(update={"station": tuple(stations), "motor": motor})
 
 
 def parts_list_rows(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:

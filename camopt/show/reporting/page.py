@@ -44,9 +44,7 @@ def render_page(kind: str, title: str, data: Mapping[str, Any], **template_value
     for sign in "<>&":  # else the text could close its element or open another
         text = text.replace(sign, f"\\u{ord(sign):04x}")
     return str(
-        _templates()
-        .get_template(f"{kind}.html")
-        .render(
+        TEMPLATES.get_template(f"{kind}.html").render(
             title=title,
             version=VERSION,
             style=Markup(style),
@@ -60,19 +58,16 @@ def render_page(kind: str, title: str, data: Mapping[str, Any], **template_value
     )
 
 
-@cache
-def _templates() -> Any:
-    environment = Environment(
-        loader=PackageLoader("camopt.show.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    environment.globals["html_table"] = _table_html
-    return environment
-
-
-def _table_html(table: Table | Mapping[str, Any]) -> Any:
+def _table_html(table: Table | Mapping[str, Any]) -> Markup:
     """All rows of a table as HTML; the table may be a mapping, as in an answer of the server."""
     whole = table if isinstance(table, Table) else Table(**table)
     return Markup(html_table(whole, len(whole.rows)))
+
+
+TEMPLATES = Environment(
+    loader=PackageLoader("camopt.show.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+)
+TEMPLATES.globals["html_table"] = _table_html
 
 
 @cache

@@ -95,14 +95,14 @@ def report(
     place = expand_user_path(path)
     check_writable(place)
     targets = what if isinstance(what, (list, tuple)) else [what]
-    options: dict[str, Any] = {"full": full, "align_noses": align_noses, "turn": turn}
-    write_text(place, _page_html([item for target in targets for item in page_items(target)], **options))
+    items = [item for target in targets for item in page_items(target)]
+    write_text(place, _page_html(items, full, align_noses, turn))
     return place
 
 
-def _page_html(items: list[PageItem], *, full: bool, **options: Any) -> str:
+def _page_html(items: list[PageItem], full: bool, align_noses: bool, turn: float) -> str:
     if machines := [item for item in items if isinstance(item, MachineEvaluation)]:
-        if len(items) > 1 or any(options.values()):
+        if len(items) > 1 or align_noses or turn:
             raise BadInput(
                 [Mistake("camopt", "what", len(items), "one machine by itself, without align_noses or turn")]
             )
@@ -112,17 +112,16 @@ def _page_html(items: list[PageItem], *, full: bool, **options: Any) -> str:
         raise BadInput([Mistake("camopt", "what", None, "either cams or tables of designs, not both")])
     if len(cams) > MOST_PAGE_CAMS:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_PAGE_CAMS} cams side by side")])
-    if any(options.values()) and len(cams) < 2:
+    if (align_noses or turn) and len(cams) < 2:
         raise BadInput([Mistake("camopt", "what", None, "at least two cams, for align_noses or turn")])
-    if not isfinite(options.get("turn") or 0.0):
-        raise BadInput([Mistake("camopt", "turn", options["turn"], "a finite angle, in deg")])
+    if not isfinite(turn or 0.0):
+        raise BadInput([Mistake("camopt", "turn", turn, "a finite angle, in deg")])
     if results:
         return results_page(_with_distinct_names(results), full)
     first, *others = dict.fromkeys(cam.scene.name for cam in cams)
     title = first + (f" beside {others[0]}" if len(others) == 1 else f" and {len(others)} others" if others else "")
-    return cams_page(
-        _with_distinct_names(cams), title, [cam.summary for cam in cams if cam.summary], full=full, **options
-    )
+    summaries = [cam.summary for cam in cams if cam.summary]
+    return cams_page(_with_distinct_names(cams), title, summaries, full=full, align_noses=align_noses, turn=turn)
 
 
 def _with_distinct_names(items: list[Any]) -> list[Any]:
@@ -130,7 +129,9 @@ def _with_distinct_names(items: list[Any]) -> list[Any]:
     cams = isinstance(items[0], ShownCam)
     field = "label" if cams else "name"
     if cams and len({cam.label for cam in items}) < len(items):
-        laws = [_scene_law_names(cam.scene) for cam in items]
+        programmes = [resolve_design(cam.scene).programme for cam in items]
+        # "moves" for a cam that has only moves
+        laws = [joined_laws(each.law_names(RISE), each.law_names(RETURN)) or "moves" for each in programmes]
         if len({*laws}) > 1:
             items = [replace(cam, label=f"{cam.label}, {law}") for cam, law in zip(items, laws, strict=True)]
     names = [getattr(item, field) for item in items]
@@ -138,12 +139,6 @@ def _with_distinct_names(items: list[Any]) -> list[Any]:
         item if names.count(name) == 1 else replace(item, **{field: f"{name} ({place})"})
         for place, (item, name) in enumerate(zip(items, names, strict=True), start=1)
     ]
-
-
-def _scene_law_names(scene: Scene) -> str:
-    """The laws of the rises and returns of a scene; "moves" if it has only moves."""
-    programme = resolve_design(scene).programme
-    return joined_laws(programme.law_names(RISE), programme.law_names(RETURN)) or "moves"
 
 
 @singledispatch

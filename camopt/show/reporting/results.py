@@ -153,7 +153,9 @@ def _result_sentences(result: ResultRows) -> list[str]:
     words = f"{result.name}: {total:,} designs" + (f" of {swept['designs']:,} swept" if swept else "")
     thinned = f"; the page shows {shown:,} of them, evenly spaced" if shown < total else ""
     if "feasible" in result.frame:
-        words += f", {_selected_count_text(result.frame['feasible'].to_numpy(dtype=bool))} feasible"
+        feasible = result.frame["feasible"].to_numpy(dtype=bool)
+        count = "all" if feasible.all() else f"{np.sum(feasible):,} of those here" if feasible.any() else "none"
+        words += f", {count} feasible"
     lines = [words + (f"{thinned}, and all of the Pareto front" if thinned and FRONT in result.frame else thinned)]
     front = result.frame.attrs.get("front")
     if front:
@@ -162,29 +164,18 @@ def _result_sentences(result: ResultRows) -> list[str]:
             f"Pareto front: {front['points']:,} {many}, hypervolume {front['hypervolume']:.6g} (0 "
             f"to 1, higher is better)"
         )
-    return [*lines, *_bound_gap_sentences(result)]
-
-
-def _selected_count_text(mask: BoolArray) -> str:
-    """The number of designs that a mask selects: "all", "none" or a count."""
-    return "all" if mask.all() else f"{np.sum(mask):,} of those here" if mask.any() else "none"
-
-
-def _bound_gap_sentences(result: ResultRows) -> list[str]:
-    """A sentence on the gap between the smallest cam of a frontier and the proven bound over all motions."""
     frame = result.frame
-    if "bound" not in frame:
-        return []
-    axis = result.objectives[0]
-    free = frame[frame["free"].astype(bool) & frame["bound"].notna()]
-    if free.empty:
-        return []
-    best = free.sort_values(axis).iloc[0]
-    gap = best[axis] / best["bound"] - 1.0 if best["bound"] else float("nan")
-    unit = frame.attrs["units"].get(axis, "")
-    least, bound = (number_text_with_minus_sign(float(to_shown_unit(best[name], unit))) for name in (axis, "bound"))
-    words = f"Smallest {axis} {least} {unit_in_shown_system(unit)}; proven lower bound over all motions"
-    return [f"{words} {bound} {unit_in_shown_system(unit)}: a gap of {gap:.2%}"]
+    free = frame[frame["free"].astype(bool) & frame["bound"].notna()] if "bound" in frame else frame[:0]
+    if not free.empty:  # the smallest cam of a frontier, and the proven bound over all motions
+        axis = result.objectives[0]
+        best = free.sort_values(axis).iloc[0]
+        gap = best[axis] / best["bound"] - 1.0 if best["bound"] else float("nan")
+        unit = frame.attrs["units"].get(axis, "")
+        values = (float(to_shown_unit(best[name], unit)) for name in (axis, "bound"))
+        least, bound = map(number_text_with_minus_sign, values)
+        words = f"Smallest {axis} {least} {unit_in_shown_system(unit)}; proven lower bound over all motions"
+        lines.append(f"{words} {bound} {unit_in_shown_system(unit)}: a gap of {gap:.2%}")
+    return lines
 
 
 def _motions_and_motion_index_by_row(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:

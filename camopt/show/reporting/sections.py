@@ -1,5 +1,6 @@
 """Tables of a page: limits with their proofs, quantities, inputs of the scene, effects."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from math import isfinite
 from typing import Any
@@ -125,7 +126,10 @@ def with_minus_sign(text: str) -> str:
 
 def verdict_line(limits: Table, scene: Scene) -> Cell:
     """The verdict on a design as one sentence."""
-    broken, undecided = (", ".join(_limit_names_with_verdict(verdict, limits)) for verdict in (BROKEN, UNDECIDED))
+    place, names = [head.text for head in limits.heads].index("verdict"), defaultdict[str, dict[str, None]](dict)
+    for row in limits.rows:
+        names[row[place].text][row[0].text] = None  # each once
+    broken, undecided = (", ".join(names[verdict]) for verdict in (BROKEN, UNDECIDED))
     if broken:
         return Cell(f"Not feasible: {broken}.", "verdict broken")
     if undecided:
@@ -135,17 +139,6 @@ def verdict_line(limits: Table, scene: Scene) -> Cell:
             "Feasible: the scene gives no limits, and the conditions on every cam are proved.", "verdict held"
         )
     return Cell("Feasible: every limit is proved at every cam angle.", "verdict held")
-
-
-def _limit_names_with_verdict(verdict: str, limits: Table) -> Iterable[str]:
-    """The limits in a table that have this verdict, each once."""
-    place = [head.text for head in limits.heads].index("verdict")
-    return dict.fromkeys(row[0].text for row in limits.rows if row[place].text == verdict)
-
-
-def all_limits_held(limits: Table) -> bool:
-    """Whether every limit in a table is held."""
-    return not any(_limit_names_with_verdict(verdict, limits) for verdict in (BROKEN, UNDECIDED))
 
 
 def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:

@@ -5,45 +5,42 @@ mappings for JSON.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from math import isinf
 from pathlib import Path
 from typing import Any, Protocol
 
 from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics.budget import Budget
 from camopt.core.quantities import in_column_order
+from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import available_quantities
 from camopt.scene.machine import Machine
 from camopt.scene.problem.limit import ASSEMBLY
-from camopt.scene.problem.problem import resolve_design
-from camopt.scene.problem.rows import DesignRows
+from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
 from camopt.show.drawing.linkage import draw_stage_of_refused_scene
 from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cam_data import cam_data
-from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters, cam_sentences, cams_page
+from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters, cam_sentences, cams_page, has_tolerances
 from camopt.show.reporting.controls import FOLDED_GROUPS, Control, control_values, controls_of, scene_with_settings
 from camopt.show.reporting.page import figure_url, render_page
 from camopt.show.reporting.search import BackgroundSearch
 from camopt.show.reporting.sections import (
     UNPROVED,
-    all_limits_held,
     limits_table,
     quantities_table,
     verdict_line,
     verdicts_table,
 )
-from camopt.show.reporting.tolerances import (
-    MOVING_CAMS,
-    RESTING_CAMS,
-    error_sentence,
-    has_tolerances,
-    yield_sentence,
-)
+from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Cell, Table
+from camopt.solve.tolerances.batch import yield_of_cams
+from camopt.solve.tolerances.tolerance import first_order_errors
+from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
@@ -51,6 +48,8 @@ from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 PageAnswer = dict[str, Any]
 Answer = Callable[[Mapping[str, Any]], PageAnswer]
 QUICK_PROOF_WORK = 1e4  # most work to decide limits within rounding, while a control moves
+MOVING_CAMS, RESTING_CAMS = 256, 4096
+"""Cams drawn for the yield in a sentence, while a control moves and when it rests."""
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
@@ -60,19 +59,16 @@ class QuickPicture(Picture):
     per_degree = 1.0
 
     @cached_property
-    def evaluated_rows(self) -> DesignRows:
+    def quantity_values(self) -> dict[str, Any]:
         """Quantities and verdict of the design."""
         available = set(available_quantities(self.problem.setup))
         # with two contacts: the limits that this contact has alone
         limits = tuple(limit for limit in self.problem.limits if available.issuperset(limit.required_quantities))
         problem = replace(self.problem, limits=limits)
-        return evaluate_with_verdicts(
+        rows = evaluate_with_verdicts(
             problem, problem.design, self.quantities_to_evaluate, Budget(QUICK_PROOF_WORK)
         )
-
-    @cached_property
-    def quantity_values(self) -> dict[str, Any]:
-        return self.evaluated_rows.records()[0]
+        return rows.records()[0]
 
 
 class PageSession(Protocol):
@@ -124,19 +120,12 @@ class Session:
 
     def scene_of_request(self, request: Mapping[str, Any]) -> Scene:
         """The scene with the values of a request."""
-        values = {key: self._value_in_scene_unit(key, value) for key, value in request["values"].items()}
+        values = dict(request["values"])
+        for control in (each for each in self.controls if each.key in values):
+            shown, initial = values[control.key], self.initial_values[control.key]
+            has_moved = shown != control.value_in_control_unit(initial)  # else exactly the initial value
+            values[control.key] = control.value_in_scene_unit(shown) if has_moved else initial
         return scene_with_settings(self.scene, self.initial_values, values, request.get("moved", ""))
-
-    def _value_in_scene_unit(self, key: str, value: Any) -> Any:
-        """The value of a control in units of the scene; exactly the initial value if the control has not moved."""
-        control = next((control for control in self.controls if control.key == key), None)
-        if control is None:
-            return value
-        return (
-            self.initial_values[key]
-            if value == control.value_in_control_unit(self.initial_values[key])
-            else control.value_in_scene_unit(value)
-        )
 
     def _shown_values(self, scene: Scene) -> dict[str, Any]:
         """The values that the controls show for a scene."""
@@ -175,9 +164,10 @@ class Session:
             scene, {name: sketch.quantity_values[name] for name in in_column_order(sketch.quantity_values)}
         )
         limits = verdicts_table(evaluation, problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
-        feasible = Cell("Feasible in double precision. The proof follows when the controls rest.", "verdict held")
-        line = feasible if all_limits_held(limits) else verdict_line(limits, scene)
-        return self._cam_answer(sketch, [line, *_tolerance_lines(sketch, MOVING_CAMS)], limits, [])
+        line = verdict_line(limits, scene)
+        if line.kind == "verdict held":
+            line = Cell("Feasible in double precision. The proof follows when the controls rest.", line.kind)
+        return self._cam_answer(sketch, line, MOVING_CAMS, limits, [])
 
     def proved_cam_answer(self, request: Mapping[str, Any]) -> PageAnswer:
         """The cam when the controls rest: every limit proved, all quantities, more samples."""
@@ -189,15 +179,15 @@ class Session:
             Chapter("Quantities", [quantities_table([evaluation], [problem], ["value"])]),
             *cam_chapters(ShownCam(scene.name, scene), problem, pictures=False),
         ]
-        lines = [verdict_line(limits, scene), *_tolerance_lines(picture, RESTING_CAMS)]
-        return self._cam_answer(picture, lines, limits, sections)
+        return self._cam_answer(picture, verdict_line(limits, scene), RESTING_CAMS, limits, sections)
 
     def _cam_answer(
-        self, picture: Picture, lines: list[Cell], limits: Table, sections: list[Chapter]
+        self, picture: Picture, verdict: Cell, random_cams: int, limits: Table, sections: list[Chapter]
     ) -> PageAnswer:
+        texts = [*_tolerance_sentences(picture.scene, picture.problem, random_cams), *cam_sentences(picture)]
         return {
             "cam": cam_data(picture),
-            "lines": [*lines, *(Cell(text) for text in cam_sentences(picture))],
+            "lines": [verdict, *map(Cell, texts)],
             "limits": asdict(limits),
             "sections": [asdict(section) for section in sections],
             "values": self._shown_values(picture.scene),
@@ -246,13 +236,26 @@ def file_stem(scene_or_machine: Scene | Machine) -> str:
     return re.sub(r"[^\w-]+", "-", scene_or_machine.name, flags=re.ASCII).strip("-_")[:40] or "cam"
 
 
-def _tolerance_lines(picture: Picture, cams: int) -> list[Cell]:
-    """Sentences on motion errors and yield; none without tolerances."""
-    scene, problem = picture.scene, picture.problem
+def _tolerance_sentences(scene: Scene, problem: Problem, cams: int) -> Iterator[str]:
+    """Sentences on the largest motion errors, to first order, and on the yield of random cams, with its interval.
+
+    None without tolerances; no errors if no tolerance moves the tool, no yield if tolerances touch no limit.
+    """
     if not has_tolerances(scene, problem):
-        return []
-    sentences = error_sentence(scene, problem), yield_sentence(scene, problem, cams)
-    return [Cell(sentence) for sentence in sentences if sentence]
+        return
+    turn = TurnErrors(scene, problem)
+    if turn.node_contributions:
+        errors = ", ".join(
+            f"{each.name} ∞"
+            if isinf(worst := each.worst)
+            else f"{each.name} {with_unit(worst, each.unit)} ({to_shown_unit(each.three_sigma, each.unit):.3g})"
+            for each in first_order_errors(turn)
+        )
+        yield f"Largest error within the tolerances: {errors} (root sum square in brackets)."
+    proportion = yield_of_cams(scene, problem, cams)
+    if proportion is not None:
+        share, low, high = (100.0 * value for value in proportion)
+        yield f"Yield: {share:.4g} % of {cams:,} random cams meet the limits ({low:.4g} to {high:.4g} %)."
 
 
 def _quick_verdicts(picture: QuickPicture) -> dict[str, str]:
