@@ -18,7 +18,6 @@ from camopt.model.effects import (
     require_effect,
     setup_effects,
 )
-from camopt.model.mechanisms import Designs
 from camopt.scene.numbers_with_units import numbers_with_units
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.rows import DesignRows
@@ -66,10 +65,9 @@ def _effect_callers(
     callers = [
         f"limits.{limit.name}" for limit in problem.limits if effect_quantities & set(limit.required_quantities)
     ]
-    signs = problem.objectives.items()
     callers += [
         f"search.{'minimise' if sign > 0 else 'maximise'} {name}"
-        for name, sign in signs
+        for name, sign in problem.objectives.items()
         if name in effect_quantities
     ]
     effect = require_effect(next(iter(effect_quantities)), problem.setup).name
@@ -80,14 +78,9 @@ def _effect_callers(
         problem.evaluated_quantities - problem.required_quantities - own
     ):
         callers.append("the default outputs (motion and geometry)")
-    others = {
-        name: each for name, each in setup_effects(problem.setup).items() if name in planned and name != effect
-    }
-    callers += [
-        f"effect {name}"
-        for name, each in others.items()
-        if set(each.input_quantities(problem.setup)) & effect_quantities
-    ]
+    for name, each in setup_effects(problem.setup).items():
+        reads = effect_quantities.intersection(each.input_quantities(problem.setup))
+        callers += [f"effect {name}"] if name in planned and name != effect and reads else []
     return callers
 
 
@@ -123,9 +116,8 @@ class CostReport(Result):
             )
             branches.append(Branch.from_texts("read from the scene", *inputs))
         for entry in self.entries:
-            lines = [f"needed by {', '.join(entry.called_by)}"]
-            lines += [f"reads {', '.join(entry.reads)}"] if entry.reads else []
-            lines += [f"writes {', '.join(entry.writes)}"]
+            reads = [f"reads {', '.join(entry.reads)}"] if entry.reads else []
+            lines = [f"needed by {', '.join(entry.called_by)}", *reads, f"writes {', '.join(entry.writes)}"]
             cost = f"{entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}"
             branches.append(Branch.from_texts(f"{entry.effect}  {cost}", *lines))
         for name, keys in self.idle.items():
@@ -152,7 +144,12 @@ def cost_report(scene: Scene) -> CostReport:
     BadInput, Unmet
         As ``optimise``, if the scene lacks a size that it does not sweep.
     """
-    problem, designs = _timing_designs(scene)
+    problem = resolve(scene)
+    try:
+        designs = random_designs(problem)
+    except BadInput:  # the scene has neither sizes nor a sweep
+        problem = resolve(with_all_sizes(scene).replace(search=None))
+        designs = random_designs(problem)
     setup, planned = problem.setup, needed_effect_runs(resolve(scene))
     rows, times = DesignRows({}, len(designs)), {}
     for each in planned:
@@ -174,13 +171,3 @@ def cost_report(scene: Scene) -> CostReport:
             keys = [missing.get(quantity, ()) for quantity in offers]
             idle[name] = () if () in keys else min(keys, key=len)
     return CostReport(scene, len(designs), entries, idle)
-
-
-def _timing_designs(scene: Scene) -> tuple[Problem, Designs]:
-    """Designs on which effects are timed: those of a sweep, or designs near the smallest cam."""
-    problem = resolve(scene)
-    try:
-        return problem, random_designs(problem)
-    except BadInput:
-        problem = resolve(with_all_sizes(scene).replace(search=None))
-        return problem, random_designs(problem)

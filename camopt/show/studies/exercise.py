@@ -58,7 +58,12 @@ def make_exercise(kind: str, seed: int) -> tuple[str, Scene]:
     random = Random(f"{kind} {seed}")
     while True:
         scene = Scene(**_random_scene_tables(kind, random))
-        if _is_suitable_exercise(scene):
+        try:
+            values = evaluate(scene)
+        except BadInput:
+            continue
+        faulty = values["undercut"] or values.get("self_crossing", False)
+        if not faulty and float(values["pressure_angle_max_deg"]) <= LARGEST_PRESSURE_ANGLE:
             return _problem_text(kind, scene), scene
 
 
@@ -94,15 +99,6 @@ def _random_scene_tables(kind: str, random: Random) -> dict[str, Any]:
     rpm, rotation = random.choice([100, 150, 200, 240, 300, 500, 600]), random.choice(["cw", "ccw"])
     cam = {"form": body.form, "rotation": rotation, "rpm": rpm, body.size_key: base}
     return {"name": f"Exercise: {kind}", "cam": cam, "follower": follower, "motion": moves}
-
-
-def _is_suitable_exercise(scene: Scene) -> bool:
-    try:
-        values = evaluate(scene)
-    except BadInput:
-        return False
-    faulty = values["undercut"] or values.get("self_crossing", False)
-    return not faulty and float(values["pressure_angle_max_deg"]) <= LARGEST_PRESSURE_ANGLE
 
 
 def _follower_sentences(body: Body, motion: FollowerMotion, tip: Tip, rotation: str) -> list[str]:

@@ -88,16 +88,9 @@ class Harmonics(Result, Drawable):
 
     def records(self) -> list[dict[str, Any]]:
         """A record for each harmonic."""
-        timed = {} if self.frequency_Hz is None else {"frequency_Hz": self.frequency_Hz}
-        columns: dict[str, Any] = {
-            "order": self.order,
-            **timed,
-            "displacement": self.displacement,
-            "phase_deg": self.phase_deg,
-            "acceleration": self.acceleration,
-        }
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        return [dict(zip(columns, row, strict=True)) for row in rows]
+        names = ["order", "frequency_Hz", "displacement", "phase_deg", "acceleration"]
+        columns = {name: getattr(self, name).tolist() for name in names if getattr(self, name) is not None}
+        return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
     def table(self) -> Table:
         """A table with a row for each harmonic."""
@@ -150,11 +143,10 @@ def harmonics(scene: SceneSource, orders: int = DEFAULT_ORDERS) -> Harmonics:
     setup, programme = problem.setup, problem.programme.tool
     order = np.arange(1, orders + 1)
     waves = _fourier_integrals(programme, 0, np.arange(orders + 1)) / programme.unit_in_mm_or_rad
-    timed = setup.omega is not None
     return Harmonics(
         scene,
         order,
-        order * setup.rpm / 60 if timed else None,
+        None if setup.omega is None else order * setup.rpm / 60,
         float(waves[0].real) / 2,
         np.abs(waves[1:]),
         np.degrees(np.angle(waves[1:].conj())) % 360.0,

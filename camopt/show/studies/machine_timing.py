@@ -87,39 +87,17 @@ class MachineTiming(Result):
         """Tables of the passages and of the overlaps."""
         yield self.table()
         if self.overlaps:
-            rows = self._records(self.overlaps)
-            title = f"{self.machine.name}: two stations above the lift together"
-            table = table_of(title, rows, rows[0], units=dict.fromkeys(rows[0], "deg") | NO_UNITS)
-            yield replace(
-                table, note=f"{self._note}{' Separations are angles of the camshaft.' * self._shows_crank_angles}"
-            )
+            yield self._table_in_shown_angles("two stations above the lift together", self.overlaps)
 
     def table(self) -> Table:
         """A table with a row for each passage."""
-        rows = self._records(self.passages)
-        units = {**dict.fromkeys(rows[0] if rows else (), "deg"), **NO_UNITS}
-        return replace(
-            table_of(f"{self.machine.name}: above a lift", rows, rows[0] if rows else (), units=units),
-            note=self._note,
-        )
+        return self._table_in_shown_angles("above a lift", self.passages)
 
-    @property
-    def _note(self) -> str:
-        return (
-            "Angles are those of the crankshaft."
-            if self._shows_crank_angles
-            else "Angles are those of the machine's shaft."
-        )
-
-    @property
-    def _shows_crank_angles(self) -> bool:
-        """Whether angles are shown as those of a crankshaft that turns twice as fast."""
-        return all(scene.is_speed_of_crank for scene in self.machine.scenes.values())
-
-    def _records(self, rows: Iterable[StationPassage | Overlap]) -> list[dict[str, Any]]:
-        """The rows for a table, with the angles that are shown, and lifts with their units."""
-        turns = TURNS_OF_CRANK if self._shows_crank_angles else 1.0
-        records = []
+    def _table_in_shown_angles(self, title: str, rows: Iterable[StationPassage | Overlap]) -> Table:
+        """A table with crank angles if the scenes give the speed of a crank, which turns twice as fast."""
+        records, note, turns = [], "Angles are those of the machine's shaft.", 1.0
+        if all(scene.is_speed_of_crank for scene in self.machine.scenes.values()):
+            note, turns = "Angles are those of the crankshaft.", TURNS_OF_CRANK
         for row in rows:
             unit = displacement_unit(angular=self.machine.scenes[row.station].tool_turns)
             angles = {
@@ -128,7 +106,13 @@ class MachineTiming(Result):
                 if name.endswith("_deg")
             }
             records.append({**row._asdict(), **angles, "lift": with_unit(row.lift, unit)})
-        return records
+        names = records[0] if records else ()
+        if SEPARATION in names and turns != 1.0:
+            note += " Separations are angles of the camshaft."
+        table = table_of(
+            f"{self.machine.name}: {title}", records, names, units=dict.fromkeys(names, "deg") | NO_UNITS
+        )
+        return replace(table, note=note)
 
     def document(self) -> dict[str, Any]:
         """A record for each passage and each overlap; angles are those of the machine's shaft."""
@@ -169,7 +153,6 @@ def machine_timing(machine: MachineSource, lifts: float | Iterable[float] | None
     lifts = lifts if lifts is None or isinstance(lifts, int | float) else [*lifts]
     passages = dict[str, list[StationPassage]]()
     for station in machine.station:
-        found = timing(machine.scenes[station.name], lifts).passages
         passages[station.name] = sorted(
             StationPassage(
                 station.name,
@@ -179,7 +162,7 @@ def machine_timing(machine: MachineSource, lifts: float | Iterable[float] | None
                 each.above_deg / station.ratio,
                 (rises + 0.5 * each.above_deg / station.ratio) % 360.0,
             )
-            for each in found
+            for each in timing(machine.scenes[station.name], lifts).passages
             for turn in range(station.ratio)
         )
     overlaps = [

@@ -162,7 +162,12 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     around = _stencil_designs(problem.design, variables)
     columns = run_effects(EvaluationBlock(freed.setup, freed.programme, around), names).columns
     exists = freed.setup.mechanism.can_assemble(around, freed.programme)
-    trains = {each: _train_stencil(problem, each, value, names) for each, value in _train_numbers(scene, problem)}
+    train_variables = {each.key: each for each in problem.variables if each.role == "train"}
+    trains = {
+        train_variables[key]: _train_stencil(problem, key, value, names)
+        for key, value in scene.numbers(train_variables).items()
+        if value and not isinstance(value, tuple)  # no loads by cam angle
+    }
     found, values = {}, {}
     for name in in_column_order(columns):
         column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
@@ -187,16 +192,8 @@ def _variable_values_and_magnitudes(problem: Problem) -> dict[Variable, tuple[fl
     return found
 
 
-def _train_numbers(scene: Scene, problem: Problem) -> Iterator[tuple[Variable, float]]:
-    """Numbers of the train in a scene that are not 0; without loads by cam angle."""
-    variables = {each.key: each for each in problem.variables if each.role == "train"}
-    for key, value in scene.numbers(variables).items():
-        if value and not isinstance(value, tuple):
-            yield variables[key], value
-
-
 def _train_stencil(
-    problem: Problem, variable: Variable, value: float, quantity_names: Sequence[str]
+    problem: Problem, key: str, value: float, quantity_names: Sequence[str]
 ) -> tuple[float, list[dict[str, float]]]:
     """The step of a number of the train, and the quantities at the points of the stencil.
 
@@ -205,7 +202,7 @@ def _train_stencil(
     step = STEP_SHARE * abs(value)
     rows = []
     for move in STENCIL:
-        shifted = problem.with_numbers({variable.key: value + move * step})
+        shifted = problem.with_numbers({key: value + move * step})
         exists = shifted.setup.mechanism.can_assemble(problem.design, shifted.programme)[0]
         case = EvaluationBlock(shifted.setup, shifted.programme, problem.design)
         columns = run_effects(case, quantity_names).columns if exists else {}

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.oscillator import Wave, damped_frequency_ratio, response_from_rest
+from camopt.core.numerics.oscillator import damped_frequency_ratio, response_from_rest
 from camopt.core.numerics.wave_extremes import wave_maximum, wave_peak_magnitude
 from camopt.core.quantities import Quantity
 from camopt.core.quantities.display import Drawable
@@ -107,7 +107,22 @@ def response_spectrum(law: str | Law, ratios: ArrayLike | None = None, *, dampin
     >>> spectrum["residual"].round(4).tolist()
     [0.5, 0.0243]
     """
-    chosen, λ = _check_inputs(law, PERIOD_RATIOS if ratios is None else ratios, damping_ratio)
+    mistakes = []
+    if isinstance(law, str) and law not in LAWS:
+        mistakes.append(Mistake("camopt", "law", law, f"a motion law; {suggest_names(law, LAWS)}"))
+    try:
+        λ = np.asarray(PERIOD_RATIOS if ratios is None else ratios, dtype=float)
+        wrong = λ[~((λ >= ALLOWED_RATIOS[0]) & (λ <= ALLOWED_RATIOS[1]))].tolist()
+    except (TypeError, ValueError):
+        λ, wrong = np.zeros(0), [ratios]
+    allowed = f"numbers from {ALLOWED_RATIOS[0]:g} to {ALLOWED_RATIOS[1]:g}, in one dimension"
+    if wrong or λ.ndim != 1:
+        mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else λ.tolist(), allowed))
+    if isinstance(damping_ratio, bool) or not isinstance(damping_ratio, (int, float)) or not 0 <= damping_ratio < 1:
+        mistakes.append(Mistake("camopt", "damping_ratio", damping_ratio, "a number, 0 or more and below 1"))
+    if mistakes:
+        raise BadInput(mistakes)
+    chosen = LAWS[law] if isinstance(law, str) else law
     at_once = max(1, PANELS_AT_ONCE // len(_rise_programme(chosen).table.half_width))
     parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
     responses = [_response_amplitudes(chosen, tuple(part), float(damping_ratio)) for part in parts]
@@ -122,30 +137,15 @@ def _spectrum_of_columns(columns: Mapping[str, Any]) -> Spectrum:
     return Spectrum(columns, {name: SPECTRUM_COLUMNS[name].unit for name in columns})
 
 
-def _check_inputs(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
-    mistakes = []
-    if isinstance(law, str) and law not in LAWS:
-        mistakes.append(Mistake("camopt", "law", law, f"a motion law; {suggest_names(law, LAWS)}"))
-    try:
-        values = np.asarray(ratios, dtype=float)
-        wrong = values[~((values >= ALLOWED_RATIOS[0]) & (values <= ALLOWED_RATIOS[1]))].tolist()
-    except (TypeError, ValueError):
-        values, wrong = np.zeros(0), [ratios]
-    allowed = f"numbers from {ALLOWED_RATIOS[0]:g} to {ALLOWED_RATIOS[1]:g}, in one dimension"
-    if wrong or values.ndim != 1:
-        mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else values.tolist(), allowed))
-    if isinstance(damping_ratio, bool) or not isinstance(damping_ratio, (int, float)) or not 0 <= damping_ratio < 1:
-        mistakes.append(Mistake("camopt", "damping_ratio", damping_ratio, "a number, 0 or more and below 1"))
-    if mistakes:
-        raise BadInput(mistakes)
-    return LAWS[law] if isinstance(law, str) else law, values
-
-
 @lru_cache(maxsize=64)
 def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping_ratio: float) -> FloatArray:
     """Residual, overshoot, deflection and acceleration, (4, ratios)."""
     frequency = 2.0 * np.pi * np.array(ratios)
-    motion, wave = _rise_motion_and_oscillator_response(law, frequency, damping_ratio)
+    programme = _rise_programme(law)
+    motion, half_width = programme.table.coefficients.T, np.tile(programme.table.half_width, (len(frequency), 1))
+    half_width[:, -1] = np.pi / (damped_frequency_ratio(damping_ratio) * frequency)  # one period of the dwell
+    jumps = velocity_jump_by_panel(programme)
+    wave = response_from_rest(motion, half_width, jumps, frequency[:, None], damping_ratio)
     beyond = motion.copy()
     beyond[0] -= 1.0
     return np.array(
@@ -156,17 +156,6 @@ def _response_amplitudes(law: Law, ratios: tuple[float, ...], damping_ratio: flo
             wave_peak_magnitude(mass_acceleration_wave(wave, frequency[:, None])).value,
         ]
     )
-
-
-def _rise_motion_and_oscillator_response(
-    law: Law, frequency: FloatArray, damping_ratio: float
-) -> tuple[FloatArray, Wave]:
-    """The motion, (powers, panels), and the response on the rise and one period of the dwell."""
-    programme = _rise_programme(law)
-    motion, rows = programme.table.coefficients.T, frequency[:, None]
-    half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
-    half_width[:, -1] = np.pi / (damped_frequency_ratio(damping_ratio) * frequency)
-    return motion, response_from_rest(motion, half_width, velocity_jump_by_panel(programme), rows, damping_ratio)
 
 
 def _rise_programme(law: Law) -> Programme:

@@ -17,7 +17,6 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics.turn_curve import TURN
 from camopt.core.quantities import displacement_unit
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
-from camopt.model.motion.programme import Programme
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import resolve
 from camopt.scene.scene import Scene
@@ -104,9 +103,21 @@ class Timing(Result):
         )
 
     def sections(self) -> Iterator[Table]:
-        """Tables of the passages and, with tolerances, of their proven bounds."""
+        """Tables of the passages and, with tolerances, of their proven bounds, with a cam near each."""
         yield self.table()
-        yield from filter(None, (self.worst_table(),))
+        if not self.worst:
+            return
+        rows = []
+        for worst in self.worst:
+            row = {name: getattr(worst, name) for name in ("lift", "passage", "end", "bound_deg", "gap_deg")}
+            errors = (f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in worst.errors.items())
+            rows.append({**row, "errors of a cam near the bound": ", ".join(errors)})
+        units = dict.fromkeys(("bound_deg", "gap_deg"), "deg")
+        units["lift"] = displacement_unit(angular=self.scene.tool_turns)
+        title = f"{self.scene.name}: proven bounds of the cam angle, over all cams within the tolerances"
+        reasons = dict.fromkeys(each.unproved for each in self.worst if each.unproved)
+        note = "".join(f"An infinite bound is not proved: {reason}. " for reason in reasons).strip()
+        yield replace(table_of(title, rows, [*rows[0]], units=units), note=note)
 
     def document(self) -> dict[str, Any]:
         """A record for each passage, and for each proven bound."""
@@ -115,10 +126,17 @@ class Timing(Result):
 
     def records(self) -> list[dict[str, float]]:
         """A record for each passage; with crank angles if the scene gives the speed of the crank."""
-        records = [
-            {name: value for name, value in each._asdict().items() if value is not None} for each in self.passages
-        ]
-        return [record | self._crank_angles(record) for record in records]
+        records = []
+        for each in self.passages:
+            record = {name: value for name, value in each._asdict().items() if value is not None}
+            if self.scene.is_speed_of_crank:
+                record |= {
+                    f"{name.removesuffix('_deg')}_crank_deg": TURNS_OF_CRANK * angle
+                    for name, angle in record.items()
+                    if name.endswith("_deg")
+                }
+            records.append(record)
+        return records
 
     def table(self) -> Table:
         """A table with a row for each passage."""
@@ -131,34 +149,6 @@ class Timing(Result):
         }
         names = dict.fromkeys(name for row in rows for name in row)
         return table_of(f"{self.scene.name}: above a lift", rows, names, units=units)
-
-    def worst_table(self) -> Table | None:
-        """A table of proven bounds of passages, with the errors of a cam near each bound; None without bounds."""
-        rows = [self._worst_row(each) for each in self.worst]
-        units = dict.fromkeys(("bound_deg", "gap_deg"), "deg")
-        units["lift"] = displacement_unit(angular=self.scene.tool_turns)
-        title = f"{self.scene.name}: proven bounds of the cam angle, over all cams within the tolerances"
-        reasons = dict.fromkeys(each.unproved for each in self.worst if each.unproved)
-        note = "".join(f"An infinite bound is not proved: {reason}. " for reason in reasons).strip()
-        return replace(table_of(title, rows, [*rows[0]], units=units), note=note) if rows else None
-
-    def _worst_row(self, worst: WorstPassage) -> dict[str, Any]:
-        """The row of a proven bound."""
-        errors = ", ".join(
-            f"{key} {with_unit(each, error_unit(self.scene, key))}" for key, each in worst.errors.items()
-        )
-        about = {name: getattr(worst, name) for name in ("lift", "passage", "end", "bound_deg", "gap_deg")}
-        return {**about, "errors of a cam near the bound": errors}
-
-    def _crank_angles(self, passage: dict[str, float]) -> dict[str, float]:
-        """The cam angles as crank angles, with a common 0; empty unless the scene gives the speed of the crank."""
-        angles = passage if self.scene.is_speed_of_crank else {}
-        suffix = "_deg"
-        return {
-            f"{name.removesuffix(suffix)}_crank{suffix}": TURNS_OF_CRANK * angle
-            for name, angle in angles.items()
-            if name.endswith(suffix)
-        }
 
 
 def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> Timing:
@@ -197,8 +187,7 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
         lash = scene.follower.dynamics and scene.follower.dynamics.lash
         lifts = (lash or DEFAULT_SHARE * largest,)
     levels = [*lifts] if isinstance(lifts, Iterable) and not isinstance(lifts, str) else [lifts]
-    unit = motion_table_unit(setup, 0)
-    allowed = f"above 0 and below the largest lift ({largest:.6g} {unit})"
+    allowed = f"above 0 and below the largest lift ({largest:.6g} {motion_table_unit(setup, 0)})"
     wrong = [
         level
         for level in levels
@@ -206,11 +195,12 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     ]
     if wrong:
         raise BadInput([Mistake(problem.file, "lift", each, allowed) for each in wrong])
-    passages = [
-        each
-        for lift in levels
-        for each in _passages_above_lift(programme, float(lift), motion_unit_factor(setup, 1))
-    ]
+    passages, velocity_per_slope = [], motion_unit_factor(setup, 1)
+    for lift in map(float, levels):
+        for start, end in programme.lift_curve.spans_above(lift * programme.unit_in_mm_or_rad):
+            slopes = programme.lift_curve.derivative.value(np.mod([start, end], TURN)) * velocity_per_slope
+            angles = degrees(start), degrees(end % TURN), degrees(end - start)
+            passages.append(Passage(lift, *angles, *map(float, slopes)))
     worst = list[WorstPassage]()
     if not problem.missing_variables and (turn := TurnErrors(scene, problem)).node_contributions:
         passages = [
@@ -239,21 +229,3 @@ def _with_earliest_and_latest_angles(passage: Passage, level_passages: LevelPass
         falls_earliest_deg=degrees(falls.earliest),
         falls_latest_deg=degrees(falls.latest),
     )
-
-
-def _passages_above_lift(programme: Programme, lift: float, velocity_per_slope: float) -> list[Passage]:
-    """Passages above a lift; ``velocity_per_slope`` converts a slope by the cam angle into a velocity."""
-    passages = []
-    for start, end in programme.lift_curve.spans_above(lift * programme.unit_in_mm_or_rad):
-        slopes = programme.lift_curve.derivative.value(np.mod([start, end], TURN)) * velocity_per_slope
-        passages.append(
-            Passage(
-                lift,
-                degrees(start),
-                degrees(end % TURN),
-                degrees(end - start),
-                float(slopes[0]),
-                float(slopes[1]),
-            )
-        )
-    return passages

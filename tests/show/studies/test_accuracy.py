@@ -77,10 +77,10 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
 @pytest.fixture
 def twice_as_many(monkeypatch):
     """The arithmetic of 100 digits, in place of 50."""
-    monkeypatch.setattr(accuracy.digits, "DECIMAL_DIGITS", 2 * accuracy.digits.DECIMAL_DIGITS)
-    accuracy.digits.fifty_digit_context.cache_clear()
+    monkeypatch.setattr(accuracy.reference, "DECIMAL_DIGITS", 2 * accuracy.reference.DECIMAL_DIGITS)
+    accuracy.reference.fifty_digit_context.cache_clear()
     yield
-    accuracy.digits.fifty_digit_context.cache_clear()
+    accuracy.reference.fifty_digit_context.cache_clear()
 
 
 @pytest.mark.parametrize("name", ["roller", "swinging face", "swinging groove"])
@@ -94,7 +94,7 @@ def test_the_reference_is_stable_when_its_digits_are_doubled(name, request):
     request.getfixturevalue("twice_as_many")
     for each, design, before in zip(subjects, designs, found, strict=True):
         finer = each.extreme_with_50_digits(design)
-        assert abs(finer / accuracy.digits.fifty_digit_context().mpf(before) - 1) < 1e-30
+        assert abs(finer / accuracy.reference.fifty_digit_context().mpf(before) - 1) < 1e-30
 
 
 def test_the_root_of_a_slope_takes_few_evaluations():
@@ -103,11 +103,11 @@ def test_the_root_of_a_slope_takes_few_evaluations():
 
     def value_and_slope(u):
         places.append(u)
-        return None, accuracy.digits.fifty_digit_context().exp(
+        return None, accuracy.reference.fifty_digit_context().exp(
             u
-        ) - 1 - u / 3 - accuracy.digits.fifty_digit_context().mpf(1) / 1000
+        ) - 1 - u / 3 - accuracy.reference.fifty_digit_context().mpf(1) / 1000
 
-    low, high = (accuracy.digits.fifty_digit_context().mpf(end) for end in ("-0.001", "0.002"))
+    low, high = (accuracy.reference.fifty_digit_context().mpf(end) for end in ("-0.001", "0.002"))
     (root,) = accuracy.reference._root_of_slope(value_and_slope, low, high)
     assert abs(value_and_slope(root)[1]) < accuracy.reference.EQUAL_DIGITS
     assert len(places) < 15

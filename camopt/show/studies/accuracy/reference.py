@@ -5,18 +5,19 @@ the compared errors (``numerics.piecewise``). The extreme is searched near its c
 the slope, or at the end of a piece.
 """
 
+from collections.abc import Callable
 from functools import cache, partial, reduce
 from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST
+from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, Number
 from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
-from camopt.show.studies.accuracy.digits import Digits, as_fifty_digit_number, fifty_digit_context
 
+DECIMAL_DIGITS = 50
 EQUAL_DIGITS = 1e-25
 """Relative error that the reference stays below."""
 SEARCH_WIDTH, PANEL_OVERLAP = 1e-3, 1e-9
@@ -24,9 +25,65 @@ SEARCH_WIDTH, PANEL_OVERLAP = 1e-3, 1e-9
 MOST_ROOT_STEPS = 200
 
 
+@cache
+def fifty_digit_context() -> Any:
+    """The mpmath context with 50 digits, independent of the global precision."""
+    from mpmath import MPContext  # noqa: PLC0415, seldom needed
+
+    context = MPContext()
+    context.dps = DECIMAL_DIGITS
+    return context
+
+
+UFUNC_RULES: dict[np.ufunc, Callable[..., Any]] = {
+    np.add: lambda a, b: a + b,
+    np.subtract: lambda a, b: a - b,
+    np.multiply: lambda a, b: a * b,
+    np.true_divide: lambda a, b: a / b,
+    np.power: lambda a, b: a**b,
+    np.maximum: max,
+    np.minimum: min,
+    np.negative: lambda a: -a,
+    np.square: lambda a: a * a,
+    np.absolute: abs,
+    np.sign: lambda a: fifty_digit_context().sign(a),
+    np.sqrt: lambda a: fifty_digit_context().sqrt(a),
+    np.sin: lambda a: fifty_digit_context().sin(a),
+    np.cos: lambda a: fifty_digit_context().cos(a),
+    np.arcsin: lambda a: fifty_digit_context().asin(a),
+    np.arctan: lambda a: fifty_digit_context().atan(a),
+    np.arctan2: lambda y, x: fifty_digit_context().atan2(y, x),
+    np.cbrt: lambda a: fifty_digit_context().cbrt(a),
+    np.degrees: lambda a: fifty_digit_context().degrees(a),
+}
+
+
+class Digits(np.lib.mixins.NDArrayOperatorsMixin):
+    """A number with 50 digits that behaves as an array of one number."""
+
+    __slots__ = ("number",)
+    size = 1
+
+    def __init__(self, number: Any) -> None:
+        self.number = number
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs or ufunc not in UFUNC_RULES:
+            return NotImplemented
+        return Digits(UFUNC_RULES[ufunc](*map(as_fifty_digit_number, inputs)))
+
+    def __getitem__(self, index: Any) -> "Digits":
+        return self
+
+
+def as_fifty_digit_number(value: Any) -> Number:
+    """A number of mpmath; a double is taken as exact."""
+    return value.number if isinstance(value, Digits) else fifty_digit_context().mpf(float(np.asarray(value).item()))
+
+
 def fifty_digit_extreme_near(
     make_curve: Any, stroke_kinds: int, goal: int, design: Designs, programme: Programme, cam_angle: float
-) -> Any:
+) -> Number:
     """The extreme of a curve of one design near a cam angle [rad], as a number of mpmath."""
     curve, table = make_curve(design, programme), programme.table
     u = (cam_angle - table.centre) / table.half_width
@@ -44,7 +101,7 @@ def fifty_digit_extreme_near(
     return min(values) if goal == LEAST else max(values)
 
 
-def _root_of_slope(value_and_slope_at: Any, low: Any, high: Any) -> list[Any]:
+def _root_of_slope(value_and_slope_at: Any, low: Number, high: Number) -> list[Number]:
     """The root of the slope of a curve between two places, by the Illinois method; empty without one."""
     (far, far_slope), (place, slope) = ((end, value_and_slope_at(end)[1]) for end in (low, high))
     if far_slope * slope >= 0:
@@ -62,7 +119,7 @@ def _root_of_slope(value_and_slope_at: Any, low: Any, high: Any) -> list[Any]:
     return [place]
 
 
-def _panel_motion_polynomials(table: Any, panel: Any) -> list[list[Any]]:
+def _panel_motion_polynomials(table: Any, panel: Any) -> list[list[Number]]:
     """Polynomials of a panel: displacement and its four derivatives by cam angle, as exact numbers."""
     number, half = fifty_digit_context().mpf, fifty_digit_context().mpf(float(table.half_width[panel]))
     orders = [[number(float(c)) for c in table.coefficients[panel]]]
@@ -71,13 +128,9 @@ def _panel_motion_polynomials(table: Any, panel: Any) -> list[list[Any]]:
     return orders
 
 
-def _polynomial_value(series: list[Any], u: Any) -> Digits:
-    """Value of a polynomial, by Horner's rule."""
-    return Digits(reduce(lambda value, power: value * u + power, reversed(series)))
-
-
-def _value_and_slope(curve: Any, motion: list[list[Any]], u: Any) -> tuple[Any, Any]:
+def _value_and_slope(curve: Any, motion: list[list[Number]], u: Number) -> tuple[Number, Number]:
     """Value and slope of a curve at a place u of a panel."""
-    y, y1, y2, y3, y4 = (_polynomial_value(series, u) for series in motion)
+    # by Horner's rule
+    y, y1, y2, y3, y4 = (Digits(reduce(lambda x, power: x * u + power, reversed(series))) for series in motion)
     value, slope = value_and_slope(curve, ..., State(y, y1, y2, y3, None, y4))
     return as_fifty_digit_number(value), as_fifty_digit_number(slope)

@@ -7,21 +7,21 @@ from typing import Any
 import numpy as np
 from scipy.optimize import elementwise
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import BoolArray, FloatArray, IndexArray, Number
 from camopt.core.numerics.extremes import Extremes, Precision, extremes_of_curve
-from camopt.model.effects.peak import Peak
+from camopt.model.effects.peak import NumberKind, Peak
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.limits import peak_at_first_contact
 from camopt.scene.problem.problem import SINGLE_DESIGN_ERROR, Problem
 from camopt.scene.problem.sample import sweep_space
-from camopt.show.studies.accuracy.digits import (
+from camopt.show.studies.accuracy.methods import Method, enclosure_method
+from camopt.show.studies.accuracy.reference import (
+    EQUAL_DIGITS,
     Digits,
     as_fifty_digit_number,
     fifty_digit_context,
-    fifty_digit_number_kind,
+    fifty_digit_extreme_near,
 )
-from camopt.show.studies.accuracy.methods import Method, enclosure_method
-from camopt.show.studies.accuracy.reference import EQUAL_DIGITS, fifty_digit_extreme_near
 
 DESIGN_COUNT = 4096
 REFERENCE_COUNT = 24  # designs with a reference of 50 digits
@@ -83,7 +83,7 @@ class PeakSubject:
             self.peak.scale.quantity_from_extreme(value[0] + enclosure_side * self.sign * width[0], designs)
         )
 
-    def extreme_with_50_digits(self, design: Designs, size: Any = None) -> Any:
+    def extreme_with_50_digits(self, design: Designs, size: Number = None) -> Number:
         """The extreme of a design with 50 digits; ``size`` replaces its size."""
         exact = design.with_values(
             {name: Digits(as_fifty_digit_number(value)) for name, value in design.sizes.items()}
@@ -111,7 +111,7 @@ class RadiusSubject:
     """
 
     peak_subject: PeakSubject
-    numbers: Any
+    numbers: IndexArray
     """Numbers of the designs of the peak."""
     name = "smallest radius"
     sign = 1.0
@@ -159,14 +159,13 @@ class RadiusSubject:
             replace(self.designs, size=self.designs.size * share) for share in (1.0 - SIZE_ROOM, 1.0 + SIZE_ROOM)
         ]
 
-    def smallest_radius_mask(self) -> Any:
+    def smallest_radius_mask(self) -> BoolArray:
         """Mask of designs with a smallest radius in the search range, whose ends can be assembled."""
         exists = partial(
             self.peak_subject.problem.setup.mechanism.can_assemble, programme=self.peak_subject.problem.programme
         )
-        return self.find_size_at_limit(enclosure_method(SINGLE_DESIGN_ERROR)).success & np.logical_and(
-            *map(exists, self.designs_at_range_ends)
-        )
+        found = self.find_size_at_limit(enclosure_method(SINGLE_DESIGN_ERROR)).success
+        return np.asarray(np.logical_and.reduce([found, *map(exists, self.designs_at_range_ends)]))
 
     def reference_with_50_digits(self, design_number: int) -> float:
         """The smallest radius by the secant method with 50 digits, to half of them.
@@ -177,15 +176,17 @@ class RadiusSubject:
             If the secant method does not converge.
         """
         place, design = self.numbers[design_number], self.designs.take([design_number])
+        context = fifty_digit_context()
+        kind = NumberKind(context.mpf, lambda: +context.pi, context.tan)
         bound = self.peak_subject.peak.scale.weighted_extreme_for_quantity(
-            float(self.peak_subject.truth[place]), fifty_digit_number_kind()
+            float(self.peak_subject.truth[place]), kind
         )
 
-        def limit_excess(size: Any) -> Any:
+        def limit_excess(size: Number) -> Number:
             return self.peak_subject.extreme_with_50_digits(design, size) - bound
 
-        one = fifty_digit_context().mpf(float(design.size[0]))
-        other = one * (1 + fifty_digit_context().mpf(FIRST_STEP))
+        one = context.mpf(float(design.size[0]))
+        other = one * (1 + context.mpf(FIRST_STEP))
         before, there = limit_excess(one), limit_excess(other)
         for _ in range(5):
             step = there * (other - one) / (there - before)
@@ -223,15 +224,14 @@ def subjects_of(problem: Problem) -> list[Subject]:
     return found
 
 
-def random_designs(problem: Problem, seed: int = 0) -> Designs:
+def random_designs(problem: Problem) -> Designs:
     """Random designs of the search space of a scene; without one, its design with sizes varied a little."""
-    rng, space = np.random.default_rng(seed), sweep_space(problem)
+    rng, space = np.random.default_rng(0), sweep_space(problem)
     count = 4 * DESIGN_COUNT  # some cannot be assembled
     if space.designs_per_problem >= REFERENCE_COUNT:
         designs = space.designs(rng.integers(0, space.designs_per_problem, count))
     else:
         share = {name: rng.uniform(0.9, 1.3, count) for name in ("size", "roller_radius", "offset")}
-        plain = problem.design.sizes.items()
-        sizes = {name: value * share.get(name, np.ones(count)) for name, value in plain}
+        sizes = {name: value * share.get(name, np.ones(count)) for name, value in problem.design.sizes.items()}
         designs = problem.design.with_values(sizes)
     return designs.take(problem.setup.mechanism.can_assemble(designs, problem.programme)).take(slice(DESIGN_COUNT))

@@ -15,7 +15,6 @@ import pyarrow as pa
 from camopt.core.engines import Engine
 from camopt.core.engines.progress import Progress, report_progress
 from camopt.core.engines.threads import Threads
-from camopt.core.numerics import FloatArray
 from camopt.core.numerics.clock import time_runs
 from camopt.core.quantities.display import Drawable
 from camopt.core.storage.tables import ARROW_TYPES, write_table
@@ -93,7 +92,15 @@ def measure_accuracy_costs(
     for done, rows in enumerate(chain.from_iterable(measured), start=1):
         found += rows
         report_progress(progress, done, count)
-    return AccuracyCosts(scene, _merge_rows_to_worst(found))
+    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for row in found:
+        groups.setdefault(tuple(row[name] for name in ROW_KEY), []).append(row)
+    worst = [
+        {name: max(row[name] for row in group) for name in group[0]}
+        | {"ns_per_design": sum(row["ns_per_design"] for row in group) / len(group)}
+        for group in groups.values()
+    ]
+    return AccuracyCosts(scene, worst)
 
 
 def _measure_programmes(scene_toml: str, programme_numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
@@ -110,11 +117,7 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
     some = range(max(min(REFERENCE_COUNT // subject.cost_factor, len(subject.designs)), 1))
     numbers, spent = time_runs(lambda: [subject.reference_with_50_digits(number) for number in some], 1)
     expected, alike, none = np.array(numbers), EQUAL_DIGITS, np.zeros(1, dtype=bool)
-    rows = [
-        _method_row(
-            (subject.name, REFERENCE_METHOD, alike), spent / len(some), np.array([alike]), alike, none, none
-        )
-    ]
+    measured = [((subject.name, REFERENCE_METHOD, alike), spent / len(some), np.array([alike]), alike, none, none)]
     limit = subject.truth - subject.sign * BEYOND_LIMIT * np.abs(subject.truth)
     for method in METHODS:
         value, seconds = time_runs(partial(subject.result_by_method, method), TIMED_RUNS, ENOUGH_SECONDS)
@@ -127,39 +130,18 @@ def _subject_rows(subject: Subject) -> list[dict[str, Any]]:
         errors = np.abs(value[: len(some)] / expected - 1.0)
         achieved = max(float(np.max(np.abs(end / value - 1.0))) for end in (far, near))
         asked = subject.name, method.name, float(method.setting)
-        rows.append(_method_row(asked, seconds / len(value), errors, achieved, held, possible))
-    return rows
-
-
-def _method_row(
-    row_key: tuple[str, str, float],
-    seconds: float,
-    errors: FloatArray,
-    achieved_relative_error: float,
-    proved_within_limit: Any,
-    possibly_within_limit: Any,
-) -> dict[str, Any]:
-    """A row; ``row_key`` is quantity, method and setting."""
-    return {
-        **dict(zip(ROW_KEY, row_key, strict=True)),
-        "ns_per_design": seconds * 1e9,
-        "error_max": float(errors.max()),
-        "error_median": float(np.median(errors)),
-        "achieved": achieved_relative_error,
-        "false_accept": float(proved_within_limit.mean()),
-        "undecided": float((possibly_within_limit & ~proved_within_limit).mean()),
-    }
-
-
-def _merge_rows_to_worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The worst of rows with the same quantity, method and setting."""
-    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-    for row in rows:
-        groups.setdefault(tuple(row[name] for name in ROW_KEY), []).append(row)
+        measured.append((asked, seconds / len(value), errors, achieved, held, possible))
     return [
-        {name: max(row[name] for row in group) for name in group[0]}
-        | {"ns_per_design": sum(row["ns_per_design"] for row in group) / len(group)}
-        for group in groups.values()
+        {
+            **dict(zip(ROW_KEY, row_key, strict=True)),
+            "ns_per_design": seconds * 1e9,
+            "error_max": float(errors.max()),
+            "error_median": float(np.median(errors)),
+            "achieved": achieved,
+            "false_accept": float(held.mean()),
+            "undecided": float((possible & ~held).mean()),
+        }
+        for row_key, seconds, errors, achieved, held, possible in measured
     ]
 
 
