@@ -1,6 +1,9 @@
 """Points of a cam for a machine or another program: displacement, pitch curve, profile, cutter path, loads."""
 
 import os
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,22 +12,30 @@ from numpy.typing import ArrayLike
 from pyarrow import csv
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, displacement_unit, motion_peak_name
+from camopt.core.numerics import ComplexArray, FloatArray, IntArray
+from camopt.core.quantities import (
+    AT_FOLLOWER,
+    DERIVATIVE_UNITS,
+    QUANTITIES,
+    displacement_unit,
+    motion_peak_name,
+)
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.core.storage.files import atomically_written_file, checked_suffix
 from camopt.core.storage.tables import write_table
 from camopt.core.storage.version import VERSION
 from camopt.model.effects import EvaluationBlock
+from camopt.model.effects.contacts import CONTACT_NAMES
 from camopt.model.effects.curvature import CUTTER_RADIUS
+from camopt.model.effects.force import CONTACT_FORCES
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms.elements import WHICH_DISC
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.scene import Scene
+from camopt.show.drawing.loads import load_panels
 from camopt.show.drawing.picture import Picture
-from camopt.show.exporting.loads import LOAD_COLUMNS, load_column_name, loads_at
 from camopt.show.exporting.spacing import angles_in_steps, angles_within_chord
 from camopt.show.exporting.workpiece import CurveInFile, Export, Workpiece
 from camopt.solve.contour.curve import CamCurve, cam_discs, disc_curves
@@ -35,6 +46,10 @@ from camopt.solve.tables.result import Columns
 from camopt.solve.tables.table import to_arrow_table
 from camopt.solve.tables.workbook import write_workbook
 from camopt.solve.verdicts.effect_runs import run_effects
+
+PIECE_END_ANGLE = 1e-12  # rad: a closer angle counts as the end of a piece
+PIECE_OFFSET = 1e-13  # rad: distance of samples from an angle between two pieces
+LEAST_JUMP_SHARE = 1e-9  # share of the largest load: a smaller difference is no jump
 
 COLUMN_NOTES = {
     "cam_angle_deg": ("deg", "Cam angle."),
@@ -224,6 +239,93 @@ def _point_angles(
         return [curve.evaluate_by_span(np.radians(degrees), curve.points) for curve in curves.values()]
 
     return angles_within_chord(chord, starts, points_at)
+
+
+@dataclass(frozen=True)
+class _PictureAtAngles(Picture):
+    """A picture with samples at given cam angles [deg], and in the middle of pieces without any."""
+
+    degrees: FloatArray
+
+    @cached_property
+    def piece_boundaries(self) -> FloatArray:
+        """Starts of the pieces, and the end of the turn [rad]."""
+        table = self.problem.programme.table
+        first = table.first_panel[:-1]
+        return np.append(table.centre[first] - table.half_width[first], 2.0 * np.pi)
+
+    @cached_property
+    def sample_numbers_and_angles_by_piece(self) -> list[tuple[IntArray, FloatArray]]:
+        """Samples of each piece: their numbers and cam angles [rad].
+
+        An angle between two pieces, such as 0 and 360 deg, has a sample before it, at it and after it.
+        """
+        numbers, angles = np.tile(np.arange(self.degrees.size), 3), np.radians(self.degrees)
+        repeated = np.concatenate([angles, angles + 2.0 * np.pi, angles - 2.0 * np.pi])
+        pieces = []
+        for start, end in pairwise(self.piece_boundaries):
+            here = (repeated >= start - PIECE_END_ANGLE) & (repeated <= end + PIECE_END_ANGLE)
+            first = here & (repeated <= start + PIECE_END_ANGLE)
+            inside = np.clip(repeated[here], start + PIECE_OFFSET, end - PIECE_OFFSET)
+            pieces.append(
+                (
+                    np.append(numbers[here], numbers[first]),
+                    np.append(inside, np.full(np.count_nonzero(first), start)),
+                )
+            )
+        return pieces
+
+    @cached_property
+    def angles_of_pieces(self) -> list[FloatArray]:
+        pieces = zip(self.sample_numbers_and_angles_by_piece, pairwise(self.piece_boundaries), strict=True)
+        return [angles if angles.size else np.array([(start + end) / 2]) for (_, angles), (start, end) in pieces]
+
+
+def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
+    """Loads by column, named as the quantity without "max" or "min": ``contact_force_N``, ``torque_N_m``, …
+
+    A load that is infinite somewhere has no column. Columns of two contacts are ``first_…`` and ``second_…``. At a
+    jump, the column has the side with the larger magnitude; the smaller value if the quantity is a minimum.
+    """
+    sampled = _PictureAtAngles(picture.scene, picture.problem, degrees)
+    columns = dict[str, FloatArray]()
+    for panel in load_panels(sampled, with_unusual_forces=True):
+        # no quantity is the extreme of a force at one of two contacts
+        quantity = panel.quantity or CONTACT_FORCES[0]
+        name = load_column_name(quantity)
+        rank = np.negative if "_min" in quantity else np.abs
+        values = {name: panel.values}
+        if panel.other is not None:
+            names = [f"{place}_{name}" for place in CONTACT_NAMES]
+            values = dict(zip(names, (panel.values, panel.other), strict=True))
+        columns |= {name: _values_at_angles(sampled, each, rank) for name, each in values.items()}
+    return columns
+
+
+def _values_at_angles(
+    sampled: _PictureAtAngles, values_by_piece: list[FloatArray], rank_function: np.ufunc
+) -> FloatArray:
+    """Values of pieces in the order of the given cam angles; the highest rank if an angle has several values."""
+    samples = sampled.sample_numbers_and_angles_by_piece
+    numbers = np.concatenate([numbers for numbers, _ in samples])
+    loads = np.concatenate([v for v, (kept, _) in zip(values_by_piece, samples, strict=True) if kept.size])
+    spans = zip(samples, pairwise(sampled.piece_boundaries), strict=True)
+    beside_boundary = np.concatenate(
+        [(a == start + PIECE_OFFSET) | (a == end - PIECE_OFFSET) for (_, a), (start, end) in spans]
+    )
+    ranks = rank_function(loads) - LEAST_JUMP_SHARE * np.abs(loads).max(initial=0.0) * beside_boundary
+    order, values = np.argsort(ranks, kind="stable"), np.empty(sampled.degrees.size)
+    values[numbers[order]] = loads[order]
+    return values
+
+
+def load_column_name(quantity: str) -> str:
+    """The column of a load over the turn, by the quantity that is its extreme."""
+    return quantity.replace("_max", "").replace("_min", "")
+
+
+LOAD_COLUMNS = {load_column_name(name): quantity for name, quantity in QUANTITIES.items()}
+"""Quantity of each column of loads."""
 
 
 def write_points(

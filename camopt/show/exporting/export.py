@@ -145,8 +145,7 @@ def check_makable(problem: Problem) -> None:
         for one, other in zip(curve.spans, after, strict=False):
             ends = curve.points(one, np.array([one.end])), curve.points(other, np.array([other.start]))
             if np.abs(ends[1] - ends[0])[0] > GAP_MM:
-                degrees = np.degrees(one.end)
-                faults.append(f"the velocity jumps at {degrees:.6g}°, and the {name} has a gap there")
+                faults.append(f"the velocity jumps at {np.degrees(one.end):.6g}°, and the {name} has a gap there")
     if faults:
         raise BadInput([Mistake(problem.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
 

@@ -97,8 +97,7 @@ def _write_in_plane(work: Workpiece, path: Path, settings: Milling) -> Export:
     if settings.depth is None and mechanism.body.flank_height:
         settings = replace(settings, depth=work.flank_height)
     elif settings.depth is None and thickness is not None:  # through the plate, but not into parts below
-        overrun = min(DEPTH_OVERRUN, work.free_depth_below_plate / 2)
-        settings = replace(settings, depth=thickness + overrun)
+        settings = replace(settings, depth=thickness + min(DEPTH_OVERRUN, work.free_depth_below_plate / 2))
     _check_milling(work, settings)
     assert settings.cutter_radius is not None
     assert settings.feed is not None
@@ -234,8 +233,7 @@ def _fit_and_round_path(
     dwells = [k for k, span in enumerate(fitted.spans) if curve.spans[span].is_dwell]
     if dwells:  # start in the middle of the longest one
         longest = dwells[int(np.argmax(np.abs(fitted.chords[dwells])))]
-        halved = fitted.divide_arcs(np.where(np.arange(len(fitted)) == longest, 2, 1))
-        fitted = halved.start_at_vertex(longest + 1)
+        fitted = fitted.divide_arcs(np.where(np.arange(len(fitted)) == longest, 2, 1)).start_at_vertex(longest + 1)
     path = _straighten_wide_arcs(curve, fitted, digit_mm, largest_radius)
     vertices = (
         np.round(path.vertices.real / digit_mm) * digit_mm + 1j * np.round(path.vertices.imag / digit_mm) * digit_mm

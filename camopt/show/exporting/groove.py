@@ -140,8 +140,7 @@ def largest_undercut_radius(groove: Groove) -> float | None:
     """The largest radius of a section with undercut [mm], where a wall runs back as the cam turns; None without."""
     undercut, radii = list[float](), groove.section_radii
     for sector, side in product(groove.sectors(), WALL_SIDES):
-        angles = np.linspace(sector.start, sector.end, WALL_SAMPLES)
-        wall = groove.wall_points(sector.span, angles, radii, side)
+        wall = groove.wall_points(sector.span, np.linspace(sector.start, sector.end, WALL_SAMPLES), radii, side)
         moved = radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
         runs_on = ((moved * wall.pitch_tangent[1:].conjugate()).real >= 0.0).all(axis=0)
         undercut += radii[~runs_on].tolist()  # also where the wall does not exist

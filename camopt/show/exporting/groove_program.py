@@ -266,8 +266,7 @@ def _write_groove_head(
     program.comment(f"{axes.along} zero: {zero}; Y and {axes.radial} zero: axis of the cam")
     program.comment(f"{axes.rotary} in deg: angle of the cutter on the cam, right-handed about {axes.along};")
     program.comment(f"{axes.rotary} zero: cam angle 0 below the cutter")
-    modes = (each.replace("G17", axes.plane) for each in program.words.modes)
-    program.add_lines(*modes, *program.words.turning)
+    program.add_lines(*(each.replace("G17", axes.plane) for each in program.words.modes), *program.words.turning)
 
 
 def notes_on_metal_left_by_cutter(work: Workpiece, cutter_radius: float) -> Iterator[str]:

@@ -111,14 +111,12 @@ def _disc_circles_and_centre_marks(work: Workpiece, corners: np.ndarray) -> Iter
         yield Layer(f"{disc.curve_name_prefix}base-circle", CHAIN_LINE, circles=(Circle(base),))
         if prime != base and not disc.problem.setup.mechanism.flat_faced:
             yield Layer(f"{disc.curve_name_prefix}prime-circle", CHAIN_LINE, circles=(Circle(prime),))
-    if part.hub_diameter:
-        yield Layer("hub", VISIBLE, circles=(Circle(part.hub_diameter / 2),))
-    if part.outer_diameter:
-        yield Layer("edge", VISIBLE, circles=(Circle(part.outer_diameter / 2),))
+    round_bore = None if part.keyway_width else part.bore
+    for name, diameter in ("hub", part.hub_diameter), ("edge", part.outer_diameter), ("bore", round_bore):
+        if diameter:
+            yield Layer(name, VISIBLE, circles=(Circle(diameter / 2),))
     if part.bore and part.keyway_width:
         yield Layer("bore", VISIBLE, (bore_with_keyway(part),))
-    elif part.bore:
-        yield Layer("bore", VISIBLE, circles=(Circle(part.bore / 2),))
     across = complex(left - beyond), complex(right + beyond)
     up = complex(0.0, low - beyond), complex(0.0, high + beyond)
     yield Layer("centre", CHAIN_LINE, lines=(across, up))

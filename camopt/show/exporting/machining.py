@@ -62,8 +62,7 @@ class Milling:
                 yield Mistake("camopt", name, None, "missing; a program for a CNC machine needs it", bare=True)
         for name, other in (("spindle", "tool"), ("roughing_feed", "roughing"), ("depth_step", "depth")):
             if getattr(self, name) is not None and not getattr(self, other):
-                why = f"needs {other}"
-                yield Mistake("camopt", name, getattr(self, name), why, bare=True)
+                yield Mistake("camopt", name, getattr(self, name), f"needs {other}", bare=True)
         yield from self._range_mistakes()
         least = least_chord(self.decimals)
         if not self.chord >= least:

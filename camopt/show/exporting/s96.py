@@ -26,10 +26,9 @@ def write(work: Workpiece, path: Path) -> Export:
     lifts = programme.motion_at(np.radians(degrees % 360.0))[0] / MM_PER_UNIT[S96_UNIT]
     rows = [*lifts, *lifts[:S96_REPEATED]]
     write_text(path, "".join(f"{max(lift, 0.0):.{S96_DECIMALS}f}\n" for lift in rows))
-    least = 0.5 * 10.0**-S96_DECIMALS
     notes = (
         [f"the first and last {S96_REPEATED} rows are not all on the base circle, as grinders expect"]
-        if lifts[:S96_REPEATED].max() > least
+        if lifts[:S96_REPEATED].max() > 0.5 * 10.0**-S96_DECIMALS
         else []
     )
     return Export(path, about={"lines": len(rows), "lift_max_mm": programme.lift}, notes=tuple(notes))

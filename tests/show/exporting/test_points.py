@@ -6,7 +6,7 @@ import pytest
 import camopt
 from camopt import BadInput, cam_points, evaluate, find_scene
 from camopt.cli.main import main
-from camopt.show.exporting.loads import load_column_name
+from camopt.show.exporting.cam_points import load_column_name
 
 LOADED = {
     "cam.rpm": 300,
