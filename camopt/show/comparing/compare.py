@@ -181,10 +181,9 @@ class Comparison(Result, Drawable):
             if only:
                 yield f"Only in {name}: {', '.join(only)}"
         for names, pair in self.scenes.items():
-            settings = differing_settings_in_shown_units(*pair).items()
             rows = [
                 {"key": key, "A": _short_value_text(a), "B": _short_value_text(b), "unit": unit}
-                for key, (a, b, unit) in settings
+                for key, (a, b, unit) in differing_settings_in_shown_units(*pair).items()
             ]
             yield ""
             yield table_of(f"Settings that differ ({names})", rows, ["key", "A", "B", "unit"])

@@ -85,11 +85,10 @@ def cams_page(
     several = len(cams) > 1
     pictures = [Picture(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
     words = [cam_sentences(picture) for picture in pictures]
-    head = [*([] if several else words[0]), *summaries]
     lines = [
         *_verdict_cells(cams, limits, labels),
         *_warning_cells(evaluations, labels),
-        *(Cell(text) for text in head),
+        *(Cell(text) for text in [*([] if several else words[0]), *summaries]),
     ]
     if any(picture.undercut for picture in pictures):
         lines.append(Cell(UNDERCUT_NOTE))

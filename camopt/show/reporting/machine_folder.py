@@ -9,6 +9,7 @@ import re
 import shutil
 from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -127,18 +128,17 @@ def _write_cam_files(cam: MachineCam, staging: Path) -> Iterator[str]:
 
 def parts_list_rows(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[dict[str, Any]]:
     """The rows of the parts list: each cam, its rollers and its springs, with their number."""
-    number, phases = 0, {station.name: station.phase for station in machine.station}
+    numbers, phases = count(1), {station.name: station.phase for station in machine.station}
     for cam in cams:
-        scene, part, count = cam.scene, cam.scene.whole_part, len(cam.stations)
+        scene, part, quantity = cam.scene, cam.scene.whole_part, len(cam.stations)
         mechanism, dynamics = scene.mechanism, scene.follower.dynamics
         discs = 2 if mechanism.second_contact_size_keys else 1
-        common = {"quantity": count, "stations": ", ".join(cam.stations)}
-        number += 1
+        common = {"quantity": quantity, "stations": ", ".join(cam.stations)}
         yield {
-            "item": number,
+            "item": next(numbers),
             "part": part.name,
             **common,
-            "quantity": count * discs,
+            "quantity": quantity * discs,
             "phase deg": ", ".join(f"{phases[name]:g}" for name in cam.stations),
             "number": part.number or "",
             "material": part.material or "",
@@ -151,14 +151,13 @@ def parts_list_rows(machine: Machine, cams: Sequence[MachineCam]) -> Iterator[di
             "drawing": f"{cam.stem}.pdf",
         }
         if scene.tip.radius and scene.follower.roller_radius and scene.tip.name == "roller":
-            number += 1
-            rollers = {**common, "quantity": count * (1 + len(mechanism.further_contacts))}
-            yield {"item": number, "part": "Roller", **rollers, "diameter mm": 2.0 * scene.follower.roller_radius}
+            rollers = {**common, "quantity": quantity * (1 + len(mechanism.further_contacts))}
+            size = {"diameter mm": 2.0 * scene.follower.roller_radius}
+            yield {"item": next(numbers), "part": "Roller", **rollers, **size}
         if dynamics and dynamics.spring_rate:
-            number += 1
             unit = "N·m/rad, N·m" if mechanism.motion.angular and not scene.straight_spring else "N/mm, N"
             spring = {"rate": dynamics.spring_rate, "preload": dynamics.preload or 0.0, "rate and preload in": unit}
-            yield {"item": number, "part": "Spring", **common, **spring}
+            yield {"item": next(numbers), "part": "Spring", **common, **spring}
 
 
 def _cam_mass_kg_or_empty(scene: Scene) -> float | str:

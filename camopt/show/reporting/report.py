@@ -147,8 +147,7 @@ def page_items(what: Any) -> Iterable[PageItem]:
     scene = getattr(what, "scene", None)
     if isinstance(what, Result) and isinstance(scene, Scene):
         return [ShownCam(scene.name, scene, result=what)]
-    frame = getattr(what, "attrs", None)
-    if frame is None:
+    if getattr(what, "attrs", None) is None:
         raise BadInput([Mistake("camopt", "what", type(what).__name__, "a result of camopt, a scene, or a path")])
     if getattr(what, "ndim", 2) == 1:  # a row of a table
         return _scene_items(scene_of(what))
@@ -248,10 +247,8 @@ def _folder_items(folder: Path) -> Iterable[ShownCam | ResultRows]:
         sentence = str(summary.get(SENTENCE_KEYS[shown_system()], ""))
         cams = [ShownCam("new laws", _read_result_scene(folder / SCENE_FILE, manifest), sentence)]
         if KNOWN_FILE in names:
-            known = ShownCam(
-                f"known law: {summary.get('known_law')}", _read_result_scene(folder / KNOWN_FILE, manifest)
-            )
-            cams.insert(0, known)
+            known = _read_result_scene(folder / KNOWN_FILE, manifest)
+            cams.insert(0, ShownCam(f"known law: {summary.get('known_law')}", known))
         return cams
     if optima := result_paths(folder, OPTIMUM, manifest):
         return _smallest_cams_for_page(

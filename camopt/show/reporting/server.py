@@ -25,8 +25,7 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.scene.machine import Machine
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.show.reporting.machine_session import MachineSession
-from camopt.show.reporting.session import PageSession, Session, answer_request
+from camopt.show.reporting.session import MachineSession, PageSession, Session, answer_request
 from camopt.solve.smallest.optimise import with_all_sizes
 
 HOST = "127.0.0.1"

@@ -1,7 +1,7 @@
-"""Requests of the page with sliders and their answers, without the network.
+"""Requests of the pages with sliders, of a cam and of a machine, and their answers, without the network.
 
-Between requests only the scene of the start is kept: each request has the values of all controls. Answers are plain
-mappings for JSON.
+Between requests only the scene or machine of the start is kept: each request has the values of all controls.
+Answers are plain mappings for JSON.
 """
 
 import re
@@ -12,10 +12,11 @@ from math import isinf
 from pathlib import Path
 from typing import Any, Protocol
 
-from camopt.core.mistakes import BadInput, Mistake
+from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics.budget import Budget
 from camopt.core.quantities import in_column_order
 from camopt.core.quantities.unit_systems import to_shown_unit
+from camopt.core.storage.files import write_text
 from camopt.model.effects import available_quantities
 from camopt.scene.machine import Machine
 from camopt.scene.problem.limit import ASSEMBLY
@@ -27,6 +28,7 @@ from camopt.show.drawing.picture import Picture
 from camopt.show.reporting.cam_data import cam_data
 from camopt.show.reporting.cams import Chapter, ShownCam, cam_chapters, cam_sentences, cams_page, has_tolerances
 from camopt.show.reporting.controls import FOLDED_GROUPS, Control, control_values, controls_of, scene_with_settings
+from camopt.show.reporting.machine import machine_page_data_and_template_values
 from camopt.show.reporting.page import figure_url, render_page
 from camopt.show.reporting.search import BackgroundSearch
 from camopt.show.reporting.sections import (
@@ -36,6 +38,7 @@ from camopt.show.reporting.sections import (
     verdict_line,
     verdicts_table,
 )
+from camopt.solve.machine.evaluation import evaluate_machine
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Cell, Table
 from camopt.solve.tolerances.batch import yield_of_cams
@@ -50,6 +53,7 @@ Answer = Callable[[Mapping[str, Any]], PageAnswer]
 QUICK_PROOF_WORK = 1e4  # most work to decide limits within rounding, while a control moves
 MOVING_CAMS, RESTING_CAMS = 256, 4096
 """Cams drawn for the yield in a sentence, while a control moves and when it rests."""
+PHASE_STEP = 0.5  # deg
 SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
@@ -214,6 +218,82 @@ class Session:
         """Write the scene into the folder; ``overwrite`` allows to replace a file."""
         scene = self.scene_of_request(request)
         return save_in_folder(self.folder, request, lambda path: write_scene(path, scene))
+
+
+@dataclass(frozen=True)
+class MachineSession:
+    """A machine with a slider for each phase, and the folder for saved machines."""
+
+    machine: Machine
+    folder: Path
+
+    @property
+    def answers(self) -> Mapping[str, Answer]:
+        """Answers to requests, by the last part of their address."""
+        return {"move": self.check_phases, "settle": self.machine_answer, "save": self.save_machine}
+
+    def close(self) -> None:
+        """Nothing works in the background."""
+
+    @cached_property
+    def controls(self) -> list[Control]:
+        """A slider for each phase: over its range in ``search.phase``, or over a turn."""
+        controls = []
+        for station in self.machine.station:
+            low, high = self.machine.search.phase.get(station.name, (0.0, 360.0))
+            ends = min(low, station.phase), max(high, station.phase)
+            controls.append(Control(station.name, "Phases", station.name, "deg", station.phase, *ends, PHASE_STEP))
+        return controls
+
+    def machine_of_request(self, request: Mapping[str, Any]) -> Machine:
+        """The machine with the phases of a request."""
+        known = {control.key for control in self.controls}
+        mistakes = [
+            Mistake("page", name, None, f"not a station; {suggest_names(name, known)}", bare=True)
+            if name not in known
+            else Mistake("page", name, value, "a number")
+            for name, value in request["values"].items()
+            if name not in known or not isinstance(value, float)
+        ]
+        if mistakes:
+            raise BadInput(mistakes)
+        return self.machine.with_phases(request["values"])
+
+    def page(self) -> str:
+        """The HTML of the page as it opens."""
+        data, parts = machine_page_data_and_template_values(evaluate_machine(self.machine))
+        return render_page(
+            "serve_machine",
+            self.machine.name,
+            {**data, "own": {control.key: control.value for control in self.controls}},
+            **parts,
+            file=f"{file_stem(self.machine)}.toml",
+            folder=str(self.folder.resolve()),
+            full=False,
+            controls=self.controls,
+        )
+
+    def check_phases(self, request: Mapping[str, Any]) -> PageAnswer:
+        """Nothing, or mistakes: while a slider moves, the page itself turns the cams."""
+        self.machine_of_request(request)
+        return {}
+
+    def machine_answer(self, request: Mapping[str, Any]) -> PageAnswer:
+        """The machine when the sliders rest: its timing diagram, verdict and tables."""
+        data, parts = machine_page_data_and_template_values(evaluate_machine(self.machine_of_request(request)))
+        return {
+            "data": data,
+            "timing": parts["timing"],
+            "lines": parts["lines"],
+            "tables": [asdict(table) for table in parts["tables"]],
+        }
+
+    def save_machine(self, request: Mapping[str, Any]) -> PageAnswer:
+        """Write the machine into the folder; ``overwrite`` allows to replace a file."""
+        machine = self.machine_of_request(request)
+        if self.folder.resolve() != (machine.folder or Path()).resolve():
+            machine = machine.with_files_inside()
+        return save_in_folder(self.folder, request, lambda path: write_text(path, machine.to_toml()))
 
 
 def save_in_folder(folder: Path, request: Mapping[str, Any], write: Callable[[Path], None]) -> PageAnswer:

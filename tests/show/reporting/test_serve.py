@@ -26,10 +26,9 @@ from camopt.core.kernels import compile
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.reporting import search
 from camopt.show.reporting.controls import controls_of, scene_with_settings
-from camopt.show.reporting.machine_session import MachineSession
 from camopt.show.reporting.sections import number_text_with_minus_sign
 from camopt.show.reporting.server import MOST_BYTES, MOST_UNKNOWN_CONNECTIONS, open_server
-from camopt.show.reporting.session import Session, answer_request
+from camopt.show.reporting.session import MachineSession, Session, answer_request
 from camopt.solve.tolerances.batch import yield_of_cams
 
 MOVES = {
