@@ -111,16 +111,13 @@ def _add_columns(case: EvaluationBlock, wanted_quantities: frozenset[str], known
             known_columns |= {key: value for key, value in results.items() if key in needed}
 
 
-def _effect_for_all_contacts(effect: Effect) -> Effect:
-    """An effect for followers with any number of contacts."""
-    if effect.is_per_contact:
-        return worst_contact_effect(effect, _add_columns)
-    return effect_of_single_discs_only(effect) if effect.is_single_disc else effect
-
-
-_PAIR_EFFECT = per_contact_effect(_ONE_CONTACT_EFFECTS, _add_columns)
 EFFECTS: dict[str, Effect] = {
-    e.name: _effect_for_all_contacts(e) for e in (*_ONE_CONTACT_EFFECTS.values(), _PAIR_EFFECT)
+    effect.name: worst_contact_effect(effect, _add_columns)
+    if effect.is_per_contact
+    else effect_of_single_discs_only(effect)
+    if effect.is_single_disc
+    else effect
+    for effect in (*_ONE_CONTACT_EFFECTS.values(), per_contact_effect(_ONE_CONTACT_EFFECTS, _add_columns))
 }
 """Every effect by name, in the order in which effects run: the cheapest first."""
 

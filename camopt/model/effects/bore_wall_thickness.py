@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
-from camopt.model.effects.necessary_conditions import NecessaryConditions
+from camopt.model.effects.effect import Effect, EvaluationBlock, NecessaryConditions, Setup
 from camopt.model.mechanisms.elements import INNER_SIDE
 
 WALL = "hub_wall_min_mm"
@@ -24,10 +23,6 @@ WALL = "hub_wall_min_mm"
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return (WALL,)
-
-
-def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
-    return {} if setup.solid.bore_radius else {WALL: ("part.bore",)}
 
 
 def cam_radius_for_wall(setup: Setup, wall_thickness: float) -> float:
@@ -48,16 +43,14 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     return {WALL: np.minimum(wall, solid.hub_radius - solid.bore_reach) if solid.hub_radius else wall}
 
 
-def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> NecessaryConditions:
-    return NecessaryConditions(least_size=cam_radius_for_wall(setup, bound))
-
-
 EFFECT = Effect(
     "wall",
     offered_quantities,
     evaluate_columns,
-    missing_keys_by_quantity,
-    necessary_conditions=necessary_conditions,
+    lambda setup: {} if setup.solid.bore_radius else {WALL: ("part.bore",)},
+    necessary_conditions=lambda setup, name, bound: NecessaryConditions(
+        least_size=cam_radius_for_wall(setup, bound)
+    ),
     is_of_sizes=True,
     is_per_contact=True,
 )

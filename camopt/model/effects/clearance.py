@@ -39,7 +39,6 @@ from camopt.model.effects import force
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
 from camopt.model.effects.flight import (
-    FlankCrossings,
     Flights,
     Followers,
     HalfGap,
@@ -137,10 +136,11 @@ def crossing_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
         return maxima
 
     columns: dict[str, Any] = {}
-    ends, speed, crosses = None, -flights.side * flights.slope, np.ones(design.size, dtype=bool)
+    # without a clearance each flight lands where it begins
+    zeros = np.zeros(design.size)
+    ends, speed = Landings(flights.angle, flights.panel, zeros, zeros, zeros == 0.0), -flights.side * flights.slope
     if setup.given.drive.clearance is not None:
         ends, speed = find_landings_and_speeds(case, flights, followers)
-        crosses = ends.crosses
         columns |= {
             CROSSING_SPEED: largest_per_design(speed),
             CROSSING_TIME: largest_per_design((speed > 0.0) * ends.length / omega * 1e3),
@@ -149,11 +149,11 @@ def crossing_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
             columns[LEADING_SPEED] = largest_per_design(
                 _small_gap_landing_speeds(case, followers, flights, half_clearance_along_motion(case))
             )
-    columns[CROSSING_COUNT] = np.bincount(design, weights=crosses, minlength=count)
+    columns[CROSSING_COUNT] = np.bincount(design, weights=ends.crosses, minlength=count)
     if CROSSING_ANGLE in wanted_quantities:
         columns[CROSSING_ANGLE] = _fastest_crossing_angles_deg(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.has_flanks_on_both_sides:
-        slip = crosses * (2.0 * omega * _trace_point_speeds_at_landings(case, flights, ends))
+        slip = ends.crosses * (2.0 * omega * _trace_point_speeds_at_landings(case, flights, ends))
         radius = case.designs.roller_radius[design]
         columns |= {
             SLIP_SPEED: largest_per_design(slip / 1e3),
@@ -174,9 +174,9 @@ def find_landings_and_speeds(
     A flight that would begin while the follower still flies does not take place; its speed is 0.
     """
     ends = simulate_flights(case.programme, followers, flights, half_clearance_along_motion(case))
-    count = flights.design.size
     begun = ~np.isin(
-        np.arange(count), _following_crossing_index(flights)[ends.length > _angle_to_next_crossing(flights)]
+        np.arange(flights.design.size),
+        _following_crossing_index(flights)[ends.length > _angle_to_next_crossing(flights)],
     )
     omega = followers.omega[flights.setting]
     ends = ends._replace(crosses=ends.crosses & begun)
@@ -196,11 +196,7 @@ def flights_and_followers_by_setting(case: EvaluationBlock) -> tuple[Flights, Fo
     numbers = np.array([part.angle.size for part in crossings], dtype=int)[which.reshape(-1)]
     design = np.repeat(np.arange(count), numbers)
     parts = [crossings[k] for k in which.reshape(-1)]
-    joined = FlankCrossings(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in FlankCrossings._fields)
-    )
-    starts = joined.angle, joined.panel, joined.side, joined.slope, joined.jump
-    flights = Flights(design, which.reshape(-1)[design], *starts)
+    flights = Flights(design, which.reshape(-1)[design], *map(np.concatenate, zip(*parts, strict=True)))
     speed = np.sqrt(rows[4])
     series = force.force_polynomials_by_panel(case.programme, [*rows])
     return flights, Followers(settings[-1], rows[1] / speed, rows[0], speed, series)
@@ -245,14 +241,11 @@ def _fastest_crossing_angles_deg(landing_speeds: FloatArray, flights: Flights, d
     return angles
 
 
-def _trace_point_speeds_at_landings(
-    case: EvaluationBlock, flights: Flights, landings: Landings | None
-) -> FloatArray:
-    """Speed of the trace point N_p at the landings, or at the crossings if there is no clearance [mm/rad]."""
+def _trace_point_speeds_at_landings(case: EvaluationBlock, flights: Flights, landings: Landings) -> FloatArray:
+    """Speed of the trace point N_p at the landings [mm/rad]."""
     make = case.setup.mechanism.trace_speed_curve_maker
     assert make is not None
-    table = case.programme.table
-    panel, angle = (flights.panel, flights.angle) if landings is None else (landings.panel, landings.angle)
+    table, panel, angle = case.programme.table, landings.panel, landings.angle
     place = np.clip((angle - table.centre[panel]) / table.half_width[panel], -1.0, 1.0)
     return np.asarray(
         curve_value(
@@ -265,7 +258,7 @@ def skidding_times_after_landing(
     case: EvaluationBlock,
     followers: Followers,
     flights: Flights,
-    landings: Landings | None,
+    landings: Landings,
     slip_speed_mm_s: FloatArray,
 ) -> FloatArray:
     """Time in which friction turns the roller after a landing [s]; infinite if not before the next crossing."""
@@ -273,7 +266,7 @@ def skidding_times_after_landing(
     count, design = len(designs), flights.design
     inertia, friction = (np.broadcast_to(each, count)[design] for each in (drive.roller_inertia, drive.friction))
     radius, omega = designs.roller_radius[design], followers.omega[flights.setting]
-    panel, angle = (flights.panel, flights.angle) if landings is None else (landings.panel, landings.angle)
+    panel, angle = landings.panel, landings.angle
     place = (angle - table.centre[panel]) / table.half_width[panel]
     tangent = curve_value(
         case.setup.mechanism.pressure(designs, case.programme),

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST
+from camopt.core.numerics import LARGEST, Number
 from camopt.core.numerics.curves import Linear
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import IDENTITY_SCALE, MultipleScale, Peak
@@ -57,7 +57,7 @@ def _constant_contact_distance_curve(setup: Setup, designs: Designs, programme: 
     return Linear(none, none, none, _contact_distance(setup, designs, programme) + none)
 
 
-def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> Number:
     """Distance of the contacts [mm or rad]."""
     mechanism, lift = setup.mechanism, programme.lift
     if mechanism.has_rib:

@@ -3,18 +3,18 @@
 An effect is written for one contact. If the follower has further contacts (``Mechanism.further_contacts``), the
 effect runs once for each, with the sizes and curves of that contact. The worst value is the largest of a quantity
 that should be small, and the least of one that should be large. Peaks of a further contact are peaks over the same
-motion; their curves and scales take the sizes at that contact (``contact_peak``).
+motion; their curves and scales take the sizes at that contact (``contact_peaks``).
 """
 
 from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import wraps
+from functools import reduce, wraps
 from operator import is_
 from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics import FloatArray, IntArray, Number
 from camopt.core.quantities import QUANTITIES
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, no_columns
 from camopt.model.effects.peak import NumberKind, Peak, Scale, unit_weight
@@ -103,10 +103,10 @@ def quantities_that_differ_by_design(case: EvaluationBlock) -> frozenset[str]:
     )
 
 
-def smallest_disc_size(setup: Setup, designs: Designs) -> Any:
+def smallest_disc_size(setup: Setup, designs: Designs) -> Number:
     """Size of the smallest disc that the follower touches [mm]."""
     further = (contact.local_designs(designs).size for contact in setup.mechanism.further_contacts)
-    return _worst_value(np.minimum, [designs.size, *further])
+    return reduce(np.minimum, [designs.size, *further])
 
 
 def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
@@ -165,44 +165,26 @@ def _worst_column(name: str, values: list[Any]) -> Any:
     """The worst of the values of a quantity at the contacts."""
     worse = np.minimum if QUANTITIES[name].limit_sign < 0.0 else np.maximum
     if not any(isinstance(each, EnclosedValue) for each in values):
-        return _worst_value(worse, values)
+        return reduce(worse, values)
     bounded = [
         each if isinstance(each, EnclosedValue) else EnclosedValue(each, 0.0, np.abs(each)) for each in values
     ]
-    value = _worst_value(worse, [each.value for each in bounded])
-    far = _worst_value(worse, [each.value + each.outward for each in bounded])
+    value = reduce(worse, [each.value for each in bounded])
+    far = reduce(worse, [each.value + each.outward for each in bounded])
     with np.errstate(invalid="ignore"):
         outward = np.where(np.isfinite(np.asarray(value, float)), np.asarray(far, float) - value, 0.0)
-    return EnclosedValue(value, outward, _worst_value(np.maximum, [each.scale for each in bounded]))
-
-
-def _worst_value(worse_of_two: Any, values: list[Any]) -> Any:
-    first, *rest = values
-    for each in rest:
-        first = worse_of_two(first, each)
-    return first
+    return EnclosedValue(value, outward, reduce(np.maximum, [each.scale for each in bounded]))
 
 
 @dataclass(frozen=True)
-class ContactCurve:
-    """A curve that takes the sizes of designs at a contact."""
+class FunctionAtContact:
+    """A maker of curves, or a weight, that takes the sizes of designs at a contact."""
 
-    make: Callable[[Designs, Programme], Any]
+    function: Callable[..., Any]
     local_designs: Callable[[Designs], Designs]
 
-    def __call__(self, designs: Designs, programme: Programme) -> Any:
-        return self.make(self.local_designs(designs), programme)
-
-
-@dataclass(frozen=True)
-class ContactWeight:
-    """A weight that takes the sizes of designs at a contact."""
-
-    weight: Callable[[Designs], Any]
-    local_designs: Callable[[Designs], Designs]
-
-    def __call__(self, designs: Designs) -> Any:
-        return self.weight(self.local_designs(designs))
+    def __call__(self, designs: Designs, *programme: Programme) -> Any:
+        return self.function(self.local_designs(designs), *programme)
 
 
 @dataclass(frozen=True)
@@ -216,27 +198,18 @@ class ContactScale(Scale):
     def is_decreasing(self) -> bool:  # type: ignore[override]
         return self.scale.is_decreasing
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return self.scale.quantity_from_extreme(extreme, self.local_designs(designs))
 
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         return self.scale.quantity_change(extreme, extreme_change, self.local_designs(designs))
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return self.scale.weighted_extreme_for_quantity(quantity, number_kind)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         weight = self.scale.curve_weight_by_design(quantity)
-        return weight if weight is unit_weight else ContactWeight(weight, self.local_designs)
-
-
-def contact_peak(peak: Peak, contact: FurtherContact) -> Peak:
-    """A peak of one contact, as a peak of the designs themselves."""
-    curves = tuple((ContactCurve(make, contact.local_designs), kinds) for make, kinds in peak.curves)
-    unit = peak.unit and ContactWeight(peak.unit, contact.local_designs)
-    return peak._replace(
-        curves=curves, scale=ContactScale(peak.scale, contact.local_designs), unit=unit, extremes=()
-    )
+        return weight if weight is unit_weight else FunctionAtContact(weight, self.local_designs)
 
 
 def contact_peaks(effect: Effect, setup: Setup, quantity_name: str) -> Iterator[Peak]:
@@ -245,10 +218,16 @@ def contact_peaks(effect: Effect, setup: Setup, quantity_name: str) -> Iterator[
         if peak := effect.peaks(setup).get(quantity_name):
             yield peak
         return
-    for contact in all_follower_contacts(setup):
-        if peak := effect.peaks(replace(setup, mechanism=contact.mechanism)).get(quantity_name):
-            first = contact.local_designs is _unchanged_designs
-            yield peak._replace(extremes=()) if first else contact_peak(peak, contact)
+    for mechanism, local in all_follower_contacts(setup):
+        peak = effect.peaks(replace(setup, mechanism=mechanism)).get(quantity_name)
+        if peak and local is not _unchanged_designs:
+            peak = peak._replace(
+                curves=tuple((FunctionAtContact(make, local), kinds) for make, kinds in peak.curves),
+                scale=ContactScale(peak.scale, local),
+                unit=peak.unit and FunctionAtContact(peak.unit, local),
+            )
+        if peak:
+            yield peak._replace(extremes=())
 
 
 CONTACT_QUANTITIES = (
@@ -267,8 +246,8 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
     def offered_quantities(setup: Setup) -> tuple[str, ...]:
         if not setup.mechanism.further_contacts:
             return ()
-        two_shapes = setup.mechanism.has_two_profiles  # a single disc has one shape
-        reported = CONTACT_QUANTITIES if two_shapes else CONTACT_QUANTITIES[-1:]
+        # a single disc has one shape
+        reported = CONTACT_QUANTITIES if setup.mechanism.has_two_profiles else CONTACT_QUANTITIES[-1:]
         known = {name for name in reported if name in effects[QUANTITIES[name].effect].offered_quantities(setup)}
         return tuple(f"{place}_{name}" for name in CONTACT_QUANTITIES if name in known for place in CONTACT_NAMES)
 

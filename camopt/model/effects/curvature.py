@@ -10,6 +10,7 @@ flat face touches the profile itself, and ρ is linear in y and y''. A corner of
 If the scene gives the profile, its radii are known.
 """
 
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,6 @@ from camopt.model.effects.peak import (
     ConvexRadiusScale,
     CutterRadiusScale,
     Peak,
-    cam_size_error_scale,
     is_infinite_by_velocity_jumps,
 )
 from camopt.model.effects.peak_columns import largest_and_least_columns, peak_column
@@ -55,7 +55,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         curves = ((mechanism.profile_radius, ALL_STROKES),)
-        radius = Peak(curves, LEAST, jumps=pointed, unit=cam_size_error_scale, open_at_zero=True)
+        radius = Peak(curves, LEAST, jumps=pointed, unit=attrgetter("size"), open_at_zero=True)
         return {
             CONVEX_RADIUS: radius._replace(
                 per_body=0.0 if mechanism.standard_profile_reduction is unreduced_designs else 1.0
@@ -91,48 +91,23 @@ def speed_rises_at_any_corner(programme: Programme) -> bool:
     return any(corner.size > 0.0 for corner in programme.corners)
 
 
-def input_quantities(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.curvature is None else PITCH_PAIR
-
-
 def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     """Extremes of the pitch curve's curvature, from which ``evaluate_columns`` computes the other quantities."""
-    mechanism = case.setup.mechanism
-    if mechanism.curvature is None:
+    if case.setup.mechanism.curvature is None:
         return {}
-    if case.programme.radii:
-        return _arc_curvature_columns(case)
-    known = peaks(case.setup)
-    return dict(zip(PITCH_PAIR, largest_and_least_columns(case, *map(known.__getitem__, PITCH_PAIR)), strict=True))
-
-
-def _arc_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
-    """Extremes of the pitch curve's curvature for a cam of arcs and lines, each of constant curvature."""
-    curvature = 1.0 / np.array(case.programme.radii)
-    most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
-    exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
-    return dict(
-        zip(PITCH_PAIR, (EnclosedValue(most, exact, scale), EnclosedValue(least, exact, scale)), strict=True)
-    )
+    if case.programme.radii:  # a cam of arcs and lines, each of constant curvature
+        curvature = 1.0 / np.array(case.programme.radii)
+        most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
+        exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
+        columns = EnclosedValue(most, exact, scale), EnclosedValue(least, exact, scale)
+    else:
+        columns = largest_and_least_columns(case, *map(peaks(case.setup).__getitem__, PITCH_PAIR))
+    return dict(zip(PITCH_PAIR, columns, strict=True))
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
-    return (
-        _flat_face_curvature_columns(case)
-        if case.setup.mechanism.curvature is None
-        else _trace_point_curvature_columns(case, wanted_quantities)
-    )
-
-
-def _flat_face_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
-    if case.programme.radii:
-        radius = np.full(len(case.designs), min(case.programme.radii))
-        return {CONVEX_RADIUS: EnclosedValue(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
-    least = peak_column(case, peaks(case.setup)[CONVEX_RADIUS])
-    return {CONVEX_RADIUS: least, "undercut": least.value <= 0.0}
-
-
-def _trace_point_curvature_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
+    if case.setup.mechanism.curvature is None:
+        return _flat_face_curvature_columns(case)
     roller, both = case.setup.pitch_to_flank_distance(case.designs), case.setup.mechanism.has_flanks_on_both_sides
     (most, least), (highest, lowest) = (
         map(case.columns.__getitem__, PITCH_PAIR),
@@ -150,6 +125,14 @@ def _trace_point_curvature_columns(case: EvaluationBlock, wanted_quantities: fro
     return columns
 
 
+def _flat_face_curvature_columns(case: EvaluationBlock) -> dict[str, Any]:
+    if case.programme.radii:
+        radius = np.full(len(case.designs), min(case.programme.radii))
+        return {CONVEX_RADIUS: EnclosedValue(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
+    least = peak_column(case, peaks(case.setup)[CONVEX_RADIUS])
+    return {CONVEX_RADIUS: least, "undercut": least.value <= 0.0}
+
+
 @np.errstate(divide="ignore", invalid="ignore")
 def _radius_and_change_to_other_curvature(
     curvature: FloatArray, larger_curvature: FloatArray
@@ -164,7 +147,7 @@ EFFECT = Effect(
     "curvature",
     offered_quantities,
     evaluate_columns,
-    input_quantities=input_quantities,
+    input_quantities=lambda setup: () if setup.mechanism.curvature is None else PITCH_PAIR,
     evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
     peaks=peaks,
     is_per_contact=True,

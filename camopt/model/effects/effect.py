@@ -3,19 +3,25 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import pi
+from math import inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.core.numerics import Number
 from camopt.core.numerics.extremes import Extremes, Precision, extremes_of_curve
 from camopt.core.quantities.own_quantity import OwnQuantity
 from camopt.model.effects.effect_numbers import ContactBodies, FollowerDynamics, SceneNumbers, ToleranceBands
 from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.necessary_conditions import NecessaryConditions
-from camopt.model.effects.peak import Peak, PerDesignFactorScale, Scale
-from camopt.model.effects.train_peak import TrainPeak
+from camopt.model.effects.peak import (
+    IDENTITY_SCALE,
+    MultipleScale,
+    Peak,
+    PerDesignFactorScale,
+    Scale,
+    TrainPeak,
+)
 from camopt.model.mechanisms.design import Designs, Mechanism
 from camopt.model.mechanisms.elements import KNIFE, ROLLER, SPHERICAL, Tip
 from camopt.model.motion.programme import Programme
@@ -25,8 +31,8 @@ from camopt.model.trains.train import Train
 class SolidSizes(NamedTuple):
     """The sizes of the cam as a solid [mm, t/mm³, rad]; None if the scene does not give one, 0 if it is absent."""
 
-    thickness: float | None = None
-    density: float | None = None
+    thickness: Number = None
+    density: Number = None
     bore_radius: float = 0.0
     bore_reach: float = 0.0
     """Largest distance of the bore and its keyway from the axis."""
@@ -35,12 +41,12 @@ class SolidSizes(NamedTuple):
     keyway_angle: float = 0.0
     hub_radius: float = 0.0
     hub_length: float = 0.0
-    groove_depth: float | None = None
-    rib_height: float | None = None
-    outer_diameter: float | None = None
+    groove_depth: Number = None
+    rib_height: Number = None
+    outer_diameter: Number = None
 
     @property
-    def groove_depth_or_rib_height(self) -> float | None:
+    def groove_depth_or_rib_height(self) -> Number:
         """Depth of the groove, or height of the rib [mm]."""
         return self.groove_depth if self.rib_height is None else self.rib_height
 
@@ -86,7 +92,7 @@ class Setup:
         """The setup with the numbers of the designs, as arrays or ranges."""
         return replace(self, given=self.given.with_numbers(designs.numbers)) if designs.numbers else self
 
-    def pitch_to_flank_distance(self, designs: Designs) -> Any:
+    def pitch_to_flank_distance(self, designs: Designs) -> Number:
         """Distance of walls and profile from the pitch curve: the roller's radius plus half its clearance [mm]."""
         clearance = self.with_design_numbers(designs).given.drive.clearance
         return designs.roller_radius if clearance is None else designs.roller_radius + 0.5 * clearance
@@ -116,26 +122,26 @@ class Setup:
 
     @cached_property
     def dynamics(self) -> FollowerDynamics:
-        return self.given.dynamics
+        return FollowerDynamics(self.given, "follower.dynamics")
 
     @cached_property
     def bodies(self) -> ContactBodies:
-        return self.given.bodies
+        return ContactBodies(self.given, "materials")
 
     @property
-    def rpm(self) -> Any:
+    def rpm(self) -> Number:
         """Speed of the cam [rev/min]; None if the scene gives none."""
-        return self.given.rpm
+        return self.given["cam.rpm"]
 
     @property
-    def omega(self) -> Any:
+    def omega(self) -> Number:
         """Speed of the cam [rad/s]; None if the scene gives none."""
         return None if self.rpm is None else self.rpm * 2 * pi / 60
 
     @property
-    def shaft_radius(self) -> Any:
+    def shaft_radius(self) -> Number:
         """Radius of the shaft [mm]; None if the scene gives none."""
-        return self.given.shaft_radius
+        return self.given.number_times_factor("cam.shaft_diameter", 0.5)
 
 
 class EnclosedValue(NamedTuple):
@@ -169,13 +175,9 @@ class EvaluationBlock:
         """The setup with the numbers of each design."""
         return self.setup.with_design_numbers(self.designs)
 
-    def outer_end_of_column_enclosure(self, name: str) -> Any:
+    def outer_end_of_column_enclosure(self, name: str) -> Number:
         """The far end of the enclosure of a column."""
-        return self.column_shifted_in_enclosure(name, 1.0)
-
-    def column_shifted_in_enclosure(self, name: str, share: float) -> Any:
-        """A column moved by a share of its enclosure's width: 1 for the far end, −1 for as much inwards."""
-        return self.columns[name] + share * self.outward.get(name, 0.0)
+        return self.columns[name] + self.outward.get(name, 0.0)
 
     def extremes(
         self,
@@ -212,6 +214,33 @@ def scale_per_design_if_varied(
         if setup.free
         else scale
     )
+
+
+class LeastForce(NamedTuple):
+    """A least contact force at every cam angle, at a speed of the cam."""
+
+    omega: float
+    """Speed of the cam [rad/s]."""
+    force: float
+    """Force at the trace point [N]."""
+
+
+class NecessaryConditions(NamedTuple):
+    """Conditions that every design meets within a bound on a quantity."""
+
+    least_size: float = 0.0
+    """Least base or mean radius [mm]."""
+    most_size: float = inf
+    """Largest base or mean radius [mm]."""
+    reach: float = inf
+    """Largest reach along a flat face [mm]."""
+    force: LeastForce | None = None
+    """Least contact force."""
+
+
+def multiple_scale(setup: Setup, factor: Callable[[Setup], Any]) -> Scale:
+    """A multiple of the extreme, by a factor of the scene's numbers, which may vary from design to design."""
+    return scale_per_design_if_varied(setup, MultipleScale(factor(setup)), IDENTITY_SCALE, factor)
 
 
 def no_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:

@@ -62,11 +62,6 @@ class ToleranceBands:
         sizes = {f"follower.{field}": band for field, band in self.sizes.items()}
         return {**sizes, **self.second, **{key: band for key, band in angles.items() if band != NO_BAND}}
 
-    @property
-    def is_asymmetric(self) -> bool:
-        """Whether an error reaches further to one side than to the other."""
-        return any(band.middle for band in (*self.sizes.values(), self.phase, self.tilt))
-
 
 class ConvertedTable:
     """The numbers of a table of the scene by key, in mm, s, N, t, rad; each is converted once."""
@@ -160,27 +155,11 @@ class SceneNumbers:
         value = self[key]
         return value_if_absent if value is None else value * factor
 
-    @property
-    def rpm(self) -> Number:
-        return self["cam.rpm"]
-
-    @property
-    def shaft_radius(self) -> Number:
-        return self.number_times_factor("cam.shaft_diameter", 0.5)
-
     def number_in_inside_units(self, key: str) -> Number:
         """A number in mm, s, N, t, rad; its default if the scene does not give it."""
         record, value = NUMBER_KEYS[key], self[key]
         turns = has_number_angular_unit(key, angular=self.angular, tool_turns=self.tool_turns)
         return record.default if value is None else record.to_inside_units(value, angular=turns)
-
-    @property
-    def dynamics(self) -> FollowerDynamics:
-        return FollowerDynamics(self, "follower.dynamics")
-
-    @property
-    def bodies(self) -> ContactBodies:
-        return ContactBodies(self, "materials")
 
     @property
     def drive(self) -> ConvertedTable:

@@ -1,7 +1,7 @@
 """Largest errors of the motion for which there is no curve: with two contacts, or through any train.
 
 The errors are of first order, as those of curves (``effects.motion_errors``). The tool responds to each error with
-a factor c (``effects.tool_response``); behind a train it is f'·c, and for a number p of the train ∂f/∂p. At each
+a factor c (``effects.error_response``); behind a train it is f'·c, and for a number p of the train ∂f/∂p. At each
 cam angle the error is at most Σ c·t. It is computed at many angles of the turn, and more and more closely about the
 highest. At a jump of the motion the errors on both sides are compared; if an error jumps, its slope is an impulse.
 
@@ -11,8 +11,9 @@ eccentricity ε adds ε·√(a² + b²) with its two responses a and b, or with 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from math import inf, pi, sin
+from operator import add
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,6 @@ from camopt.model.effects.effect import EvaluationBlock
 from camopt.model.effects.effect_numbers import ErrorBand, ToleranceBands
 from camopt.model.effects.error_response import (
     ContactResponse,
-    ErrorAtContacts,
     contact_responses,
     errors_at_contacts_by_key,
     largest_error_by_profile_zone,
@@ -125,18 +125,14 @@ class ToolErrorModel:
         if len(self.contact_responses) == 1:
             yield self._tool_response_derivatives(self.contact_responses[0].response_to_error(tolerance_key))
             return
-        for error in errors_at_contacts_by_key(self.case.setup.mechanism, tolerance_key).values():
-            yield self._tool_response_derivatives(self._half_contact_response_difference(error))
-
-    def _half_contact_response_difference(self, error: ErrorAtContacts) -> Series:
-        """Half the difference of the responses at both contacts."""
         sides = 1.0, -second_contact_motion_error_sign(self.case.setup.mechanism)
-        parts = [
-            responses.response_to_error(signed_key[0]) * (0.5 * side * signed_key[1])
-            for responses, signed_key, side in zip(self.contact_responses, error, sides, strict=True)
-            if signed_key is not None
-        ]
-        return parts[0] if len(parts) == 1 else parts[0] + parts[1]
+        for error in errors_at_contacts_by_key(self.case.setup.mechanism, tolerance_key).values():
+            parts = [
+                responses.response_to_error(signed_key[0]) * (0.5 * side * signed_key[1])
+                for responses, signed_key, side in zip(self.contact_responses, error, sides, strict=True)
+                if signed_key is not None
+            ]
+            yield self._tool_response_derivatives(reduce(add, parts))  # half the difference of both contacts
 
     @cached_property
     def _train_ratio(self) -> Series | None:

@@ -8,7 +8,7 @@ In the cam's frame the normal turns at the rate χ'. With derivatives by the cam
     profile within ±t, n waves    t·√(G'² + n²G²),      t·(|G''| + n·√(4G'² + n²G²))
     bore eccentric by ε           ε·√(G'² + G²χ'²),     ε·√((G'' − Gχ'²)² + (2G'χ' + Gχ'')²)
 
-The row of the profile uses Bernstein's and Szegő's inequality (``effects.tool_response``). On a cylinder the error
+The row of the profile uses Bernstein's and Szegő's inequality (``effects.error_response``). On a cylinder the error
 of the bore has the factor y', in two directions. The factors of the other errors are derivatives of T, of
 sin ψ − T·cos ψ and of y'.
 
@@ -250,8 +250,7 @@ def worst_error_rate_curve(
         zeros + sign * body.middle / scale,
     )
     sense = np.full(len(designs), designs.sense)
-    if swinging:
-        assert mechanism.reach is not None
+    if mechanism.reach:
         reach, centre = mechanism.reach(designs, programme), sizes["centre_distance"]
         half, middle = zeros + centre.half_range, zeros - error_sign * centre.middle
         return SwingingFaceErrorRates(reach, normal, motion, pressure.cosine, pressure.sine, sense, half, middle)

@@ -1,7 +1,7 @@
 """The response of the motion to small errors of cam and follower, to first order.
 
 A nominal follower touches a point of the cam at the cam angle φ. The real follower touches the same point when the
-cam has turned on by τ, and has moved further by m (``mechanisms.contact_errors_from_flat_errors``). At that cam
+cam has turned on by τ, and has moved further by m (``mechanisms.contact_errors``). At that cam
 angle its error is m − (y(φ + τ) − y(φ)), and to first order
 
     δ = m − y'·τ
@@ -11,7 +11,7 @@ by all errors. The terms of second order that are left out are below 0.05 µm fo
 velocity and acceleration follow from the Taylor series of δ by the cam angle.
 
 A follower with two equally stiff contacts has the error δ = (e₁ − e₂)/2, with the error of the motion at each
-contact (``tolerances.contact_notes``).
+contact (``tolerances.response``).
 
 A profile within ±t with at most n waves in a turn is a trigonometric polynomial δn of degree n. Bernstein's and
 Szegő's inequality bounds its slope, δn'² + n²·δn² ≤ n²·t², and likewise that of δn' with n·t. With the response g

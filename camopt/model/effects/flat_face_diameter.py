@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics.stable_functions import difference_of_squares_root
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.necessary_conditions import NecessaryConditions
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, NecessaryConditions, Setup
 
 FACE_DIAMETER = "face_diameter_min_mm"
 FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
@@ -21,10 +20,6 @@ FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.reach is None or setup.angular else (FACE_DIAMETER,)
-
-
-def input_quantities(setup: Setup) -> tuple[str, ...]:
-    return FACE_REACHES if offered_quantities(setup) else ()
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -52,7 +47,7 @@ EFFECT = Effect(
     "face",
     offered_quantities,
     evaluate_columns,
-    input_quantities=input_quantities,
+    input_quantities=lambda setup: FACE_REACHES if offered_quantities(setup) else (),
     necessary_conditions=necessary_conditions,
     is_per_contact=True,
 )

@@ -30,6 +30,7 @@ from camopt.core.numerics.curves import curve_value, value_and_slope
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.state import State
 from camopt.model.effects.force import force_polynomials_by_panel
+from camopt.model.effects.panel_parts import motion_polynomials
 from camopt.model.motion.programme import Programme
 
 NEGLIGIBLE_FORCE = 1e-9  # of the largest force: less counts as 0
@@ -51,10 +52,10 @@ class FlankCrossings(NamedTuple):
     """The panel that starts at the change or contains it."""
     side: FloatArray
     """The sign of F before the change."""
-    jump: FloatArray
-    """F just after the change if F jumps there [N or N·mm]; else 0."""
     slope: FloatArray
     """Slope of F by the cam angle just after the change."""
+    jump: FloatArray
+    """F just after the change if F jumps there [N or N·mm]; else 0."""
 
 
 @lru_cache(maxsize=64)
@@ -83,8 +84,8 @@ def find_flank_crossings(programme: Programme, factors: tuple[float, ...]) -> Fl
         table.centre[panels] + places * table.half_width[panels],
         panels,
         np.array([-signs[k] for k in changes]),
-        np.where(np.abs(after) > NEGLIGIBLE_FORCE * bound, after, 0.0),
         np.asarray(slope),
+        np.where(np.abs(after) > NEGLIGIBLE_FORCE * bound, after, 0.0),
     )
 
 
@@ -158,17 +159,9 @@ class HalfGap(NamedTuple):
 def motion_state_on_panels(programme: Programme, panel: IntArray, panel_places: FloatArray) -> State:
     """The motion at places of panels, without jerk and load, which curves of sizes do not read."""
     y, y1, y2 = (
-        polynomial.polyval(panel_places, series[:, panel], tensor=False)
-        for series in _displacement_derivative_polynomials(programme)
+        polynomial.polyval(panel_places, series[:, panel], tensor=False) for series in motion_polynomials(programme)
     )
     return State(y, y1, y2, np.zeros_like(y))
-
-
-@lru_cache(maxsize=64)
-def _displacement_derivative_polynomials(programme: Programme) -> tuple[FloatArray, ...]:
-    """Power series in u of the displacement and its first two derivatives by the cam angle, by panel."""
-    rows, width = programme.table.coefficients.T, programme.table.half_width
-    return tuple(polynomial.polyder(rows, order) / width**order for order in range(3))
 
 
 def simulate_flights(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> Landings:
@@ -210,8 +203,7 @@ def _departure_states(programme: Programme, followers: Followers, flights: Fligh
     early, late = (
         _angle_from_crossing_to_departure(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0)
     )
-    by = np.where(late > 0.0, late, np.minimum(early, 0.0))
-    panel, place = _shift_places(programme, panel, start, by)
+    panel, place = _shift_places(programme, panel, start, np.where(late > 0.0, late, np.minimum(early, 0.0)))
     half, half1 = gap.value_and_slope(design, panel, place, flights.side)
     return _FlightState(panel, place, np.zeros(design.size), -half, -half1)
 
@@ -270,7 +262,7 @@ def _advance_flights(
     driving_force = (
         -side
         * _recentre_polynomials(followers.force[:, setting, panel], flying.place)
-        / _rows_of_powers(width, len(followers.force))
+        / width ** np.arange(len(followers.force))[:, None]
     )
     series = _oscillator_series(
         driving_force, mass * np.square(omega), damping * omega, stiffness, flying.way, flying.speed
@@ -339,16 +331,11 @@ def _root_between(function: Callable[[FloatArray], FloatArray], low: FloatArray,
     return last
 
 
-def _rows_of_powers(base: FloatArray, count: int) -> FloatArray:
-    """width⁰, width¹, … (count, n)."""
-    return np.asarray(base ** np.arange(count)[:, None])
-
-
 def _recentre_polynomials(series: FloatArray, place: FloatArray) -> FloatArray:
     """Polynomials (powers, n) in u, written in powers of u − place."""
     count = len(series)
     shifted = np.zeros_like(series)
-    powers = _rows_of_powers(place, count)
+    powers = place ** np.arange(count)[:, None]
     for low in range(count):
         for high in range(low, count):
             shifted[low] += comb(high, low) * powers[high - low] * series[high]

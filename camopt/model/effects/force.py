@@ -26,9 +26,15 @@ from camopt.core.numerics.extremes import Precision, extremes_of_curve
 from camopt.core.numerics.panel_series import derivative_polynomials_by_panel, sum_series
 from camopt.core.numerics.piecewise import external_load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.core.numerics.state import TrainForces
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.effect import (
+    Effect,
+    EnclosedValue,
+    EvaluationBlock,
+    LeastForce,
+    NecessaryConditions,
+    Setup,
+)
 from camopt.model.effects.effect_numbers import FollowerDynamics
-from camopt.model.effects.necessary_conditions import LeastForce, NecessaryConditions
 from camopt.model.effects.peak import Peak, is_infinite_by_velocity_jumps
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs
@@ -85,9 +91,7 @@ def force_weights_and_constant(dynamics: FollowerDynamics, omega: Any) -> tuple[
 
     A load that changes over the turn is not in them; the programme adds it.
     """
-    assert dynamics.mass is not None
-    constant = dynamics.preload + dynamics.load
-    return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
+    return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, dynamics.preload + dynamics.load
 
 
 def force_factors_with_train(dynamics: FollowerDynamics, omega: Any) -> tuple[Any, ...]:
@@ -109,15 +113,6 @@ def force_polynomials_by_panel(programme: Programme, factors: Sequence[Any]) -> 
     )
     series[0] += constant
     return series
-
-
-def force_range_over_turn(programme: Programme, dynamics: FollowerDynamics, omega: float) -> tuple[float, float]:
-    """Least and largest F over the turn [N or N·mm]; infinite both ways if the velocity jumps."""
-    if programme.corners:
-        return -inf, inf
-    *factors, constant = force_weights_and_constant(dynamics, omega)
-    least, largest = weighted_derivative_range(programme, tuple(factors), ALL_STROKES, 1.0, omega**2)
-    return least + constant, largest + constant
 
 
 class ForceExtremes(NamedTuple):
@@ -309,29 +304,25 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     return columns
 
 
-def _shared_force_extremes(programme: Programme, dynamics: FollowerDynamics, omega: float) -> tuple[Any, Any]:
-    """Extremes of F over the turn for all designs, with the rounding of the largest term unless infinite."""
-    least, largest = force_range_over_turn(programme, dynamics, omega)
-    if programme.corners:
-        return least, largest
-    *weights, constant = force_weights_and_constant(dynamics, omega)
-    terms = [abs(factor) * derivative_peak(programme, order, ALL_STROKES) for order, factor in enumerate(weights)]
-    scale = max(abs(least), abs(largest))
-    rounding = FORCE_ERROR * (sum(terms, abs(constant)) + scale)  # the scale includes a changing load
-    return EnclosedValue(least, -rounding, scale), EnclosedValue(largest, rounding, scale)
-
-
 def least_and_largest_contact_force(case: EvaluationBlock) -> tuple[Any, Any]:
     """Extremes of F over the turn [N or N·mm]; one value for all designs if they have no numbers of their own."""
-    if not case.designs.numbers:
-        return _shared_force_extremes(case.programme, case.setup.dynamics, case.setup.omega)
-    goals, count = (LEAST, LARGEST), len(case.designs)
-    if case.programme.corners:
-        return np.full(count, -inf), np.full(count, inf)
-    ends = case.extremes(partial(follower_force_curve, case.setup), [(ALL_STROKES, goal) for goal in goals])
-    scale, outward = np.abs(ends.value).max(axis=0), (-ends.width[0], ends.width[1])
-    least, largest = (EnclosedValue(value, by, scale) for value, by in zip(ends.value, outward, strict=True))
-    return least, largest
+    setup, programme, differ = case.setup, case.programme, bool(case.designs.numbers)
+    if programme.corners:
+        endless = np.full(len(case.designs), inf) if differ else inf
+        return -endless, endless
+    if differ:
+        ends = case.extremes(partial(follower_force_curve, setup), [(ALL_STROKES, LEAST), (ALL_STROKES, LARGEST)])
+        scale = np.abs(ends.value).max(axis=0)
+        (least, largest), outward = ends.value, (-ends.width[0], ends.width[1])
+    else:
+        *weights, constant = force_weights_and_constant(setup.dynamics, setup.omega)
+        shared = weighted_derivative_range(programme, tuple(weights), ALL_STROKES, 1.0, setup.omega**2)
+        least, largest = (end + constant for end in shared)
+        scale = max(abs(least), abs(largest))
+        terms = [abs(weight) * derivative_peak(programme, n, ALL_STROKES) for n, weight in enumerate(weights)]
+        rounding = FORCE_ERROR * (sum(terms, abs(constant)) + scale)  # the scale includes a changing load
+        outward = (-rounding, rounding)
+    return EnclosedValue(least, outward[0], scale), EnclosedValue(largest, outward[1], scale)
 
 
 def keeps_contact(case: EvaluationBlock) -> Any:
@@ -342,16 +333,14 @@ def keeps_contact(case: EvaluationBlock) -> Any:
     """
     mechanism, preload = case.setup.mechanism, case.setup_per_design.dynamics.pair_preload
     loss = -2.0 * (0.0 if preload is None else preload)
-    least, largest = map(_outer_end_of_enclosure, least_and_largest_contact_force(case))
+    least, largest = (
+        end.value + end.outward if isinstance(end, EnclosedValue) else end
+        for end in least_and_largest_contact_force(case)
+    )
     if mechanism.way < 0.0:
         least, largest = -largest, -least
     kept = np.asarray(least > loss)
     return kept | (largest <= loss) if "interference" in mechanism.drive.keys else kept
-
-
-def _outer_end_of_enclosure(extreme: Any) -> Any:
-    """The far end of an extreme's enclosure."""
-    return extreme.value + extreme.outward if isinstance(extreme, EnclosedValue) else extreme
 
 
 def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
@@ -361,7 +350,6 @@ def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -
 
 def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
     """Curve of F at a speed [rad/s], divided by a lever [N or N·mm]."""
-    assert omega is not None
     steady = Linear(*(weight / lever for weight in force_weights_and_constant(setup.dynamics, omega)))
     return add_changing_load_and_train_inertia(steady, 1.0 / lever, omega**2 / lever, programme)
 

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.point_contact import carlson_integrals, contact_half_axis_ratio
 from camopt.model.effects import force
@@ -35,6 +35,7 @@ from camopt.model.effects.loads import (
     contact_load_curve,
     friction_signs_by_stroke_kind,
     has_guide_friction,
+    input_quantities_of_loads,
     normal_force_curve,
 )
 from camopt.model.effects.peak import LoadRootScale, Peak, Scale, Variant, is_infinite_by_velocity_jumps
@@ -68,12 +69,6 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: keys for name in offered_quantities(setup) if keys and not setup.is_knife}
 
 
-def input_quantities(setup: Setup) -> tuple[str, ...]:
-    if setup.is_knife:
-        return ()
-    return ("undercut", *(("jamming_margin",) if has_guide_friction(setup) else ()))
-
-
 def load_curves_by_flank_and_friction(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     """The loads of the stress by flank and direction of the guide's friction: (flank, way, variant)."""
     return [
@@ -90,17 +85,13 @@ def stress_scale(setup: Setup, factor: float = 1.0) -> Scale:
     return scale_per_design_if_varied(setup, root, unit, lambda numbers: 1.0 / load_of_unit_stress(numbers))
 
 
-def load_of_unit_stress(setup: Setup) -> Any:
+def load_of_unit_stress(setup: Setup) -> Number:
     """Load at which the stress is 1 MPa."""
-    modulus, width = setup.bodies.modulus, setup.bodies.face_width
-    assert modulus is not None
-    if setup.spherical:
-        return 1.0 / modulus**2
-    assert width is not None
-    return np.pi * width / modulus
+    bodies = setup.bodies
+    return 1.0 / bodies.modulus**2 if setup.spherical else np.pi * bodies.face_width / bodies.modulus
 
 
-def contact_stress(setup: Setup, load: Any, designs: Designs) -> Any:
+def contact_stress(setup: Setup, load: Any, designs: Designs) -> Number:
     """Contact stress at a load [MPa]; 0 for a load below 0."""
     return stress_scale(setup).quantity_from_extreme(load, designs)
 
@@ -115,22 +106,11 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         stresses[SHEAR_STRESS] = stresses[STRESS]._replace(scale=stress_scale(setup, SHEAR_SHARE))
     if setup.mechanism.can_pull_follower:
         stresses[EITHER_FLANK_STRESS] = Peak(curves, LARGEST_MAGNITUDE, stress, is_infinite_by_velocity_jumps)
-        stresses |= {
-            name: Peak(
-                tuple(_push_or_pull_load_curves(setup, name)), LARGEST, stress, is_infinite_by_velocity_jumps
-            )
-            for name in FLANK_SIGNS
-        }
+        for name, sign in FLANK_SIGNS.items():
+            loads = load_curves_by_flank_and_friction(setup)
+            signed_curves = tuple(variant for flank, _, variant in loads if flank.pressing == sign)
+            stresses[name] = Peak(signed_curves, LARGEST, stress, is_infinite_by_velocity_jumps)
     return stresses
-
-
-def _push_or_pull_load_curves(setup: Setup, name: str) -> list[Variant]:
-    """The loads on the flanks with one sign of the normal force."""
-    return [
-        variant
-        for flank, _, variant in load_curves_by_flank_and_friction(setup)
-        if flank.pressing == FLANK_SIGNS[name]
-    ]
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -183,17 +163,13 @@ def _half_axes_at_largest_stress(
         values[1][0] - stress_extremes.value[index]
     )
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
-    stress, bodies = (
-        contact_stress(setup, stress_extremes.value[index], designs),
-        setup.with_design_numbers(designs).bodies,
-    )
+    bodies = setup.with_design_numbers(designs).bodies
+    stress = contact_stress(setup, stress_extremes.value[index], designs)
     if setup.spherical:
-        assert bodies.modulus is not None
         mu = contact_half_axis_ratio(1.0 - flank.bulge * designs.roller_radius * bend)
         b, _ = carlson_integrals(mu)
         across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
         return across / mu, across
-    assert bodies.face_width is not None
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
@@ -202,7 +178,7 @@ EFFECT = Effect(
     offered_quantities,
     evaluate_columns,
     missing_keys_by_quantity,
-    input_quantities,
+    lambda setup: () if setup.is_knife else input_quantities_of_loads(setup),
     is_of_motion=lambda setup: setup.is_knife,
     peaks=peaks,
     is_per_contact=True,

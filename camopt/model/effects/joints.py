@@ -18,15 +18,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray, Number
 from camopt.core.numerics.curves import Linear
 from camopt.core.numerics.extremes import Precision, extremes_of_curve
 from camopt.core.numerics.state import TrainForces
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.force import force_with_train_load
+from camopt.model.effects.peak import TrainMotion, TrainPeak
 from camopt.model.effects.setting_cache import once_per_setting
-from camopt.model.effects.train_peak import TrainMotion, TrainPeak
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.load import TrainLoad
 from camopt.model.motion.programme import Programme
@@ -79,14 +79,9 @@ def programme_loaded_by_joint_force(programme: Programme, parts: tuple[WeightedF
     return replace(programme, load=replace(programme.load, parts=parts))
 
 
-def joint_force_range(programme: Programme, parts: tuple[WeightedForce, ...], speed: Any) -> ForceRange:
-    """Range of a force in joints over the turn, at a speed or an array of speeds [rad/s]."""
-    ranges: ForceRange = _joint_force_range_by_speed(programme_loaded_by_joint_force(programme, parts), speed)
-    return ranges
-
-
 @once_per_setting
-def _joint_force_range_by_speed(programme: Programme, speed: FloatArray) -> ForceRange:
+def joint_force_range(programme: Programme, speed: FloatArray) -> ForceRange:
+    """Range of a force in joints over its turn (``programme_loaded_by_joint_force``), by speed [rad/s]."""
     none, load = np.zeros_like(speed), programme.load
     assert isinstance(load, TrainLoad)
     first = min(part.link for part in load.parts)
@@ -133,7 +128,7 @@ def _joint_force_row(programme: Programme, force: JointForce, speed: float) -> J
     value, at, _ = (float(each) for each in largest_joint_force(programme, force, speed))
     if len(force.parts) > 1:
         return JointRow(force.stage, force.name, None, value, degrees(at), None)
-    limits = joint_force_range(programme, force.parts, speed)
+    limits = joint_force_range(programme_loaded_by_joint_force(programme, force.parts), speed)
     way = float(joint_force_direction_deg(programme, force, np.array([at]))[0])
     return JointRow(force.stage, force.name, float(limits.least), float(limits.largest), degrees(at), way)
 
@@ -156,18 +151,12 @@ class LargestForce(NamedTuple):
 
 def largest_joint_force(programme: Programme, force: JointForce, speed: Any) -> LargestForce:
     """Largest magnitude of a force over the turn."""
-    return _largest_of_forces(
-        worst
-        for parts in force.signed_sums
-        for worst in _force_magnitude_at_both_ends(joint_force_range(programme, parts, speed))
-    )
-
-
-def _force_magnitude_at_both_ends(force_range: ForceRange) -> tuple[LargestForce, LargestForce]:
-    return (
-        LargestForce(-force_range.least, force_range.least_at, force_range.least_width),
-        LargestForce(force_range.largest, force_range.largest_at, force_range.largest_width),
-    )
+    ends = list[LargestForce]()
+    for parts in force.signed_sums:
+        limits = joint_force_range(programme_loaded_by_joint_force(programme, parts), speed)
+        ends.append(LargestForce(-limits.least, limits.least_at, limits.least_width))
+        ends.append(LargestForce(limits.largest, limits.largest_at, limits.largest_width))
+    return _largest_of_forces(ends)
 
 
 def _largest_of_forces(forces: Any) -> LargestForce:
@@ -205,7 +194,9 @@ def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
     return forces
 
 
-def _link_force_curve(designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[WeightedForce, ...]) -> Any:
+def _link_force_curve(
+    designs: Designs, motion: TrainMotion, setup: Setup, parts: tuple[WeightedForce, ...]
+) -> Number:
     omega = setup.with_design_numbers(designs).omega
     return motion.link_force_sum(parts, 0.0 if omega is None else omega)
 

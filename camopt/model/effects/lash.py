@@ -36,10 +36,6 @@ def _lash_speed_directions(setup: Setup) -> dict[str, int]:
     return {f"{name}_speed_max_{unit}": way for name, way in ways.items()}
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return (*_lash_speed_directions(setup), LASH_OPEN)
-
-
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     lash = () if setup.dynamics.lash is not None else ("follower.dynamics.lash",)
     speed = () if setup.omega is not None else ("cam.rpm",)
@@ -128,7 +124,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 EFFECT = Effect(
     "lash",
-    offered_quantities,
+    lambda setup: (*_lash_speed_directions(setup), LASH_OPEN),
     evaluate_columns,
     missing_keys_by_quantity,
     is_of_motion=lambda setup: True,

@@ -18,6 +18,8 @@ and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
 All curves are built from the mechanism's curves of pressure angle, curvature, radius and reach.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,6 +29,7 @@ from camopt.core.numerics.point_contact import pressure_factor_and_derivative, p
 from camopt.model.effects.effect import EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.force import contact_force_curve, follower_force_curve
+from camopt.model.effects.peak import Variant
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import Flank
 from camopt.model.motion.programme import Programme
@@ -121,17 +124,14 @@ def shaft_torque(state, force_along_motion):
 def has_guide_friction(setup: Setup) -> bool:
     """Whether the follower runs in a guide with friction."""
     dynamics = setup.dynamics
-    guided = not setup.angular and not setup.mechanism.flat_faced
-    sizes = dynamics.guide_length is not None and dynamics.overhang is not None
-    return bool(guided and dynamics.friction and sizes)
+    sizes_given = dynamics.guide_length is not None and dynamics.overhang is not None
+    return bool(sizes_given and dynamics.friction and not setup.angular and not setup.mechanism.flat_faced)
 
 
 def guide_friction_line_coefficients(
     dynamics: FollowerDynamics, design_count: int, velocity_sign: float
 ) -> tuple[Any, Any]:
     """Intercept and slope of the line way·μ·q by y."""
-    assert dynamics.guide_length is not None
-    assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
     slide = -2.0 * dynamics.friction / dynamics.guide_length
     ones = np.ones(design_count)
@@ -147,25 +147,18 @@ def force_along_motion_curve(
     < 0 too.
     """
     force = contact_force_curve(setup, designs, programme)
+    dynamics = setup.with_design_numbers(designs).dynamics
     if not (can_pull or setup.mechanism.can_pull_follower):
-        force = _pressing_force_on_open_contact(setup, designs, force)
+        if dynamics.pair_preload is None:
+            force = pushing_force(force)
+        else:
+            lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
+            force = preloaded_contact_force(force, dynamics.pair_preload / lever * np.ones(len(designs)))
     if not has_guide_friction(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
-    return force_with_guide_friction(
-        force,
-        pressure,
-        *guide_friction_line_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), velocity_sign),
-    )
-
-
-def _pressing_force_on_open_contact(setup: Setup, designs: Designs, force: Any) -> Any:
-    """Part of a force along the motion that presses on an open contact."""
-    preload = setup.with_design_numbers(designs).dynamics.pair_preload
-    if preload is None:
-        return pushing_force(force)
-    lever = designs.arm_length if setup.angular and setup.mechanism.curvature else 1.0
-    return preloaded_contact_force(force, preload / lever * np.ones(len(designs)))
+    friction_line = guide_friction_line_coefficients(dynamics, len(designs), velocity_sign)
+    return force_with_guide_friction(force, pressure, *friction_line)
 
 
 def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
@@ -173,10 +166,9 @@ def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, vel
     along = force_along_motion_curve(setup, designs, programme, velocity_sign)
     if setup.mechanism.curvature:
         return normal_force(along, setup.mechanism.pressure(designs, programme))
-    if not setup.angular:
-        return along
-    assert setup.mechanism.reach is not None
-    return swinging_face_normal_force(along, setup.mechanism.reach(designs, programme))
+    if setup.angular and setup.mechanism.reach:
+        return swinging_face_normal_force(along, setup.mechanism.reach(designs, programme))
+    return along
 
 
 def torque_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
@@ -198,16 +190,15 @@ def contact_load_curve(
     """
     flank = flank or setup.mechanism.flanks[0]
     normal = normal_force_curve(setup, designs, programme, velocity_sign)
-    if setup.mechanism.curvature:
-        curvature = flank_path_curvature_curve(setup, designs, programme, flank)
-        pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
-        if setup.spherical:
-            return spherical_face_load_per_square_radius(
-                normal, curvature, designs.roller_radius, pressing, bent, pressure_factor_coefficients()
-            )
-        return roller_load_per_relative_radius(normal, curvature, designs.roller_radius, pressing, bent)
-    assert setup.mechanism.profile_radius is not None
-    return flat_face_load_per_radius(normal, setup.mechanism.profile_radius(designs, programme))
+    if setup.mechanism.profile_radius:
+        return flat_face_load_per_radius(normal, setup.mechanism.profile_radius(designs, programme))
+    curvature = flank_path_curvature_curve(setup, designs, programme, flank)
+    pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, flank.bulge))
+    if setup.spherical:
+        return spherical_face_load_per_square_radius(
+            normal, curvature, designs.roller_radius, pressing, bent, pressure_factor_coefficients()
+        )
+    return roller_load_per_relative_radius(normal, curvature, designs.roller_radius, pressing, bent)
 
 
 def flank_path_curvature_curve(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
@@ -226,6 +217,14 @@ def friction_signs_by_stroke_kind(setup: Setup) -> tuple[tuple[float, int], ...]
     return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if has_guide_friction(setup) else ((0.0, ALL_STROKES),)
 
 
+def curve_variants_by_friction(make_curve: Callable[..., Any], setup: Setup) -> tuple[Variant, ...]:
+    """A curve for each direction of the guide's friction, which it takes as ``velocity_sign``."""
+    return tuple(
+        (partial(make_curve, setup, velocity_sign=way), kinds)
+        for way, kinds in friction_signs_by_stroke_kind(setup)
+    )
+
+
 def jamming_stroke_kinds(setup: Setup) -> int:
     """The kinds of pieces on which the cam works against the guide's friction, where the follower may jam."""
     return OUTWARD | INWARD if setup.mechanism.can_pull_follower else OUTWARD
@@ -234,6 +233,12 @@ def jamming_stroke_kinds(setup: Setup) -> int:
 def jamming_ratio_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     drag = guide_friction_line_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return jamming_ratio(setup.mechanism.pressure(designs, programme), *drag)
+
+
+def input_quantities_of_loads(setup: Setup) -> tuple[str, ...]:
+    """The quantities that ``can_bear_load`` reads; a knife edge has no undercut."""
+    undercut = () if setup.is_knife else ("undercut",)
+    return (*undercut, *(("jamming_margin",) if has_guide_friction(setup) else ()))
 
 
 def can_bear_load(case: EvaluationBlock) -> Any:

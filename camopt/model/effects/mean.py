@@ -6,10 +6,11 @@ An effect declares the curve, and the scale from the mean to the quantity, as wi
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from camopt.core.numerics import Number
 from camopt.model.effects.panel_parts import PanelParts
 from camopt.model.effects.peak import IDENTITY_SCALE, NumberKind, Scale, Variant, never_infinite_by_jumps
 from camopt.model.mechanisms.design import Designs
@@ -33,11 +34,11 @@ class Mean(NamedTuple):
         """Whether a bound on the quantity bounds the mean from below."""
         return self.scale.is_decreasing
 
-    def mean_from_power_mean(self, power_mean: Any) -> Any:
+    def mean_from_power_mean(self, power_mean: Number) -> Number:
         """M, from the mean of the curve to the power p; numbers or ranges."""
         return power_mean if self.power == 1 else np.sqrt(power_mean)
 
-    def power_mean_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def power_mean_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         """Mean of the curve to the power p at a value of the quantity; negative if there is none."""
         mean = self.scale.weighted_extreme_for_quantity(quantity, number_kind)
         return mean if self.power == 1 or mean < 0 else mean * mean

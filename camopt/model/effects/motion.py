@@ -10,7 +10,7 @@ from functools import cache
 from math import degrees
 from typing import Any
 
-from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.core.numerics import LARGEST_MAGNITUDE, Number
 from camopt.core.quantities import (
     AT_FOLLOWER,
     DERIVATIVE_UNITS,
@@ -56,10 +56,6 @@ def _derivative_and_stroke_kinds_by_quantity(
     return quantities
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return tuple(_motion_curves(setup))
-
-
 def motion_table_unit(setup: Setup, order: int) -> str:
     """Unit in tables of the tool's displacement (order 0), velocity (1), and so on."""
     if not order:
@@ -74,7 +70,7 @@ def motion_error_quantity_names(setup: Setup) -> tuple[str, str, str, str]:
     return first, second, third, dwell_error_name(angular=angular)
 
 
-def motion_unit_factor(setup: Setup, order: int, *, at_follower: bool = False) -> Any:
+def motion_unit_factor(setup: Setup, order: int, *, at_follower: bool = False) -> Number:
     """Factor from mm or rad per radⁿ to the unit of tables.
 
     That is mm or deg for a displacement, m or rad per sⁿ with a speed, and mm or deg per radⁿ without one.
@@ -105,14 +101,22 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    return {name: _motion_peak(setup, *which) for name, which in _motion_curves(setup).items()}
-
-
-def _motion_peak(setup: Setup, curve: MotionDerivative, kinds: int) -> Peak:
-    unit = motion_unit_scale(setup, curve.order, at_follower=curve.at_follower)
-    return Peak(((curve, kinds),), LARGEST_MAGNITUDE, unit, curve.is_infinite_somewhere)
+    return {
+        name: Peak(
+            ((curve, kinds),),
+            LARGEST_MAGNITUDE,
+            motion_unit_scale(setup, curve.order, at_follower=curve.at_follower),
+            curve.is_infinite_somewhere,
+        )
+        for name, (curve, kinds) in _motion_curves(setup).items()
+    }
 
 
 EFFECT = Effect(
-    "motion", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, peaks=peaks, exact=True
+    "motion",
+    lambda setup: tuple(_motion_curves(setup)),
+    evaluate_columns,
+    is_of_motion=lambda setup: True,
+    peaks=peaks,
+    exact=True,
 )

@@ -145,8 +145,7 @@ def worst_error_curve(
         sense = np.full(len(designs), designs.sense)
         return FaceError(zeros + designs.offset, sense, out, turning, ahead, tilting, leaning)
     pressure = mechanism.pressure(designs, programme)
-    if mechanism.flat_faced:
-        assert mechanism.reach is not None
+    if mechanism.reach:
         out, centre = out + sizes["face_offset"].largest_error_to_side(-error_sign), sizes["centre_distance"]
         across, nearer = zeros + centre.half_range, zeros - error_sign * centre.middle
         reach = mechanism.reach(designs, programme)
@@ -163,12 +162,8 @@ def worst_error_curve(
     return ArmError(trace, pressure.cosine, pressure.sine, across, nearer)
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return motion_error_quantity_names(setup)
-
-
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
-    bands, names = setup.errors, offered_quantities(setup)
+    bands, names = setup.errors, motion_error_quantity_names(setup)
     if bands is None:
         return dict.fromkeys(names, TOLERANCE_KEYS)
     return dict.fromkeys(names[1:3], WAVE_KEYS) if bands.profile and bands.waves is None else {}
@@ -193,7 +188,8 @@ def peaks(setup: Setup) -> Mapping[str, Peak]:
         return {}
     factor = abs(ratio)
     scale: Scale = DegreeScale(1, factor) if setup.tool_turns else MultipleScale(factor)
-    sides = (1.0, -1.0) if bands.is_asymmetric else (1.0,)
+    asymmetric = any(band.middle for band in (*bands.sizes.values(), bands.phase, bands.tilt))
+    sides = (1.0, -1.0) if asymmetric else (1.0,)
     curves = tuple((partial(worst_error_curve, setup, bands, side), ALL_STROKES) for side in sides)
     names = motion_error_quantity_names(setup)
     errors = {names[0]: Peak(curves, LARGEST, scale)}
@@ -211,8 +207,7 @@ def _jumps_make_error_infinite(setup: Setup, bands: ToleranceBands, order: int, 
     Every jump that changes the normal does. If the pressure angle is 0 there, errors along the normal have the
     factor √(1 + T²), whose slope does not jump.
     """
-    mechanism = setup.mechanism
-    if mechanism.flat_faced and not setup.angular and bands.phase == NO_BAND and bands.tilt == NO_BAND:
+    if setup.mechanism.flat_faced and not setup.angular and bands.phase == NO_BAND and bands.tilt == NO_BAND:
         return False
     along = bands.is_square and not bands.bore and bands.phase == NO_BAND
     jumps = [jump for jump in programme.jumps if jump.order <= order]
@@ -224,34 +219,27 @@ def _jumps_make_error_infinite(setup: Setup, bands: ToleranceBands, order: int, 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     *rates, dwell = motion_error_quantity_names(case.setup)
-    if _sole_contact_train_ratio(case.setup) is None:
-        return _sampled_error_columns(case, wanted_quantities)
-    curves = peaks(case.setup)
-    columns: dict[str, Any] = {name: peak_column(case, curves[name]) for name in rates if name in wanted_quantities}
-    if dwell in wanted_quantities:
-        columns[dwell] = _largest_dwell_position_changes(case)
-    return columns
-
-
-def _sampled_error_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
-    """Columns of the largest errors, sampled at cam angles, for contacts and trains that have no error curve."""
-    *rates, dwell = motion_error_quantity_names(case.setup)
     orders = {name: order for order, name in enumerate(rates) if name in wanted_quantities}
-    largest = largest_tool_errors(case, [*orders.values()]) if orders else ()
-    columns: dict[str, Any] = {
-        name: motion_unit_factor(case.setup_per_design, order) * error
-        for (name, order), error in zip(orders.items(), largest, strict=True)
-    }
+    ratio, columns = _sole_contact_train_ratio(case.setup), dict[str, Any]()
+    if ratio is not None:
+        curves = peaks(case.setup)
+        columns |= {name: peak_column(case, curves[name]) for name in orders}
+    elif orders:  # there is no curve of the errors: they are sampled at cam angles
+        for (name, order), error in zip(orders.items(), largest_tool_errors(case, [*orders.values()]), strict=True):
+            columns[name] = motion_unit_factor(case.setup_per_design, order) * error
     if dwell in wanted_quantities:
-        columns[dwell] = motion_unit_factor(case.setup, 0) * largest_dwell_position_changes(case)
+        columns[dwell] = (
+            motion_unit_factor(case.setup, 0) * largest_dwell_position_changes(case)
+            if ratio is None
+            else _dwell_position_changes_of_sole_contact(case, ratio)
+        )
     return columns
 
 
-def _largest_dwell_position_changes(case: EvaluationBlock) -> FloatArray:
+def _dwell_position_changes_of_sole_contact(case: EvaluationBlock, train_ratio: float) -> FloatArray:
     """Largest change of the position in a dwell [mm or deg]."""
-    setup, bands, ratio = case.setup, case.setup.errors, _sole_contact_train_ratio(case.setup)
+    setup, bands = case.setup, case.setup.errors
     assert bands is not None
-    assert ratio is not None
     unit_profile = ToleranceBands({}, profile=1.0)
     changes = [np.zeros(len(case.designs))]
     for stroke in case.programme.tool.dwells:
@@ -263,12 +251,12 @@ def _largest_dwell_position_changes(case: EvaluationBlock) -> FloatArray:
         bore = 2.0 * bands.bore * sin(min(0.5 * stroke.angle, 0.5 * pi))
         changes.append(response * (waves + (0.0 if setup.mechanism.body.developed else bore)))
     unit = np.degrees(1.0) if setup.tool_turns else 1.0
-    return np.asarray(abs(ratio) * unit * np.max(changes, axis=0))
+    return np.asarray(abs(train_ratio) * unit * np.max(changes, axis=0))
 
 
 EFFECT = Effect(
     "motion_errors",
-    offered_quantities,
+    motion_error_quantity_names,
     evaluate_columns,
     missing_keys_by_quantity=missing_keys_by_quantity,
     peaks=peaks,

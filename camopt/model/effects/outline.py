@@ -24,6 +24,7 @@ Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 
 from collections.abc import Callable
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ import numpy as np
 from camopt.core.numerics import LARGEST, LEAST
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
-from camopt.model.effects.peak import Peak, cam_size_error_scale
+from camopt.model.effects.peak import Peak
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.mechanisms.design import Designs, unreduced_designs
 from camopt.model.motion.programme import Programme
@@ -68,27 +69,18 @@ def _outermost_outline_curve(setup: Setup, designs: Designs, programme: Programm
     return setup.mechanism.outline(designs, programme, side * setup.pitch_to_flank_distance(designs))
 
 
-def _pivot_clearance_curve(
-    outline: Callable[[Designs, Programme], Any], designs: Designs, programme: Programme
+def _clearance_curve(
+    setup: Setup, distance_from_axis: Callable[[Designs], Any], designs: Designs, programme: Programme
 ) -> Any:
-    return clearance_beyond_outline(outline(designs, programme), designs.centre_distance)
-
-
-def _edge_clearance_curve(
-    outline: Callable[[Designs, Programme], Any], edge: float, designs: Designs, programme: Programme
-) -> Any:
-    return clearance_beyond_outline(outline(designs, programme), np.full(len(designs), edge))
-
-
-def _centre_distance(designs: Designs) -> Any:
-    """Centre distance c [mm], the scale of errors of clearances."""
-    return designs.centre_distance
+    return clearance_beyond_outline(
+        _outermost_outline_curve(setup, designs, programme), distance_from_axis(designs)
+    )
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.outline is None:
         return {}
-    outline, edge = partial(_outermost_outline_curve, setup), (setup.solid.outer_diameter or 0.0) / 2.0
+    centre_distance, edge = attrgetter("centre_distance"), (setup.solid.outer_diameter or 0.0) / 2.0
     per_body = (
         0.0
         if setup.mechanism.standard_profile_reduction is unreduced_designs
@@ -97,15 +89,17 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         else 1.0
     )
     clearances = {
-        OUTER_RADIUS: Peak(((outline, ALL_STROKES),), LARGEST),
+        OUTER_RADIUS: Peak(((partial(_outermost_outline_curve, setup), ALL_STROKES),), LARGEST),
         PIVOT_CLEARANCE: Peak(
-            ((partial(_pivot_clearance_curve, outline), ALL_STROKES),),
+            ((partial(_clearance_curve, setup, centre_distance), ALL_STROKES),),
             LEAST,
-            unit=_centre_distance,
+            unit=centre_distance,
             per_body=per_body,
         ),
         EDGE_WALL: Peak(
-            ((partial(_edge_clearance_curve, outline, edge), ALL_STROKES),), LEAST, unit=cam_size_error_scale
+            ((partial(_clearance_curve, setup, lambda designs: np.full(len(designs), edge)), ALL_STROKES),),
+            LEAST,
+            unit=attrgetter("size"),
         ),
     }
     return {

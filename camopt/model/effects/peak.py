@@ -7,26 +7,17 @@ in any kind of number.
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray, Number
 from camopt.core.numerics.trigonometry import arctangent
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.programme import Programme
-
-Turn = TypeVar("Turn", bound="HasTool")
-
-
-class HasTool(Protocol):
-    """A motion that may drive a tool."""
-
-    @property
-    def tool(self) -> Any: ...
-
+from camopt.model.trains.joint_forces import WeightedForce
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
 """A curve, and the kinds of pieces over which it counts."""
@@ -48,11 +39,6 @@ CLEAR_SHARE = 1e-9  # relative distance from a bound that is more than rounding
 
 def unit_weight(designs: Designs) -> float:
     return 1.0
-
-
-def cam_size_error_scale(designs: Designs) -> Any:
-    """The size of the cam, as the scale of errors of lengths."""
-    return designs.size
 
 
 class RadiusRange(NamedTuple):
@@ -142,7 +128,7 @@ def _largest_weight_for_unit_product(extreme: FloatArray) -> FloatArray:
         return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
 
 
-def inverse_roller_radius(designs: Designs) -> Any:
+def inverse_roller_radius(designs: Designs) -> Number:
     return 1.0 / designs.roller_radius
 
 
@@ -157,7 +143,7 @@ class Scale(ABC):
     """Whether the quantity falls as the extreme rises."""
 
     @abstractmethod
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         """The quantity of designs, from the extreme; numbers or ranges."""
 
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
@@ -171,7 +157,7 @@ class Scale(ABC):
         return np.where(finite, far - np.where(finite, near, 0.0), 0.0)
 
     @abstractmethod
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         """The weighted extreme at a value of the quantity, in a kind of number."""
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
@@ -185,13 +171,13 @@ class MultipleScale(Scale):
 
     factor: float = 1.0
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return self.factor * extreme
 
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         return self.factor * extreme_change
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(quantity) / number_kind.of(self.factor)
 
 
@@ -202,10 +188,10 @@ IDENTITY_SCALE = MultipleScale()
 class AngleOfTangentScale(Scale):
     """The angle of a tangent ≥ 0 [deg]."""
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return np.degrees(arctangent(extreme))
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.tan(number_kind.of(quantity) * number_kind.pi() / 180)
 
 
@@ -218,10 +204,10 @@ class TimeDerivativeScale(Scale):
     order: int
     rpm: float
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return extreme * ((self.rpm * 2 * math.pi / 60) ** self.order * (1.0 / self.unit))
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         speed = number_kind.of(self.rpm) * number_kind.pi() / 30
         return number_kind.of(quantity) * number_kind.of(self.unit) / speed**self.order
 
@@ -230,10 +216,10 @@ class TimeDerivativeScale(Scale):
 class TurnIntegralScale(Scale):
     """The integral over the turn, from the mean: 2π·extreme."""
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return extreme * (2.0 * math.pi)
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(quantity) / (2 * number_kind.pi())
 
 
@@ -244,10 +230,10 @@ class DegreeScale(Scale):
     power: int
     factor: float = 1.0
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return self.factor * extreme * (180.0 / math.pi) ** self.power
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(quantity) / number_kind.of(self.factor) / (180 / number_kind.pi()) ** self.power
 
 
@@ -260,11 +246,11 @@ class LoadRootScale(Scale):
     """The load at a stress of 1."""
     factor: float = 1.0
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         ratio = np.maximum(extreme, 0.0) / self.unit
         return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return (number_kind.of(quantity) / number_kind.of(self.factor)) ** self.degree * number_kind.of(self.unit)
 
 
@@ -275,10 +261,10 @@ class InverseScale(Scale):
     factor: float
     is_decreasing: ClassVar[bool] = True
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return self.factor / np.maximum(extreme, 0.0)
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(self.factor) / number_kind.of(quantity)
 
 
@@ -288,10 +274,10 @@ class OneMinusScale(Scale):
 
     is_decreasing: ClassVar[bool] = True
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return 1.0 - extreme
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return 1 - number_kind.of(quantity)
 
 
@@ -301,25 +287,14 @@ class PerRollerRadiusScale(Scale):
 
     factor: float
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return extreme * self.factor / designs.roller_radius
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(quantity) / number_kind.of(self.factor)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
         return inverse_roller_radius
-
-
-@dataclass(frozen=True)
-class HalfWidthPlus:
-    """R_r + j/2 + ρ [mm]: ``BodyRadiusPlus`` for a wall with a clearance j of the roller."""
-
-    half_width: Callable[[Designs], Any]
-    radius: float
-
-    def __call__(self, designs: Designs) -> Any:
-        return self.half_width(designs) + self.radius
 
 
 @dataclass(frozen=True)
@@ -333,24 +308,25 @@ class ConvexRadiusScale(Scale):
 
     is_decreasing: ClassVar[bool] = True
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return 1.0 / np.maximum(extreme, 0.0) - self.curve_weight_by_design(0.0)(designs)
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(1.0)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
-        return BodyRadiusPlus(quantity) if self.half_width is None else HalfWidthPlus(self.half_width, quantity)
+        half_width = self.half_width
+        return BodyRadiusPlus(quantity) if half_width is None else lambda designs: half_width(designs) + quantity
 
 
 @dataclass(frozen=True)
 class CutterRadiusScale(Scale):
     """The largest cutter that reaches every hollow flank: R_r − 1/κ, with the pitch curve's κ < 0 where hollow."""
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return number_kind.of(-1.0)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
@@ -368,14 +344,14 @@ class PerDesignFactorScale(Scale):
     def is_decreasing(self) -> bool:  # type: ignore[override]
         return self.scale.is_decreasing
 
-    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Any:
+    def quantity_from_extreme(self, extreme: Any, designs: Designs) -> Number:
         return self.scale.quantity_from_extreme(extreme * self.factor(designs), designs)
 
     def quantity_change(self, extreme: FloatArray, extreme_change: FloatArray, designs: Designs) -> FloatArray:
         factor = self.factor(designs)
         return self.scale.quantity_change(extreme * factor, extreme_change * factor, designs)
 
-    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Any:
+    def weighted_extreme_for_quantity(self, quantity: float, number_kind: NumberKind) -> Number:
         return self.scale.weighted_extreme_for_quantity(quantity, number_kind)
 
     def curve_weight_by_design(self, quantity: float) -> Callable[[Designs], Any]:
@@ -410,8 +386,8 @@ class MotionDerivative:
         """Whether the derivative is infinite somewhere."""
         return any(jump.order < self.order for jump in self.motion_of_tool_or_follower(programme).jumps)
 
-    def motion_of_tool_or_follower(self, programme: Turn) -> Turn:
-        """The motion of the tool or the follower, from a programme or a similar motion of the follower."""
+    def motion_of_tool_or_follower(self, programme: Programme) -> Programme:
+        """The motion of the tool or the follower, from that of the follower."""
         return programme if self.at_follower else programme.tool
 
 
@@ -444,8 +420,32 @@ class Peak(NamedTuple):
         """Whether the quantity is a least value over the turn, so that its limit is a lower bound."""
         return (self.goal == LEAST) != self.scale.is_decreasing
 
-    def over_stroke_kinds(self, stroke_kinds: int) -> "Peak":
-        return self._replace(curves=tuple((make, stroke_kinds) for make, _ in self.curves))
-
     def as_magnitude(self) -> "Peak":
         return self._replace(goal=LARGEST_MAGNITUDE)
+
+
+class TrainMotion(Protocol):
+    """The motion and the forces of trains at cam angles, in any kind of number."""
+
+    def transmission_angle(self, link: int) -> Number:
+        """Transmission angle of a link's coupler [rad]."""
+
+    def link_force_sum(self, parts: Sequence[WeightedForce], speed: Any) -> Number:
+        """Sum of forces of links [N] at a speed [rad/s]."""
+
+
+class TrainPeak(NamedTuple):
+    """A quantity that is the extreme of some curves of links of a train over the turn, for any cam.
+
+    Effects compute the quantity of a single train by other formulas (``effects.transmission``, ``effects.joints``);
+    boxes of trains use these curves.
+    """
+
+    curves: tuple[Callable[[Designs, TrainMotion], Any], ...]
+    goal: int
+    """LEAST or LARGEST_MAGNITUDE, over all curves together."""
+    scale: Scale = IDENTITY_SCALE
+
+    def jumps(self, programme: Programme) -> bool:
+        """Always False; its effect considers jumps of the motion."""
+        return False

@@ -9,13 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
+from camopt.model.effects.effect import Effect, EvaluationBlock
 
 PITCH_CIRCLE_RADIUS, PITCH_POINT_COLUMN = "pitch_circle_radius_mm", "pressure_angle_max_at_deg"
-
-
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.body.developed else (PITCH_CIRCLE_RADIUS,)
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -29,7 +25,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 EFFECT = Effect(
     "pitch_circle",
-    offered_quantities,
+    lambda setup: () if setup.mechanism.body.developed else (PITCH_CIRCLE_RADIUS,),
     evaluate_columns,
     input_quantities=lambda setup: (PITCH_POINT_COLUMN,),
     is_per_contact=True,

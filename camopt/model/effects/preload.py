@@ -21,10 +21,15 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
+from camopt.model.effects.effect import (
+    Effect,
+    EvaluationBlock,
+    Setup,
+    multiple_scale,
+    scale_per_design_if_varied,
+)
 from camopt.model.effects.force import follower_force_curve
 from camopt.model.effects.peak import (
-    IDENTITY_SCALE,
     InverseScale,
     MultipleScale,
     Peak,
@@ -49,10 +54,6 @@ def first_contact_force(force: float, preload: float) -> float:
     return force / 2.0 + max(abs(force) / 2.0, preload)
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return preload_quantity_names(setup) if setup.mechanism.further_contacts else ()
-
-
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     if not setup.mechanism.further_contacts:
         return {}
@@ -71,13 +72,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     curves = ((partial(follower_force_curve, setup), ALL_STROKES),)
     loads = {least: Peak(curves, LARGEST_MAGNITUDE, MultipleScale(0.5 * unit), is_infinite_by_velocity_jumps)}
     if setup.given[STIFFNESS]:
-
-        def interference_per_force(varied_setup: Setup) -> Any:
-            return 0.5 * angle / varied_setup.dynamics.pair_stiffness
-
-        scale = scale_per_design_if_varied(
-            setup, MultipleScale(interference_per_force(setup)), IDENTITY_SCALE, interference_per_force
-        )
+        scale = multiple_scale(setup, lambda each: 0.5 * angle / each.dynamics.pair_stiffness)
         loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, is_infinite_by_velocity_jumps)
     if preload := setup.dynamics.pair_preload:
         ratio = scale_per_design_if_varied(
@@ -100,7 +95,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 EFFECT = Effect(
     "preload",
-    offered_quantities,
+    lambda setup: preload_quantity_names(setup) if setup.mechanism.further_contacts else (),
     evaluate_columns,
     missing_keys_by_quantity,
     is_of_motion=lambda setup: True,

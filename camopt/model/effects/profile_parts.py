@@ -8,14 +8,13 @@ that point. The trace point moves along a line or on a circle about the pivot, s
 and y''. All is computed in double precision, with a margin for rounding.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.core.numerics import ComplexArray, FloatArray, IntArray
+from camopt.core.numerics import ComplexArray, FloatArray, IntArray, Number
 from camopt.core.numerics.piecewise import MotionTable
 from camopt.model.effects.effect import Setup
 from camopt.model.mechanisms.design import Designs
@@ -100,27 +99,16 @@ def enclose_profile(
     return ProfileEnclosure(turn * trace - inwards * normal, tangent, normal, spread, away, bulge, rounding)
 
 
-PartEnds = Sequence[ComplexArray]
-"""The points at which parts of a profile start, and those at which they end."""
-
-
-def wall_points_at_part_ends(
-    setup: Setup, design: Designs, programme: Programme, parts: TurnParts, side: float = INNER_SIDE
-) -> PartEnds:
-    """The ends of parts of a wall of one design, or of several designs (n, 1)."""
-    angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
-    return list(wall_points(setup, design, programme, angles, side))
-
-
 def wall_points(
     setup: Setup, design: Designs, programme: Programme, angles: FloatArray, side: float = INNER_SIDE
 ) -> ComplexArray:
     """Points of a wall of one design, or of several designs (n, 1), at cam angles in rad."""
     y, y1 = displacement_and_velocity_at(programme.table, angles)
-    x, z = profile_point(
-        setup, designs_with_wall_as_profile(setup, design, side), start_height_or_arm_angle(setup, design) + y, y1
-    )
-    return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
+    wall = designs_with_wall_as_profile(setup, design, side)
+    (x, z), (along, up) = trace_point_and_velocity(setup, wall, start_height_or_arm_angle(setup, design) + y, y1)
+    share = wall.sense * wall.roller_radius / np.sqrt(np.square(along) + np.square(up))
+    point = x + share * up + 1j * (z - share * along)  # T − R_r·n in the ground frame
+    return np.asarray(np.exp(-1j * design.sense * angles) * point)
 
 
 def displacement_and_velocity_at(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -142,7 +130,7 @@ def designs_with_wall_as_profile(setup: Setup, designs: Designs, side: Any) -> D
     return replace(designs, roller_radius=-side * setup.pitch_to_flank_distance(designs))
 
 
-def start_height_or_arm_angle(setup: Setup, designs: Designs) -> Any:
+def start_height_or_arm_angle(setup: Setup, designs: Designs) -> Number:
     """Height of the trace point [mm], or angle of the arm [rad], at displacement 0; numbers or ranges."""
     assert setup.mechanism.start is not None
     return setup.mechanism.start(designs)
@@ -160,10 +148,3 @@ def trace_point_and_velocity(
     x, z = setup.mechanism.trace_point(designs, follower_position)
     along, up = (z * y1, (designs.centre_distance - x) * y1) if setup.angular else (0.0, y1)
     return (x, z), (along + designs.sense * z, up - designs.sense * x)
-
-
-def profile_point(setup: Setup, designs: Designs, follower_position: Any, y1: Any) -> tuple[Any, Any]:
-    """(x, y) of the contact point T − R_r·n in the ground frame [mm], at a height or angle; numbers or ranges."""
-    (x, z), (along, up) = trace_point_and_velocity(setup, designs, follower_position, y1)
-    share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
-    return x + share * up, z - share * along

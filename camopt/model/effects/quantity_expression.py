@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
 from camopt.core.numerics.interval import UNBOUNDED_ERRSTATE, Interval, as_interval
 from camopt.core.quantities.expression import DOUBLE_RULES, ExpressionRules
 from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity
@@ -40,7 +39,14 @@ def _expression_column(
     quantity: OwnQuantity, case: EvaluationBlock, wanted_quantities: frozenset[str]
 ) -> dict[str, Any]:
     columns: Mapping[str, Any] = {name: case.columns[name] for name in quantity.quantities_read}
-    value = expression_values(quantity, columns, len(case.designs))
+    count = len(case.designs)
+    if quantity.function_call:
+        columns = {
+            name: np.broadcast_to(np.asarray(column, dtype=float), (count,)) for name, column in columns.items()
+        }
+    with np.errstate(all="ignore"):
+        value = np.asarray(quantity.tree.evaluate(columns), dtype=float) + np.zeros(count)
+    value = np.where(np.isfinite(value), value, np.inf)
     if quantity.function_call or not any(name in case.outward for name in columns):
         return {quantity.name: value}
     enclosure = expression_range(
@@ -50,17 +56,6 @@ def _expression_column(
         width = np.maximum(enclosure.high - value, value - enclosure.low)
         scale = np.fmax(np.abs(value), largest_term_magnitude(quantity.tree, columns))
     return {quantity.name: EnclosedValue(value, np.where(np.isfinite(value), width, 0.0), scale)}
-
-
-def expression_values(quantity: OwnQuantity, columns: Mapping[str, Any], count: int) -> FloatArray:
-    """Values of the quantity for ``count`` designs; infinite where the expression has no finite value."""
-    if quantity.function_call:
-        columns = {
-            name: np.broadcast_to(np.asarray(column, dtype=float), (count,)) for name, column in columns.items()
-        }
-    with np.errstate(all="ignore"):
-        value = np.asarray(quantity.tree.evaluate(columns), dtype=float) + np.zeros(count)
-    return np.where(np.isfinite(value), value, np.inf)
 
 
 def largest_term_magnitude(tree: Any, columns: Mapping[str, Any]) -> Any:
@@ -102,7 +97,8 @@ def _range_power(a: Interval, exponent: Interval) -> Interval:
     if same and number == np.floor(number) and abs(number) <= LARGEST_EXPONENT:
         return _range_whole_power(a, int(number))
     low, high = np.maximum(a.low, 0.0), np.maximum(a.high, 0.0)
-    return _hull_of_ends([base**by for base in (low, high) for by in (exponent.low, exponent.high)])
+    ends = [base**by for base in (low, high) for by in (exponent.low, exponent.high)]
+    return Interval(reduce(np.fmin, ends), reduce(np.fmax, ends))
 
 
 def _range_whole_power(base: Interval, exponent: int) -> Interval:
@@ -126,10 +122,6 @@ def _clip_range_to_plus_minus_one(a: Interval) -> Interval:
 
 def _range_of_falling_function(function: Callable[[Any], Any], a: Interval) -> Interval:
     return Interval(function(a.high), function(a.low))
-
-
-def _hull_of_ends(ends: list[FloatArray]) -> Interval:
-    return Interval(reduce(np.fmin, ends), reduce(np.fmax, ends))
 
 
 RANGE_OVERRIDES: ExpressionRules = {

@@ -13,6 +13,7 @@ translating follower on a cylinder is proved to be nowhere thinner than the leas
 At t ≤ 0 the rollers leave no rib, and the cam cannot exist.
 """
 
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -55,15 +56,6 @@ def rib_thickness(
     return spacing * (cos_1 + cos_2) / (1.0 + cos_1 * cos_2 + sin_1 * sin_2) - diameter_and_clearance
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return (RIB_THICKNESS,) if setup.mechanism.has_rib else ()
-
-
-def _roller_spacing(designs: Designs) -> Any:
-    """Distance of the rollers d [mm], the scale of errors of thicknesses."""
-    return designs.roller_spacing
-
-
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
 
@@ -78,15 +70,18 @@ def peaks(setup: Setup) -> dict[str, Peak]:
             first, other, d, cosine + zero, way * sine, 2.0 * setup.pitch_to_flank_distance(designs) + zero
         )
 
-    return (
-        {RIB_THICKNESS: Peak(((rib_thickness_curve, ALL_STROKES),), LEAST, unit=_roller_spacing, open_at_zero=True)}
-        if mechanism.has_rib
-        else {}
-    )
+    curves, spacing = ((rib_thickness_curve, ALL_STROKES),), attrgetter("roller_spacing")
+    return {RIB_THICKNESS: Peak(curves, LEAST, unit=spacing, open_at_zero=True)} if mechanism.has_rib else {}
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     return {RIB_THICKNESS: peak_column(case, peaks(case.setup)[RIB_THICKNESS])}
 
 
-EFFECT = Effect("rib", offered_quantities, evaluate_columns, peaks=peaks, work=400.0)
+EFFECT = Effect(
+    "rib",
+    lambda setup: (RIB_THICKNESS,) if setup.mechanism.has_rib else (),
+    evaluate_columns,
+    peaks=peaks,
+    work=400.0,
+)

@@ -18,26 +18,25 @@ from camopt.model.effects.peak import DegreeScale, MotionDerivative
 from camopt.model.motion.stroke import ALL_STROKES
 
 
-def _rms_mean(setup: Setup, order: int) -> Mean:
-    by_angle = MotionDerivative(order)
-    return Mean(((by_angle, ALL_STROKES),), 2, motion_unit_scale(setup, order), by_angle.is_infinite_somewhere)
-
-
 def means(setup: Setup) -> dict[str, Mean]:
     turns, timed = setup.tool_turns, setup.omega is not None
     roots = {
-        motion_rms_name(n, angular=turns, timed=timed): _rms_mean(setup, order) for n, order in RMS_ORDERS.items()
+        motion_rms_name(name, angular=turns, timed=timed): Mean(
+            ((MotionDerivative(order), ALL_STROKES),),
+            2,
+            motion_unit_scale(setup, order),
+            MotionDerivative(order).is_infinite_somewhere,
+        )
+        for name, order in RMS_ORDERS.items()
     }
     lift_area = Mean(((MotionDerivative(0), ALL_STROKES),), 1, DegreeScale(int(turns), 360.0))
     return {**roots, f"lift_area_{'deg' if turns else 'mm'}_deg": lift_area}
-
-
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return tuple(means(setup))
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted_quantities}
 
 
-EFFECT = Effect("rms", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, means=means)
+EFFECT = Effect(
+    "rms", lambda setup: tuple(means(setup)), evaluate_columns, is_of_motion=lambda setup: True, means=means
+)

@@ -20,16 +20,15 @@ Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
 from collections.abc import Iterator
 from functools import partial
 from math import pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.core.numerics.quadrature import GaussRule, Integrals, gauss_rule, integrate_with_rising_order
 from camopt.core.numerics.stable_functions import matrix_product
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, NecessaryConditions, Setup
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.necessary_conditions import NecessaryConditions
 from camopt.model.effects.peak import TurnIntegralScale
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
@@ -55,7 +54,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
         groove = integrate_groove(case)
         return {GROOVE_LENGTH: EnclosedValue(groove.value[0], groove.error[0], groove.value[0])}
     section = integrate_section(case)
-    (length, area, *_, polar), size = section.value, section.size
+    length, area, *_, polar = section.value
     columns = {
         PROFILE_LENGTH: EnclosedValue(length, section.error[0], length),
         AREA: EnclosedValue(area, section.error[1], area),
@@ -63,25 +62,17 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     }
     for name, moment, error in zip(CENTROID, section.value[2:4], section.error[2:4], strict=True):
         width = (error + np.abs(moment / area) * section.error[1]) / area
-        columns[name] = EnclosedValue(moment / area, width, size)
+        columns[name] = EnclosedValue(moment / area, width, np.sqrt(np.abs(area) / pi))
     return columns
 
 
-class SectionIntegrals(NamedTuple):
-    """Length, area, first moments x and y, polar moment (5, designs); errors; the radius of a disc of that area."""
+def integrate_section(case: EvaluationBlock) -> Integrals:
+    """Integrals over the sections of disc cams, or over the region within a flank of a rib, in mm (5, designs).
 
-    value: FloatArray
-    error: FloatArray
-    size: FloatArray
-
-
-def integrate_section(case: EvaluationBlock) -> SectionIntegrals:
-    """Integrals over the sections of disc cams, or over the region within a flank of a rib, in mm."""
+    They are the length, the area, the first moments x and y, and the polar moment.
+    """
     side = case.setup.mechanism.flanks[0].side
-    integrals = integrate_with_rising_order(
-        *_arguments_of_integrate_by_orders(case, partial(section_integrals, side=side), _section_error_scales)
-    )
-    return SectionIntegrals(*integrals, np.sqrt(np.abs(integrals.value[1]) / pi))
+    return _integrate_in_blocks(case, partial(section_integrals, side=side), _section_error_scales)
 
 
 def _section_error_scales(integrals: FloatArray) -> FloatArray:
@@ -91,10 +82,8 @@ def _section_error_scales(integrals: FloatArray) -> FloatArray:
     return np.stack([length, area, moment, moment, polar])
 
 
-def _arguments_of_integrate_by_orders(
-    case: EvaluationBlock, integrals: Any, error_scale: Any
-) -> tuple[Any, Any, int, float]:
-    """The arguments of ``integrate_with_rising_order``; blocks of designs keep the memory bounded."""
+def _integrate_in_blocks(case: EvaluationBlock, integrals: Any, error_scale: Any) -> Integrals:
+    """Integrals of all designs, to the setup's error; blocks of designs keep the memory bounded."""
 
     def integrate_designs(rule: GaussRule, index: Any) -> FloatArray:
         designs = case.designs.take(index)
@@ -102,13 +91,13 @@ def _arguments_of_integrate_by_orders(
         blocks = np.array_split(np.arange(len(designs)), count)
         return np.concatenate([integrals(case, designs.take(block), rule) for block in blocks], axis=1)
 
-    return integrate_designs, error_scale, len(case.designs), case.setup.relative_error
+    return integrate_with_rising_order(integrate_designs, error_scale, len(case.designs), case.setup.relative_error)
 
 
 def section_integrals(
     case: EvaluationBlock, designs: Designs, rule: GaussRule, side: float = INNER_SIDE
 ) -> FloatArray:
-    """Integrals (5, designs) of ``SectionIntegrals`` within the wall on a side; side 0 is the pitch curve."""
+    """Integrals (5, designs) of ``integrate_section`` within the wall on a side; side 0 is the pitch curve."""
     table, sense = case.programme.table, designs.sense
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
     travel = case.setup.mechanism.trace_and_normal(designs.as_columns(), case.programme, angles.ravel())
@@ -144,7 +133,7 @@ def _profile_parts_at_corners(
     case: EvaluationBlock, designs: Designs, rule: GaussRule, wall_distance: FloatArray
 ) -> Iterator[tuple[Any, ...]]:
     """Parts of profiles at corners of the motion: arcs about the trace point, or edges along a flat face."""
-    share, half = 0.5 * (1.0 + rule.nodes), 0.5
+    share = 0.5 * (1.0 + rule.nodes)
     for corner in case.programme.corners:
         angles = np.mod(corner.at + JUMP_SIDE * np.array([-1.0, 1.0]), 2.0 * pi)
         trace, normal = (
@@ -155,21 +144,16 @@ def _profile_parts_at_corners(
         face = normal[:, :1] * np.exp(1j * sweep * share)
         radius = -wall_distance[:, None]
         point = trace[:, :1] + step * share - radius * face
-        along = half * (step - 1j * sweep * radius * face)
+        along = 0.5 * (step - 1j * sweep * radius * face)
         turn = np.full(rule.nodes.size, np.exp(-1j * designs.sense * corner.at))
         yield point[:, None], face[:, None], along[:, None], turn
 
 
 def integrate_groove(case: EvaluationBlock) -> Integrals:
     """Integrals of ``cylinder_groove_integrals``, or ``face_groove_integrals`` for a face groove (3, designs)."""
-    developed = case.setup.mechanism.body.developed
-    return integrate_with_rising_order(
-        *(
-            _arguments_of_integrate_by_orders(case, cylinder_groove_integrals, np.abs)
-            if developed
-            else _arguments_of_integrate_by_orders(case, face_groove_integrals, _section_error_scales)
-        )
-    )
+    if case.setup.mechanism.body.developed:
+        return _integrate_in_blocks(case, cylinder_groove_integrals, np.abs)
+    return _integrate_in_blocks(case, face_groove_integrals, _section_error_scales)
 
 
 def face_groove_integrals(case: EvaluationBlock, designs: Designs, rule: GaussRule) -> FloatArray:

@@ -26,18 +26,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IntArray
+from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, IntArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.state import State
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.profile_parts import (
     PART_ERROR,
-    PartEnds,
     ProfileEnclosure,
     TurnParts,
     enclose_profile,
     initial_turn_parts,
-    wall_points_at_part_ends,
+    wall_points,
 )
 from camopt.model.mechanisms.design import Designs
 from camopt.model.mechanisms.elements import INNER_SIDE
@@ -60,10 +59,6 @@ class ProfileCrossing(NamedTuple):
     within: float = 0.0
     side: float = INNER_SIDE
     """The side of the trace point on which the crossing wall is."""
-
-
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return ("self_crossing",) if setup.mechanism.body.closed else ()
 
 
 def input_quantities(setup: Setup) -> tuple[str, ...]:
@@ -97,7 +92,7 @@ def pressure_angle_proves_no_crossing(case: EvaluationBlock) -> BoolArray:
     return np.asarray(proved_uncrossed_roller_radius(case) > case.setup.pitch_to_flank_distance(case.designs))
 
 
-def proved_uncrossed_roller_radius(case: EvaluationBlock) -> Any:
+def proved_uncrossed_roller_radius(case: EvaluationBlock) -> Number:
     """R_r below which the largest pressure angle proves P·n > 0 [mm]; the same for all designs of a pitch curve.
 
     For ranges of sizes it is a range.
@@ -182,8 +177,7 @@ class PartPairs(NamedTuple):
         count = parts.middle.size
         starts = np.repeat(count * np.arange(designs.size), count * (count + 1) // 2)
         first, second = (starts + np.tile(index, designs.size) for index in np.triu_indices(count))
-        tiled = TurnParts(*(np.tile(x, designs.size) for x in parts))
-        return cls(tiled, np.repeat(designs, count), first, second)
+        return cls(TurnParts(*(np.tile(x, designs.size) for x in parts)), np.repeat(designs, count), first, second)
 
     def decide_designs_and_keep_open_pairs(
         self, setup: Setup, designs: Designs, programme: Programme, verdicts: list[ProfileCrossing], side: float
@@ -195,7 +189,8 @@ class PartPairs(NamedTuple):
         gap = np.abs(enclosures.point[pairs.second] - enclosures.point[pairs.first])
         pairs = pairs.select_pairs(~(gap > enclosures.radius[pairs.first] + enclosures.radius[pairs.second]))
         pairs = pairs.select_pairs(~_strips_disjoint(enclosures.take(pairs.first), enclosures.take(pairs.second)))
-        ends = wall_points_at_part_ends(setup, owners, programme, self.parts, side)
+        end_angles = np.stack([self.parts.middle - self.parts.half, self.parts.middle + self.parts.half])
+        ends = wall_points(setup, owners, programme, end_angles, side)
         for pair in np.flatnonzero(_parts_surely_meet(enclosures, ends, pairs.first, pairs.second))[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())
@@ -203,7 +198,8 @@ class PartPairs(NamedTuple):
                 True, tuple(self.parts.middle[both].tolist()), within, side
             )
         count = np.bincount(self.owner[pairs.first], minlength=len(designs))
-        done = (count == 0) | _surely_encircles_axis(enclosures, self.owner, len(designs))
+        inward_parts = np.bincount(self.owner[~_normals_point_outward(enclosures)], minlength=len(designs))
+        done = (count == 0) | (inward_parts == 0)
         for i in np.unique(self.owner[done[self.owner]]):
             verdicts[i] = ProfileCrossing(False)
         undecided = ~done & (count <= MOST_PART_PAIRS) & [verdict.crosses is None for verdict in verdicts]
@@ -228,13 +224,7 @@ class PartPairs(NamedTuple):
 def _normals_point_outward(parts: ProfileEnclosure) -> BoolArray:
     """The parts over which P·n > 0: within a part, P moves by its radius, at most 2δ from square to n."""
     outwards = (parts.point.conj() * parts.normal).real
-    needed = (np.abs(parts.point) + 2.0 * parts.radius) * parts.spread + parts.rounding
-    return np.asarray(outwards > needed)
-
-
-def _surely_encircles_axis(parts: ProfileEnclosure, design_of_part: IntArray, design_count: int) -> BoolArray:
-    """The designs with P·n > 0 over all parts."""
-    return np.asarray(np.bincount(design_of_part[~_normals_point_outward(parts)], minlength=design_count) == 0)
+    return np.asarray(outwards > ((np.abs(parts.point) + 2.0 * parts.radius) * parts.spread + parts.rounding))
 
 
 def _tangent_turns_below_half_turn(
@@ -260,15 +250,15 @@ def _strips_disjoint(a: ProfileEnclosure, b: ProfileEnclosure) -> BoolArray:
 
 
 def _parts_surely_meet(
-    parts: ProfileEnclosure, ends: PartEnds, first_part: IntArray, second_part: IntArray
+    parts: ProfileEnclosure, ends: ComplexArray, first_part: IntArray, second_part: IntArray
 ) -> BoolArray:
-    """The pairs of parts that surely meet."""
-    one, other = ((parts.take(index), [tip[index] for tip in ends]) for index in (first_part, second_part))
+    """The pairs of parts that surely meet; ``ends`` are the points at which parts start and end (2, parts)."""
+    one, other = ((parts.take(index), ends[:, index]) for index in (first_part, second_part))
     beyond = straddle_distance(*one, other[0]) - other[0].bulge, straddle_distance(*other, one[0]) - one[0].bulge
     return np.asarray(np.minimum(*beyond) > 0.0)
 
 
-def straddle_distance(parts: ProfileEnclosure, ends: PartEnds, other_parts: ProfileEnclosure) -> FloatArray:
+def straddle_distance(parts: ProfileEnclosure, ends: ComplexArray, other_parts: ProfileEnclosure) -> FloatArray:
     """Distance of the ends of parts, on opposite sides, from the tangents of others [mm]; −∞ if on one side."""
     start, end = (cross_product(other_parts.tangent, tip - other_parts.point) for tip in ends)
     far = np.minimum(np.abs(start), np.abs(end)) - parts.rounding
@@ -281,7 +271,7 @@ def cross_product(a: ComplexArray, b: ComplexArray) -> FloatArray:
 
 EFFECT = Effect(
     "crossing",
-    offered_quantities,
+    lambda setup: ("self_crossing",) if setup.mechanism.body.closed else (),
     evaluate_columns,
     input_quantities=input_quantities,
     last=True,

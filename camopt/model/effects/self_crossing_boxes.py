@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray
+from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, Number
 from camopt.core.numerics.interval import Interval, as_interval, widen
 from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rule, box_variables
 from camopt.model.effects.effect import Setup
@@ -177,7 +177,7 @@ def profile_overlap_formula(
     angles: FloatArray,
     displacement_and_velocity: Any,
     other_displacement: Any,
-) -> Any:
+) -> Number:
     """Overlap (2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| [mm³/rad]; numbers, ranges or ranges with slopes.
 
     The designs are the ``designs_with_wall_as_profile`` of a wall. ``start_position`` is the height or angle at

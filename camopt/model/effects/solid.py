@@ -34,23 +34,74 @@ parallel to the cutter's axis, is at most R_r²/(2·R_m) from it. Edges are shar
 
 from collections.abc import Callable
 from functools import reduce
-from math import pi, sqrt
+from math import asin, cos, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.quadrature import GAUSS_ORDERS, gauss_rule
 from camopt.core.numerics.stable_functions import matrix_product
-from camopt.model.effects.area_moments import AreaMoments, disc_moments, keyway_moments
 from camopt.model.effects.contacts import all_follower_contacts, block_at_contact
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, SolidSizes
-from camopt.model.effects.necessary_conditions import NecessaryConditions
+from camopt.model.effects.effect import (
+    Effect,
+    EnclosedValue,
+    EvaluationBlock,
+    NecessaryConditions,
+    Setup,
+    SolidSizes,
+)
 from camopt.model.effects.section import JUST_ABOVE, integrate_groove, integrate_section
 from camopt.model.mechanisms.elements import CYLINDER, DISC, FACE_GROOVE, RIBBED_CYLINDER, RIBBED_DISC
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
 KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # per t, t·mm², t·mm
+
+
+class AreaMoments(NamedTuple):
+    """Area [mm²], first moment (complex x + iy) [mm³] and polar moment about the axis [mm⁴]; numbers or arrays."""
+
+    area: Any
+    moment: Any
+    polar: Any
+
+    def subtract(self, other: "AreaMoments") -> "AreaMoments":
+        """The figure without another one inside it."""
+        return AreaMoments(*(a - b for a, b in zip(self, other, strict=True)))
+
+    def add(self, other: "AreaMoments") -> "AreaMoments":
+        """Both figures together; they do not overlap."""
+        return AreaMoments(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def times(self, factor: float) -> "AreaMoments":
+        """The moments times a factor, as a thickness or a density."""
+        return AreaMoments(*(factor * each for each in self))
+
+
+def disc_moments(radius: Any) -> AreaMoments:
+    return AreaMoments(pi * radius**2, 0.0, pi * radius**4 / 2.0)
+
+
+def keyway_moments(bore_radius: float, width: float, depth: float, angle: float) -> AreaMoments:
+    """Moments of a keyway in the direction of an angle [rad], without the bore; all 0 if its width is 0.
+
+    A keyway of width w runs from the bore (radius r) to a flat bottom at the distance r + t from the axis. It is
+    the rectangle |v| ≤ a = w/2, 0 ≤ u ≤ r + t, without the part of the bore inside it. With c = √(r² − a²) and
+    φ = arcsin(a/r) that part has
+
+        area = a·c + r²·φ,    ∫u dA = a·r² − a³/3,    ∫(u² + v²) dA = a·c·(r² + 2a²)/6 + r⁴·φ/2
+
+    Source: integrals of Bronshtein et al., Handbook of Mathematics, table 21.7 (√(a² − x²)).
+    """
+    r, a, u = bore_radius, width / 2.0, bore_radius + depth
+    if not a:
+        return AreaMoments(0.0, 0.0, 0.0)
+    c, phi = sqrt((r - a) * (r + a)), asin(a / r)
+    area = 2.0 * a * u - (a * c + r**2 * phi)
+    along = a * u**2 - (a * r**2 - a**3 / 3.0)
+    polar = 2.0 * a * u * (u**2 + a**2) / 3.0 - (a * c * (r**2 + 2.0 * a**2) / 6.0 + r**4 * phi / 2.0)
+    return AreaMoments(area, along * complex(cos(angle), sin(angle)), polar)
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
@@ -62,8 +113,8 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
-    sizes = setup.mechanism.body.solid
-    keys = tuple(f"part.{key}" for key in (*sizes, "density") if getattr(setup.solid, key) is None)
+    needed = (*setup.mechanism.body.solid, "density")
+    keys = tuple(f"part.{key}" for key in needed if getattr(setup.solid, key) is None)
     missing = dict.fromkeys(offered_quantities(setup), keys)
     if BALANCE[1] in missing:
         missing[BALANCE[1]] = tuple(key for key in keys if key != "part.density")
@@ -74,25 +125,19 @@ def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> Nece
     """The largest base radius for a bound on mass or inertia: every profile goes round the base circle."""
     if not setup.mechanism.body.bounded or quantity_name not in (MASS, INERTIA):
         return NecessaryConditions()
-    return NecessaryConditions(most_size=_largest_base_radius_within_bound(setup, quantity_name, bound))
-
-
-def _largest_base_radius_within_bound(setup: Setup, quantity_name: str, bound: float) -> float:
-    """Largest base radius of a disc, or of the first disc of a pair whose second one is no larger than the bore."""
+    # the first disc of a pair; the second one is no larger than the bore
     solid = setup.solid
-    assert solid.thickness is not None
-    assert solid.density is not None
     rest = _hub_moments(solid, _disc_count(setup)).subtract(_bore_moments(solid).times(solid.thickness))
     allowed = bound / (KG if quantity_name == MASS else KG_M2) / solid.density
     square = max(allowed - rest.area, 0.0) / (pi * solid.thickness)
     if quantity_name == INERTIA:
         square = sqrt(2.0 * max(allowed - rest.polar, 0.0) / (pi * solid.thickness))
-    return max(sqrt(square) * JUST_ABOVE, solid.bore_reach)  # if the hub alone is too heavy, no size is left
+    # if the hub alone is too heavy, no size is left
+    return NecessaryConditions(most_size=max(sqrt(square) * JUST_ABOVE, solid.bore_reach))
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     solid, size = case.setup.solid, case.designs.size
-    assert solid.thickness is not None
     density = 1.0 if solid.density is None else solid.density
     body, error = BODY_FORMULAS[case.setup.mechanism.body].volume(case)
     mass, inertia = density * body.area, density * body.polar
@@ -120,9 +165,10 @@ def _bore_moments(solid: SolidSizes) -> AreaMoments:
 def _plates_and_hub_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and moments of plates and hub, and their errors."""
     solid, (first, *others) = case.setup.solid, all_follower_contacts(case.setup)[: _disc_count(case.setup)]
-    assert solid.thickness is not None
-    sections = [_section_moments(block_at_contact(case, first))]
-    sections += [_section_moments(block_at_contact(case, other), mirror_sign=-1.0) for other in others]
+    sections = [_section_moments(*integrate_section(block_at_contact(case, first))[:2])]
+    for other in others:
+        section = integrate_section(block_at_contact(case, other))
+        sections.append(_section_moments(section.value, section.error, mirror_sign=-1.0))
     body, error = (reduce(AreaMoments.add, parts).times(solid.thickness) for parts in zip(*sections, strict=True))
     hollow = _bore_moments(solid).times(len(sections) * solid.thickness)
     return body.subtract(hollow).add(_hub_moments(solid, len(sections))), error
@@ -132,18 +178,17 @@ def _disc_count(setup: Setup) -> int:
     return 1 + bool(setup.mechanism.second_contact_size_keys)
 
 
-def _section_moments(case: EvaluationBlock, mirror_sign: float = 1.0) -> tuple[AreaMoments, AreaMoments]:
-    """Moments of a disc's section, or of its mirror image (``mirror_sign`` −1), and their errors."""
-    section = integrate_section(case)
-    _, area, x, y, polar = section.value
-    _, *errors = section.error
+def _section_moments(
+    value: FloatArray, error: FloatArray, mirror_sign: float = 1.0
+) -> tuple[AreaMoments, AreaMoments]:
+    """Moments of a section from its integrals, or of its mirror image (``mirror_sign`` −1), and their errors."""
+    (_, area, x, y, polar), (_, *errors) = value, error
     body = AreaMoments(area, x + 1j * mirror_sign * y, polar)
     return body, AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3])
 
 
 def _hub_moments(solid: SolidSizes, plate_count: int) -> AreaMoments:
     """Volume and moments of the hub beside the plates, without bore and keyway."""
-    assert solid.thickness is not None
     beside = max(solid.hub_length - plate_count * solid.thickness, 0.0)
     return disc_moments(solid.hub_radius).subtract(_bore_moments(solid)).times(beside)
 
@@ -151,8 +196,6 @@ def _hub_moments(solid: SolidSizes, plate_count: int) -> AreaMoments:
 def _grooved_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and polar moment of a cylinder with its groove, and their errors."""
     solid, designs, groove = case.setup.solid, case.designs, integrate_groove(case)
-    assert solid.thickness is not None
-    assert solid.groove_depth is not None
     cylinder = (
         disc_moments(designs.size + solid.groove_depth / 2.0).subtract(_bore_moments(solid)).times(solid.thickness)
     )
@@ -163,8 +206,6 @@ def _grooved_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaM
 def _ribbed_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and polar moment of a cylinder with a rib, and their errors."""
     solid, designs = case.setup.solid, case.designs
-    assert solid.thickness is not None
-    assert solid.rib_height is not None
     core, top = (designs.size + side * solid.rib_height / 2.0 for side in (-1.0, 1.0))
     distance = designs.roller_spacing * _axial_share_integral(case) / (2.0 * pi)
     band = disc_moments(top).subtract(disc_moments(core)).times(distance)
@@ -176,7 +217,7 @@ def _ribbed_cylinder_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMo
     return body.subtract(AreaMoments(strips[0], 0.0, strips[1])), AreaMoments(errors[0], 0.0, errors[1])
 
 
-def _axial_share_integral(case: EvaluationBlock) -> Any:
+def _axial_share_integral(case: EvaluationBlock) -> Number:
     """Integral over the turn of cos ψ, the axial share of the line through both rollers; 2π without arms."""
     table, lift = case.programme.table, case.programme.lift
     if not case.setup.angular:
@@ -191,13 +232,8 @@ def _axial_share_integral(case: EvaluationBlock) -> Any:
 def _grooved_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMoments]:
     """Volume and moments of a plate with a groove in its face, and their errors."""
     solid, groove = case.setup.solid, integrate_groove(case)
-    assert solid.thickness is not None
-    assert solid.groove_depth is not None
-    assert solid.outer_diameter is not None
     plate = disc_moments(solid.outer_diameter / 2.0).subtract(_bore_moments(solid)).times(solid.thickness)
-    (_, area, x, y, polar), (_, *errors) = groove
-    band = AreaMoments(area, x + 1j * y, polar).times(solid.groove_depth)
-    error = AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3]).times(solid.groove_depth)
+    band, error = (moments.times(solid.groove_depth) for moments in _section_moments(groove.value, groove.error))
     return plate.subtract(band), error
 
 
@@ -205,17 +241,13 @@ def _ribbed_plate_moments(case: EvaluationBlock) -> tuple[AreaMoments, AreaMomen
     """Volume and moments of a plate with a rib on its face, and their errors."""
     solid, contacts = case.setup.solid, all_follower_contacts(case.setup)
     outer, inner = (integrate_section(block_at_contact(case, contact)) for contact in contacts)
-    assert solid.thickness is not None
-    assert solid.rib_height is not None
-    assert solid.outer_diameter is not None
     plate = (
         disc_moments(solid.outer_diameter / 2.0)
         .subtract(_bore_moments(solid))
         .times(solid.thickness - solid.rib_height)
     )
-    (_, area, x, y, polar), (_, *errors) = outer.value - inner.value, outer.error + inner.error
-    band = AreaMoments(area, x + 1j * y, polar).times(solid.rib_height)
-    error = AreaMoments(errors[0], np.hypot(errors[1], errors[2]), errors[3]).times(solid.rib_height)
+    section = _section_moments(outer.value - inner.value, outer.error + inner.error)
+    band, error = (moments.times(solid.rib_height) for moments in section)
     return plate.add(band), error
 
 

@@ -25,30 +25,33 @@ below the roller.
 Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
 """
 
-from collections.abc import Callable, Mapping
 from functools import partial
 from math import pi
 from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray, Number
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.jet import power_of_number
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
+from camopt.model.effects.effect import (
+    Effect,
+    EvaluationBlock,
+    Setup,
+    multiple_scale,
+    scale_per_design_if_varied,
+)
 from camopt.model.effects.loads import (
     can_bear_load,
     contact_load_curve,
+    curve_variants_by_friction,
     flank_path_curvature_curve,
-    friction_signs_by_stroke_kind,
-    has_guide_friction,
+    input_quantities_of_loads,
     normal_force_curve,
 )
 from camopt.model.effects.peak import (
-    IDENTITY_SCALE,
     InverseScale,
-    MultipleScale,
     Peak,
     PerRollerRadiusScale,
     Scale,
@@ -156,10 +159,6 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return missing
 
 
-def input_quantities(setup: Setup) -> tuple[str, ...]:
-    return (*(() if setup.is_knife else ("undercut",)), *(("jamming_margin",) if has_guide_friction(setup) else ()))
-
-
 def speed_over_cam_curve_maker(mechanism: Mechanism) -> Any:
     """Curve of the speed of the trace point or the flat face over the cam [mm/rad]."""
     return mechanism.sliding or mechanism.path
@@ -217,47 +216,31 @@ def wear_load_curve(setup: Setup, designs: Designs, programme: Programme, veloci
 
 def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
     """Curve of ``film_thickness_factor`` over the film."""
-    mechanism = setup.mechanism
     normal = normal_force_curve(setup, designs, programme, velocity_sign)
     entrainment = entrainment_speed_mm_per_rad_curve(setup, designs, programme)
-    if mechanism.curvature:
-        curvature = flank_path_curvature_curve(setup, designs, programme, mechanism.flanks[0])
-        return inverse_film_thickness(normal, entrainment, roller_relative_radius(curvature, designs.roller_radius))
-    assert mechanism.profile_radius is not None
-    return inverse_film_thickness(normal, entrainment, mechanism.profile_radius(designs, programme))
+    if setup.mechanism.profile_radius:
+        relative_radius = setup.mechanism.profile_radius(designs, programme)
+    else:
+        curvature = flank_path_curvature_curve(setup, designs, programme, setup.mechanism.flanks[0])
+        relative_radius = roller_relative_radius(curvature, designs.roller_radius)
+    return inverse_film_thickness(normal, entrainment, relative_radius)
 
 
 def wear_or_film_curve_variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     """The curves of wear or film, by direction of the guide's friction."""
-    return _variants_by_friction(wear_load_curve if name == WEAR_DEPTH else inverse_film_curve, setup)
+    return curve_variants_by_friction(wear_load_curve if name == WEAR_DEPTH else inverse_film_curve, setup)
 
 
-def _variants_by_friction(make_curve: Callable[..., Any], setup: Setup) -> tuple[Variant, ...]:
-    """A curve for each direction of the guide's friction."""
-    return tuple(
-        (partial(make_curve, setup, velocity_sign=way), kinds)
-        for way, kinds in friction_signs_by_stroke_kind(setup)
-    )
-
-
-def wear_depth_factor(setup: Setup) -> Any:
+def wear_depth_factor(setup: Setup) -> Number:
     """Depth of wear in a million turns [µm] over N·v/c."""
-    bodies = setup.bodies
-    assert bodies.wear_rate is not None
-    assert bodies.face_width is not None
-    return REPORTED_TURNS * 1e3 * bodies.wear_rate / bodies.face_width
+    return REPORTED_TURNS * 1e3 * setup.bodies.wear_rate / setup.bodies.face_width
 
 
-def film_thickness_factor(setup: Setup) -> Any:
+def film_thickness_factor(setup: Setup) -> Number:
     """Film [mm] over u^0.7·R^0.43/N^0.13."""
-    bodies, omega = setup.bodies, setup.omega
-    assert bodies.modulus is not None
-    assert bodies.viscosity is not None
-    assert bodies.pressure_viscosity is not None
-    assert bodies.face_width is not None
-    assert omega is not None
+    bodies = setup.bodies
     modulus = 2.0 * bodies.modulus
-    speed = (bodies.viscosity * omega / modulus) ** FILM_SPEED_POWER
+    speed = (bodies.viscosity * setup.omega / modulus) ** FILM_SPEED_POWER
     load = (modulus * bodies.face_width) ** FILM_LOAD_POWER
     return 2.65 * (bodies.pressure_viscosity * modulus) ** 0.54 * speed * load
 
@@ -265,7 +248,20 @@ def film_thickness_factor(setup: Setup) -> Any:
 def peaks(setup: Setup) -> dict[str, Peak]:
     if not offered_quantities(setup) or setup.omega is None:
         return {}
-    return _speed_peaks(setup) | _load_peaks(setup)
+    missing = missing_keys_by_quantity(setup)
+    return _speed_peaks(setup) | {
+        name: Peak(
+            wear_or_film_curve_variants(name, setup),
+            LARGEST,
+            _wear_or_film_scale(name, setup),
+            is_infinite_by_velocity_jumps,
+            forces=()
+            if name == WEAR_DEPTH
+            else curve_variants_by_friction(normal_force_curve, setup),  # no film without contact
+        )
+        for name in offered_quantities(setup)
+        if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing
+    }
 
 
 def _speed_peaks(setup: Setup) -> dict[str, Peak]:
@@ -274,10 +270,7 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
     )
     carrying = partial(entrainment_speed_mm_per_rad_curve, setup), ALL_STROKES
     jumps = never_infinite_by_jumps if setup.is_knife else is_infinite_by_velocity_jumps
-    speed = scale_per_design_if_varied(
-        setup, MultipleScale(setup.omega / 1e3), IDENTITY_SCALE, lambda each: each.omega / 1e3
-    )
-    scale = speed
+    scale = speed = multiple_scale(setup, lambda each: each.omega / 1e3)
     if setup.rolls:
         turns = 30.0 / pi * setup.omega
         scale = scale_per_design_if_varied(
@@ -291,32 +284,12 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
     return {name: speeds[name] for name in speeds if name in offered_quantities(setup)}
 
 
-def _load_peaks(setup: Setup) -> dict[str, Peak]:
-    """Wear and film, if the scene gives the values that they need."""
-    missing = missing_keys_by_quantity(setup)
-    return {
-        name: Peak(
-            wear_or_film_curve_variants(name, setup),
-            LARGEST,
-            _wear_or_film_scale(name, setup),
-            is_infinite_by_velocity_jumps,
-            forces=()
-            if name == WEAR_DEPTH
-            else _variants_by_friction(normal_force_curve, setup),  # no film without contact
-        )
-        for name in offered_quantities(setup)
-        if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing
-    }
-
-
 def _wear_or_film_scale(name: str, setup: Setup) -> Scale:
     """The scale from the extreme of a curve to wear or film."""
     if name == WEAR_DEPTH:
-        return scale_per_design_if_varied(
-            setup, MultipleScale(wear_depth_factor(setup)), IDENTITY_SCALE, wear_depth_factor
-        )
+        return multiple_scale(setup, wear_depth_factor)
 
-    def film_scale_factor(setup: Setup) -> Any:
+    def film_scale_factor(setup: Setup) -> Number:
         unit: Any = 1e3 if name == FILM_THICKNESS else 1.0 / setup.bodies.roughness
         return film_thickness_factor(setup) * unit
 
@@ -331,29 +304,19 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
         name: peak_column(case, known[name]) for name in wanted_quantities & {SLIDING_SPEED, ROLLER_SPEED}
     }
     if wanted_quantities & {FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT, FILM_THICKNESS, FILM_RATIO}:
-        ends = largest_and_least_columns(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
-        columns |= zip((FASTEST_ENTRAINMENT, SLOWEST_ENTRAINMENT), ends, strict=True)
+        fastest, slowest = largest_and_least_columns(case, known[FASTEST_ENTRAINMENT], known[SLOWEST_ENTRAINMENT])
+        columns |= {FASTEST_ENTRAINMENT: fastest, SLOWEST_ENTRAINMENT: slowest}
     if wanted_quantities & {FILM_THICKNESS, FILM_RATIO}:
-        columns |= _film_columns(case, known, sound & _entrains_in_one_direction(*ends))
+        one_way = (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
+        thinnest = peak_extremes(case, known[FILM_THICKNESS], sound & one_way & force.keeps_contact(case))
+        columns |= {
+            name: column_from_extremes(case, known[name], thinnest)
+            for name in (FILM_THICKNESS, FILM_RATIO)
+            if name in known
+        }
     if WEAR_DEPTH in wanted_quantities:
         columns[WEAR_DEPTH] = peak_column(case, known[WEAR_DEPTH], sound)
     return columns
-
-
-def _entrains_in_one_direction(fastest: EnclosedValue, slowest: EnclosedValue) -> Any:
-    """Mask of designs whose surfaces carry the lubricant in one direction over the whole turn."""
-    return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
-
-
-def _film_columns(case: EvaluationBlock, film_peaks: Mapping[str, Peak], carries_film: Any) -> dict[str, Any]:
-    """Columns of the least film; 0 for designs whose bodies lose contact."""
-    pressed = force.keeps_contact(case)
-    thinnest = peak_extremes(case, film_peaks[FILM_THICKNESS], carries_film & pressed)
-    return {
-        name: column_from_extremes(case, film_peaks[name], thinnest)
-        for name in (FILM_THICKNESS, FILM_RATIO)
-        if name in film_peaks
-    }
 
 
 EFFECT = Effect(
@@ -361,7 +324,7 @@ EFFECT = Effect(
     offered_quantities,
     evaluate_columns,
     missing_keys_by_quantity,
-    input_quantities,
+    input_quantities_of_loads,
     peaks=peaks,
     is_per_contact=True,
 )

@@ -21,11 +21,11 @@ import numpy as np
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, scale_per_design_if_varied
+from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, multiple_scale
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.loads import (
+    curve_variants_by_friction,
     force_along_motion_curve,
-    friction_signs_by_stroke_kind,
     guide_friction_line_coefficients,
     has_guide_friction,
     jamming_ratio_curve,
@@ -34,8 +34,6 @@ from camopt.model.effects.loads import (
     side_thrust_times_lever,
 )
 from camopt.model.effects.peak import (
-    IDENTITY_SCALE,
-    MultipleScale,
     OneMinusScale,
     Peak,
     Scale,
@@ -49,7 +47,7 @@ from camopt.model.motion.programme import Programme
 GUIDE = ("guide_length", "overhang")
 THRUST_NEEDS = {  # keys of [follower.dynamics] besides those of a force
     "guide_reaction_max_N": GUIDE,
-    "stem_bending_stress_max_MPa": ("overhang", "stem_diameter"),
+    "stem_bending_stress_max_MPa": ("stem_diameter", "overhang"),
 }
 JAMMING = ("jamming_margin", "jamming_angle_deg")
 
@@ -62,23 +60,26 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
-    dynamics, loads = setup.dynamics, force.missing_force_keys(setup)
-    missing = {}
+    missing, loads = {}, force.missing_force_keys(setup)
     for name in offered_quantities(setup):
         keys = ("friction", *GUIDE) if name in JAMMING else THRUST_NEEDS.get(name, ())
-        absent = tuple(
-            f"follower.dynamics.{key}" for key in keys if not getattr(dynamics, key) and key != "overhang"
-        )
-        if "overhang" in keys and dynamics.overhang is None:
-            absent += ("follower.dynamics.overhang",)
-        absent += () if name in JAMMING else loads
-        if absent:
+        if absent := (*_missing_dynamics_keys(setup, keys), *(() if name in JAMMING else loads)):
             missing[name] = absent
     return missing
 
 
+def _missing_dynamics_keys(setup: Setup, keys: tuple[str, ...]) -> tuple[str, ...]:
+    """Those of some keys of ``[follower.dynamics]`` that the scene lacks; an overhang may be 0."""
+    values = {key: getattr(setup.dynamics, key) for key in keys}
+    return tuple(
+        f"follower.dynamics.{key}"
+        for key, value in values.items()
+        if (value is None if key == "overhang" else not value)
+    )
+
+
 def side_thrust_curve(
-    setup: Setup, designs: Designs, programme: Programme, velocity_sign: float, quantity_name: str
+    setup: Setup, designs: Designs, programme: Programme, velocity_sign: float, *, quantity_name: str
 ) -> Any:
     """Curve of S·(arm + reach·y) for a quantity of side thrust, while the follower moves in one direction."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
@@ -89,33 +90,23 @@ def side_thrust_curve(
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    normal = tuple(
-        (partial(normal_force_curve, setup, velocity_sign=way), kinds)
-        for way, kinds in friction_signs_by_stroke_kind(setup)
-    )
+    normal = curve_variants_by_friction(normal_force_curve, setup)
     goal = LARGEST_MAGNITUDE if setup.mechanism.can_pull_follower else LARGEST
     loads = {"normal_force_max_N": Peak(normal, goal, jumps=is_infinite_by_velocity_jumps)}
     if has_guide_friction(setup):
         drag = ((partial(jamming_ratio_curve, setup), jamming_stroke_kinds(setup)),)
         loads["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, OneMinusScale(), unit=unit_weight)
-    for name in available_thrust_quantities(setup) if setup.mechanism.curvature else ():
-        curves = tuple(
-            (partial(side_thrust_curve, setup, velocity_sign=way, quantity_name=name), kinds)
-            for way, kinds in friction_signs_by_stroke_kind(setup)
-        )
+    for name in LEVERS if setup.mechanism.curvature else ():
+        if _missing_dynamics_keys(setup, THRUST_NEEDS.get(name, ())):
+            continue
+        curves = curve_variants_by_friction(partial(side_thrust_curve, quantity_name=name), setup)
         loads[name] = Peak(curves, LARGEST_MAGNITUDE, _thrust_scale(setup, name), is_infinite_by_velocity_jumps)
     return loads
 
 
 def _thrust_scale(setup: Setup, quantity_name: str) -> Scale:
     """The scale from S·(arm + reach·y) to a quantity of side thrust."""
-
-    def thrust_unit_factor(setup: Setup) -> Any:
-        return LEVERS[quantity_name](setup.dynamics)[2]
-
-    return scale_per_design_if_varied(
-        setup, MultipleScale(thrust_unit_factor(setup)), IDENTITY_SCALE, thrust_unit_factor
-    )
+    return multiple_scale(setup, lambda numbers: LEVERS[quantity_name](numbers.dynamics)[2])
 
 
 def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -132,28 +123,20 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: froze
     return columns | {name: peak_column(case, known[name], sound) for name in loads}
 
 
-def _guide_reaction_lever_line_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
-    return 1.0 + dynamics.overhang / dynamics.guide_length, -1.0 / dynamics.guide_length, 1.0
-
-
-def _stem_stress_lever_line_and_unit(dynamics: FollowerDynamics) -> tuple[Any, Any, Any]:
-    return dynamics.overhang, -1.0, 32.0 / (pi * dynamics.stem_diameter**3)
-
-
 LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
     "side_thrust_max_N": lambda dynamics: (1.0, 0.0, 1.0),
-    "guide_reaction_max_N": _guide_reaction_lever_line_and_unit,
-    "stem_bending_stress_max_MPa": _stem_stress_lever_line_and_unit,
+    "guide_reaction_max_N": lambda dynamics: (
+        1.0 + dynamics.overhang / dynamics.guide_length,
+        -1.0 / dynamics.guide_length,
+        1.0,
+    ),
+    "stem_bending_stress_max_MPa": lambda dynamics: (
+        dynamics.overhang,
+        -1.0,
+        32.0 / (pi * dynamics.stem_diameter**3),
+    ),
 }
 """The factors of side thrust in each quantity: arm and reach of the line arm + reach·y, and a number."""
-
-
-def available_thrust_quantities(setup: Setup) -> tuple[str, ...]:
-    """The quantities of side thrust for which the scene gives enough values."""
-    dynamics = setup.dynamics
-    enough = (True, bool(dynamics.guide_length), bool(dynamics.stem_diameter))
-    names = (name for name, has in zip(LEVERS, enough, strict=True) if has)
-    return tuple(name for name in names if dynamics.overhang is not None or name == "side_thrust_max_N")
 
 
 EFFECT = Effect(

@@ -13,7 +13,7 @@ The fluctuation of energy is ΔE = max W − min W, and the flywheel's inertia I
 With friction in the guide the torque is T = G·y', with the force G along the motion (``effects.loads``); its work
 over a turn includes that of the friction. It then depends on the design. Its extremes and means are computed as
 those of other curves (``effects.peak``, ``effects.mean``), and its fluctuation from polynomials on parts of panels
-(``effects.guided_torque_polynomials``). It is infinite if the follower jams or the motion has a corner.
+(``effects.guided_torque``). It is infinite if the follower jams or the motion has a corner.
 
 At a corner of the motion y' jumps, and T is infinite: positive where |y'| grows, negative where it falls; W is
 finite. With masses of a train, quantities that depend on energy are infinite too.
@@ -43,12 +43,12 @@ from camopt.core.numerics.panel_series import (
 )
 from camopt.core.numerics.piecewise import external_load_polynomials_by_panel, train_inertia_polynomials_by_panel
 from camopt.model.effects import force
-from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, scale_per_design_if_varied
+from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup, multiple_scale
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.force import add_changing_load_and_train_inertia
 from camopt.model.effects.guided_torque import guided_torque_polynomials, panel_parts_with_smooth_torque
 from camopt.model.effects.loads import (
-    friction_signs_by_stroke_kind,
+    curve_variants_by_friction,
     has_guide_friction,
     jamming_ratio_curve,
     jamming_stroke_kinds,
@@ -57,7 +57,7 @@ from camopt.model.effects.loads import (
 )
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.mean_columns import mean_column
-from camopt.model.effects.peak import IDENTITY_SCALE, MultipleScale, Peak, Scale, is_infinite_by_velocity_jumps
+from camopt.model.effects.peak import MultipleScale, Peak, Scale, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.effects.setting_cache import once_per_setting
 from camopt.model.mechanisms.design import Designs
@@ -80,10 +80,6 @@ FLYWHEEL = "flywheel_inertia_kg_m2"
 FLUCTUATION_QUANTITIES = frozenset(("energy_fluctuation_J", FLYWHEEL))
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return (*TORQUE_NAMES, FLYWHEEL)
-
-
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     keys = force.missing_force_keys(setup)
     wheel = () if setup.dynamics.fluctuation is not None else ("follower.dynamics.fluctuation",)
@@ -91,36 +87,23 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: lacking for name, lacking in wanted.items() if lacking}
 
 
-class TorqueExtremes(NamedTuple):
-    """Extremes of the torque and its fluctuation of energy [N·mm]; arrays if they depend on the design."""
+class TorqueOverTurn(NamedTuple):
+    """Extremes, fluctuation of energy and means of the torque [N·mm]; arrays if they depend on the design."""
 
     largest: Any
     least: Any
     fluctuation: Any
     room: Any
     """By how much the true largest magnitude may exceed the computed one."""
-
-
-class TorqueOverTurn(NamedTuple):
-    """Extremes and means of the torque over a turn [N·mm], which do not depend on sizes."""
-
-    largest: Any
-    least: Any
-    mean: Any
-    rms: Any
-    fluctuation: Any
-    room: Any
-
-    @property
-    def extremes(self) -> TorqueExtremes:
-        return TorqueExtremes(self.largest, self.least, self.fluctuation, self.room)
+    mean: Any = None
+    """None, as ``rms``, where the means are those of curves (``means``)."""
+    rms: Any = None
 
 
 def torque_polynomials_by_panel(programme: Programme, factors: Sequence[Any]) -> FloatArray:
     """T on the panels [N·mm], from ``force.force_factors_with_train``, without impulses at corners."""
     return multiply_series(
-        force.force_polynomials_by_panel(programme, factors),
-        derivative_polynomials_by_panel(programme.table, 1)[:, None],
+        force.force_polynomials_by_panel(programme, factors), _velocity_polynomials_by_panel(programme)
     )
 
 
@@ -144,23 +127,16 @@ def torque_over_turn(programme: Programme, *factors: FloatArray) -> TorqueOverTu
     return TorqueOverTurn(
         top + inf if upwards else top,
         bottom - inf if downwards else bottom,
-        mean + unknown,
-        rms + inf if upwards or downwards else rms,
         _energy_fluctuation(programme, factors, mean) + unknown,
         np.zeros_like(mean) if upwards or downwards else room,
+        mean + unknown,
+        rms + inf if upwards or downwards else rms,
     )
 
 
 def _velocity_polynomials_by_panel(programme: Programme) -> FloatArray:
     """The series of y', the same for all settings."""
     return derivative_polynomials_by_panel(programme.table, 1)[:, None]
-
-
-def torque_extremes_with_design_numbers(case: EvaluationBlock) -> TorqueExtremes:
-    """The extremes without the fluctuation, for designs with numbers of their own and a motion without corners."""
-    known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
-    most, least = (peak_extremes(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
-    return TorqueExtremes(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
 def dissipative_force_polynomials(programme: Programme, factors: Sequence[FloatArray]) -> FloatArray:
@@ -199,10 +175,10 @@ def _energy_fluctuation(programme: Programme, factors: Sequence[FloatArray], mea
 
 def guided_torque_extremes(
     case: EvaluationBlock, jam_free: Any, wanted_quantities: frozenset[str]
-) -> TorqueExtremes:
+) -> TorqueOverTurn:
     """Extremes for followers with guide friction, arrays (designs,); infinite for designs that may jam."""
     count, index = len(case.designs), np.flatnonzero(jam_free)
-    ends = TorqueExtremes(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
+    ends = TorqueOverTurn(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
     if not index.size:
         return ends
     running = replace(case, designs=case.designs.take(index))
@@ -211,10 +187,12 @@ def guided_torque_extremes(
     ends.largest[index], ends.least[index] = most.value, least.value
     ends.room[index] = np.maximum(most.width, least.width)
     for number in index if wanted_quantities & FLUCTUATION_QUANTITIES else ():
-        torque = guided_torque_polynomials(
+        half_width, series = guided_torque_polynomials(
             *case.setup.absorb_design_numbers(case.designs.take([number])), case.programme
         )
-        ends.fluctuation[number] = _energy_fluctuation_of_torque(*torque)
+        mean = turn_integral(half_width, series) / (2.0 * pi)
+        work = integrate_series(half_width, sum_series(series, np.full((1, half_width.size), -mean)))
+        ends.fluctuation[number] = float(largest_value_of_series(work) + largest_value_of_series(-work))
     return ends
 
 
@@ -234,20 +212,10 @@ def _is_jam_free(case: EvaluationBlock) -> Any:
     )
 
 
-def _energy_fluctuation_of_torque(half_width: FloatArray, series: FloatArray) -> float:
-    """Fluctuation of energy of a torque on panels of these half-widths."""
-    mean = turn_integral(half_width, series) / (2.0 * pi)
-    work = integrate_series(half_width, sum_series(series, np.full((1, half_width.size), -mean)))
-    return float(largest_value_of_series(work) + largest_value_of_series(-work))
-
-
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.omega is None:
         return {}
-    curves = tuple(
-        (partial(torque_curve, setup, velocity_sign=way), kinds)
-        for way, kinds in friction_signs_by_stroke_kind(setup)
-    )
+    curves = curve_variants_by_friction(torque_curve, setup)
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
     in_newton_metres = MultipleScale(1e-3)
@@ -259,18 +227,13 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 def _torque_to_power_scale(setup: Setup) -> Scale:
     """The scale from a torque [N·mm] to the power [W]."""
-    return scale_per_design_if_varied(
-        setup, MultipleScale(1e-3 * setup.omega), IDENTITY_SCALE, lambda numbers: 1e-3 * numbers.omega
-    )
+    return multiple_scale(setup, lambda numbers: 1e-3 * numbers.omega)
 
 
 def means(setup: Setup) -> dict[str, Mean]:
     if setup.omega is None:
         return {}
-    whole = tuple(
-        (partial(torque_curve, setup, velocity_sign=way), kinds)
-        for way, kinds in friction_signs_by_stroke_kind(setup)
-    )
+    whole = curve_variants_by_friction(torque_curve, setup)
     units: dict[str, Scale] = {
         "torque_mean_N_m": MultipleScale(1e-3),
         "power_mean_W": _torque_to_power_scale(setup),
@@ -296,26 +259,31 @@ def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programm
 
 def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.setup_per_design.dynamics, case.setup_per_design.omega
-    assert omega is not None
     if has_guide_friction(case.setup):
-        runs, known = _is_jam_free(case), means(case.setup)
-        columns = {name: mean_column(case, known[name], runs) for name in wanted_quantities & known.keys()}
+        runs, averages = _is_jam_free(case), means(case.setup)
+        columns = {name: mean_column(case, averages[name], runs) for name in wanted_quantities & averages.keys()}
         return (
             _torque_extreme_columns(guided_torque_extremes(case, runs, wanted_quantities), dynamics, omega)
             | columns
         )
     differ = bool(case.designs.numbers and wanted_quantities & EXTREME_QUANTITIES) and not case.programme.corners
-    # always the same way, so that a bound has the same digits whatever else is wanted
-    ends = torque_extremes_with_design_numbers(case) if differ else None
-    if ends and wanted_quantities <= EXTREME_QUANTITIES:
-        return _torque_extreme_columns(ends, dynamics, omega)
+    ends = None
+    if differ:  # always the same way, so that a bound has the same digits whatever else is wanted
+        known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
+        most, least = (peak_extremes(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
+        ends = TorqueOverTurn(most.value, least.value, unknown, np.maximum(most.width, least.width))
+        if wanted_quantities <= EXTREME_QUANTITIES:
+            return _torque_extreme_columns(ends, dynamics, omega)
     turn, unit = torque_over_turn(case.programme, *force.force_factors_with_train(dynamics, omega)), 1e-3
-    ends = ends._replace(fluctuation=turn.fluctuation) if ends else turn.extremes
-    averages = {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
-    return _torque_extreme_columns(ends, dynamics, omega) | averages | {"power_mean_W": turn.mean * (unit * omega)}
+    ends = ends._replace(fluctuation=turn.fluctuation) if ends else turn
+    return _torque_extreme_columns(ends, dynamics, omega) | {
+        "torque_mean_N_m": turn.mean * unit,
+        "torque_rms_N_m": turn.rms * unit,
+        "power_mean_W": turn.mean * (unit * omega),
+    }
 
 
-def _torque_extreme_columns(extremes: TorqueExtremes, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
+def _torque_extreme_columns(extremes: TorqueOverTurn, dynamics: FollowerDynamics, omega: Any) -> dict[str, Any]:
     """The columns of the extremes and of the fluctuation."""
     unit, power = 1e-3, 1e-3 * omega  # from N·mm to N·m, and to W
     peak, room = np.maximum(extremes.largest, -extremes.least), extremes.room
@@ -333,7 +301,7 @@ def _torque_extreme_columns(extremes: TorqueExtremes, dynamics: FollowerDynamics
 
 EFFECT = Effect(
     "torque",
-    offered_quantities,
+    lambda setup: (*TORQUE_NAMES, FLYWHEEL),
     missing_keys_by_quantity=missing_keys_by_quantity,
     evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
     is_of_motion=lambda setup: not has_guide_friction(setup),

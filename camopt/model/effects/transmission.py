@@ -16,19 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LEAST
+from camopt.core.numerics import LEAST, Number
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
-from camopt.model.effects.peak import DegreeScale
-from camopt.model.effects.train_peak import TrainMotion, TrainPeak
+from camopt.model.effects.peak import DegreeScale, TrainMotion, TrainPeak
 from camopt.model.mechanisms.design import Designs
 from camopt.model.motion.tool_drive import tool_travel_range
 
 LEAST_ANGLE = "transmission_angle_min_deg"
 ANGLE_ROUNDING = 1e-12  # of the angle: rounding of the positions of joints
-
-
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
-    return (LEAST_ANGLE,) if setup.train is not None and setup.train.has_couplers else ()
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -47,10 +42,14 @@ def train_peaks(setup: Setup) -> dict[str, TrainPeak]:
     return {LEAST_ANGLE: TrainPeak(curves, LEAST, DegreeScale(1))}
 
 
-def _coupler_transmission_angle(designs: Designs, motion: TrainMotion, link: int) -> Any:
+def _coupler_transmission_angle(designs: Designs, motion: TrainMotion, link: int) -> Number:
     return motion.transmission_angle(link)
 
 
 EFFECT = Effect(
-    "transmission", offered_quantities, evaluate_columns, is_of_motion=lambda setup: True, train_peaks=train_peaks
+    "transmission",
+    lambda setup: (LEAST_ANGLE,) if setup.train is not None and setup.train.has_couplers else (),
+    evaluate_columns,
+    is_of_motion=lambda setup: True,
+    train_peaks=train_peaks,
 )

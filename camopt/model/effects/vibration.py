@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.oscillator import Wave, is_resonant, periodic_response
 from camopt.core.numerics.piecewise import external_load_polynomials_by_panel
 from camopt.core.numerics.wave_extremes import WaveExtreme, wave_minimum, wave_peak_magnitude
@@ -47,9 +47,6 @@ class Vibration(NamedTuple):
     acceleration: Any  # largest |x″|
     acceleration_bound: Any
     residual: Any  # largest amplitude in a dwell; 0 without a dwell
-
-
-ENDLESS = Vibration(*[inf] * 5)
 
 
 def offered_quantities(setup: Setup) -> tuple[str, ...]:
@@ -152,7 +149,7 @@ def elastic_contact_force_wave(
     )
 
 
-def dynamic_factor(elastic_acceleration: Any, rigid_acceleration: float) -> Any:
+def dynamic_factor(elastic_acceleration: Any, rigid_acceleration: float) -> Number:
     """Largest |ẍ| over largest |ÿ|; 0 if only ÿ is an impulse, 1 without motion."""
     endless = np.isinf(elastic_acceleration)
     over = 1.0 if rigid_acceleration == 0.0 else np.where(endless, 0.0, elastic_acceleration) / rigid_acceleration

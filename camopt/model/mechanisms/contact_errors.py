@@ -14,11 +14,13 @@ Source: the closed loop of cam and follower (Norton, Cam Design and Manufacturin
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-Shift = tuple[Any, Any]
+from camopt.core.numerics import Number
+
+Shift = tuple[Number, Number]
 """Shift of a point (x, y) [mm]; in a derivative by an error, mm per unit of the error."""
 
 
@@ -29,28 +31,28 @@ class ContactPoint(NamedTuple):
     are computed from: arrays, or ``Taylor`` series of arrays or of Intervals.
     """
 
-    x: Any
-    y: Any
-    across: Any
-    up: Any
+    x: Number
+    y: Number
+    across: Number
+    up: Number
 
 
 class ContactErrors(NamedTuple):
     """The errors of a cam and its follower; numbers, arrays, or ranges with slopes."""
 
-    sizes: Mapping[str, Any]
+    sizes: Mapping[str, Number]
     """Errors of the follower's sizes, by field of ``Designs`` [mm]; other sizes have none."""
-    out: Any = 0.0
+    out: Number = 0.0
     """Profile error along the outward normal, and error of a round follower's radius, as their sum [mm]."""
     bore: Shift = (0.0, 0.0)
     """Shift from the axis of the bore to that of the profile, in the ground frame at the cam angle φ [mm]."""
-    tilt: Any = 0.0
+    tilt: Number = 0.0
     """Tilt of a translating flat face, ccw [rad]."""
 
-    def size_error(self, field: str) -> Any:
+    def size_error(self, field: str) -> Number:
         return self.sizes.get(field, 0.0)
 
-    def flat_face_profile_error(self, point: ContactPoint) -> Any:
+    def flat_face_profile_error(self, point: ContactPoint) -> Number:
         """Error of the profile along the normal of a flat face, at the contact [mm]."""
         return self.out + self.bore[0] * point.across + self.bore[1] * point.up
 
@@ -63,20 +65,22 @@ class ContactErrors(NamedTuple):
 class ContactShift(NamedTuple):
     """How a real follower touches a point of the cam, relative to the nominal follower."""
 
-    moved: Any
+    moved: Number
     """Its further displacement [mm or rad]."""
-    turned: Any
+    turned: Number
     """The further cam angle [rad]."""
 
 
-def cam_angle_until_points_meet(sense: float, point: ContactPoint, cam_shift: Shift, follower_shift: Shift) -> Any:
+def cam_angle_until_points_meet(
+    sense: float, point: ContactPoint, cam_shift: Shift, follower_shift: Shift
+) -> Number:
     """Further cam angle at which the shifted point of a disc cam meets the shifted trace point [rad]."""
     x, y = point.x + cam_shift[0], point.y + cam_shift[1]
     across = x * (follower_shift[1] - cam_shift[1]) - y * (follower_shift[0] - cam_shift[0])
     return np.arcsin(across / (np.square(x) + np.square(y))) * sense
 
 
-def angle_increase_from_sine(sine: Any, cosine: Any, sine_increase: Any) -> Any:
+def angle_increase_from_sine(sine: Number, cosine: Number, sine_increase: Number) -> Number:
     """Growth of an angle between −90 and 90 deg whose sine grows by ``sine_increase`` [rad]."""
     fall = sine_increase * (sine * 2.0 + sine_increase)
     nearer = np.sqrt(np.square(cosine) - fall)

@@ -14,7 +14,6 @@ from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, 
 from camopt.model.mechanisms.design import Designs, Mechanism, with_zero_roller_radius
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, ROUND_TIPS, TRANSLATING
 from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvature
-from camopt.model.motion.programme import Programme
 
 
 @curve_type_from_formula
@@ -46,10 +45,6 @@ def cylindrical_curvature(state, mean_radius):
     return trace_curvature(-state.y1, -state.y2, mean_radius, 0.0, 0.0)
 
 
-def _cylindrical_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-    return (designs.size,)
-
-
 def _cylindrical_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     return ContactPoint(angle * design.size, y, -y1, y * 0.0 + design.size)
 
@@ -73,7 +68,7 @@ MECHANISM = Mechanism(
     curvature=lambda designs, programme: cylindrical_curvature(designs.size),
     path=lambda designs, programme: cylindrical_path_speed(designs.size),
     speeding=lambda designs, programme: cylindrical_tangential_acceleration(designs.size),
-    assembly_margins=_cylindrical_assembly_margins,
+    assembly_margins=lambda designs, programme: (designs.size,),
     assembly="the mean radius has to be above 0",
     contact=_cylindrical_contact,
     shifted_contact=_cylindrical_shifted_contact,

@@ -15,7 +15,6 @@ contact and x²/(2R_m) above the cylinder. Wrapping the arc round the cylinder, 
 shift a point by about x³/(6R_m²). For l = 100, h = 20° and R_m = 60 mm these are 1.5 mm, 0.02 mm and 0.0002 mm.
 """
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,7 @@ from camopt.model.mechanisms.contact_errors import (
     ContactShift,
     angle_increase_from_sine,
 )
-from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault, with_zero_roller_radius
+from camopt.model.mechanisms.design import Designs, Mechanism, with_zero_roller_radius
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, OSCILLATING, ROUND_TIPS
 from camopt.model.mechanisms.trace import cylinder_arm_velocity_components, tangential_acceleration, trace_curvature
 from camopt.model.motion.programme import Programme
@@ -87,10 +86,6 @@ def _swinging_curve_fields(designs: Designs, programme: Programme) -> tuple[Floa
     return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
 
 
-def _swinging_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-    return designs.size, np.pi - programme.lift
-
-
 def _swinging_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
     half, l, sense = lift / 2, design.arm_length, design.sense  # noqa: E741
     cosine, sine = np.cos(y - half), np.sin(y - half)
@@ -108,13 +103,6 @@ def _swinging_shifted_contact(design: Designs, lift: float, y: Any, y1: Any, err
     return ContactShift(moved, (((cosine - fall) * longer - fall * l) * sense + across) / design.size)
 
 
-def _swinging_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
-    lift = sizes["lift"]
-    if lift < 180.0:
-        return None
-    return "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
-
-
 MECHANISM = Mechanism(
     body=CYLINDER,
     drive=GROOVED,
@@ -128,10 +116,14 @@ MECHANISM = Mechanism(
     speeding=lambda designs, programme: swinging_tangential_acceleration(
         *_swinging_curve_fields(designs, programme)
     ),
-    assembly_margins=_swinging_assembly_margins,
+    assembly_margins=lambda designs, programme: (designs.size, np.pi - programme.lift),
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_swinging_contact,
     shifted_contact=_swinging_shifted_contact,
     pitch=with_zero_roller_radius,
-    misfit=_swinging_size_fault,
+    misfit=lambda sizes: (
+        None
+        if sizes["lift"] < 180.0
+        else ("motion.lift", None, f"the arm swings {sizes['lift']:g} deg; a swing stays below 180")
+    ),
 )

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import BoolArray, ComplexArray, FloatArray
+from camopt.core.numerics import BoolArray, ComplexArray, FloatArray, Number
 from camopt.core.numerics.interval import as_interval
 from camopt.core.numerics.stable_functions import difference_of_squares_root, exact_sum, triangle_angle
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
@@ -128,16 +128,14 @@ class Designs:
         return self.size + self.roller_radius
 
     @cached_property
-    def height(self) -> FloatArray:
-        """Least height of a translating trace point above the cam's axis, √(R_p² − e²) [mm]."""
-        root: FloatArray = difference_of_squares_root(self.size, self.offset, self.roller_radius)
-        return root
+    def height(self) -> Number:
+        """Least height of a translating trace point above the cam's axis, s₀ = √(R_p² − e²) [mm]."""
+        return difference_of_squares_root(self.size, self.offset, self.roller_radius)
 
     @cached_property
-    def start_arm_angle(self) -> FloatArray:
+    def start_arm_angle(self) -> Number:
         """Angle ψ₀ of an oscillating arm at displacement 0 [rad]."""
-        angle: FloatArray = triangle_angle(self.centre_distance, self.arm_length, self.size, self.roller_radius)
-        return angle
+        return triangle_angle(self.centre_distance, self.arm_length, self.size, self.roller_radius)
 
     @cached_property
     def knife_edge_designs(self) -> "Designs":

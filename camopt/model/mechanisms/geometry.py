@@ -33,10 +33,8 @@ def cam_curves(
     travel = mechanism.trace_and_normal(design, programme, angles)
     turn = np.ones_like(angles) if mechanism.body.developed else np.exp(-1j * design.sense * angles)
     pitch, normal = turn * travel.trace, turn * travel.normal
-    radius = design.roller_radius[0]
     inwards = np.array([[-flank.side] for flank in mechanism.flanks])
-    profile = pitch - inwards * radius * normal
-    return CamCurves(pitch, normal, profile)
+    return CamCurves(pitch, normal, pitch - inwards * design.roller_radius[0] * normal)
 
 
 def curve_distances_along_normal(
@@ -60,5 +58,4 @@ def curve_distances_along_normal(
 
 def profile_points(mechanism: Mechanism, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """Points of a disc cam's profile at cam angles in rad [mm]."""
-    points: ComplexArray = cam_curves(mechanism, design, programme, angles).profile[0]
-    return points
+    return np.asarray(cam_curves(mechanism, design, programme, angles).profile[0])

@@ -92,11 +92,6 @@ def _oscillating_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
-def _oscillating_outline_curve(designs: Designs, programme: Programme, wall_distance: Any) -> Any:
-    c, l, cosine, sine, _ = _oscillating_curve_fields(designs)  # noqa: E741
-    return oscillating_outline(c, l, cosine, sine, -wall_distance)
-
-
 def _oscillating_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
     return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - designs.start_arm_angle
@@ -108,12 +103,8 @@ def trace_point_at_arm_angle(designs: Designs, angle: Any) -> tuple[Any, Any]:
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
 
 
-def _oscillating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    """The contact; its normal is p − σ·y'·(c − p), with the trace point p and the pivot c."""
-    return _contact_point_at_trace_point(design, *trace_point_at_arm_angle(design, y + design.start_arm_angle), y1)
-
-
 def _contact_point_at_trace_point(design: Designs, x: Any, height: Any, y1: Any) -> ContactPoint:
+    """The contact; its normal is p − σ·y'·(c − p), with the trace point p and the pivot c."""
     turn = y1 * design.sense
     return ContactPoint(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
@@ -153,10 +144,6 @@ def _oscillating_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
     return "motion.lift", None, f"the arm starts at {start:g} deg and rises by {lift:g}: it must stay below 180 deg"
 
 
-def _oscillating_profile_contact(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
-    return OscillatingPoint(sizes["roller_radius"], sizes["centre_distance"], sizes["arm_length"], sense)
-
-
 MECHANISM = Mechanism(
     body=DISC,
     drive=SPRUNG,
@@ -168,14 +155,20 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: oscillating_trace_speed(*_oscillating_curve_fields(designs)),
     speeding=lambda designs, programme: oscillating_tangential_acceleration(*_oscillating_curve_fields(designs)),
     curvature=lambda designs, programme: oscillating_curvature(*_oscillating_curve_fields(designs)),
-    outline=_oscillating_outline_curve,
+    outline=lambda designs, programme, beyond: oscillating_outline(
+        *_oscillating_curve_fields(designs)[:4], -beyond
+    ),
     start=lambda designs: designs.start_arm_angle,
     trace_point=trace_point_at_arm_angle,
     assembly_margins=_oscillating_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle at every displacement",
-    contact=_oscillating_contact,
+    contact=lambda design, lift, angle, y, y1: _contact_point_at_trace_point(
+        design, *trace_point_at_arm_angle(design, y + design.start_arm_angle), y1
+    ),
     shifted_contact=_oscillating_shifted_contact,
     pitch=lambda designs: designs.knife_edge_designs,
     misfit=_oscillating_size_fault,
-    on_profile=_oscillating_profile_contact,
+    on_profile=lambda sizes, sense: OscillatingPoint(
+        sizes["roller_radius"], sizes["centre_distance"], sizes["arm_length"], sense
+    ),
 )

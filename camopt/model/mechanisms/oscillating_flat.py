@@ -85,8 +85,7 @@ def sine_of_start_face_angle(designs: Designs) -> FloatArray:
 def _swinging_face_curve_fields(designs: Designs) -> tuple[FloatArray, ...]:
     sine = np.minimum(np.maximum(sine_of_start_face_angle(designs), -1.0), 1.0)
     cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
-    sense = np.full(len(designs), designs.sense)
-    return designs.face_offset, designs.centre_distance, cosine, sine, sense
+    return designs.face_offset, designs.centre_distance, cosine, sine, np.full(len(designs), designs.sense)
 
 
 def _swinging_face_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
@@ -134,10 +133,6 @@ def _swinging_face_size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
     return "motion.lift", None, f"the face starts at {start:g} deg and rises by {lift:g}: it must stay below 90 deg"
 
 
-def _swinging_face_profile_contact(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
-    return OscillatingFace(sizes["centre_distance"], sizes["face_offset"], sense)
-
-
 MECHANISM = Mechanism(
     body=DISC,
     drive=SPRUNG,
@@ -157,5 +152,5 @@ MECHANISM = Mechanism(
     misfit=_swinging_face_size_fault,
     profile=with_face_through_pivot,
     parallel="face_offset",
-    on_profile=_swinging_face_profile_contact,
+    on_profile=lambda sizes, sense: OscillatingFace(sizes["centre_distance"], sizes["face_offset"], sense),
 )

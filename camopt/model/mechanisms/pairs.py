@@ -25,7 +25,7 @@ ch. 7 (curves of constant width).
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -70,36 +70,26 @@ def reversed_motion_curve_value(f, i, at):
     )
 
 
-def _reversed_motion_curve_maker(make_curve: Callable[..., Any]) -> Callable[..., ReversedCurve]:
-    """A maker of curves, from one for the reversed motion to one for the motion itself."""
-
-    def make_reversed(designs: Designs, programme: Programme, *extra_arguments: Any) -> ReversedCurve:
-        return ReversedCurve(make_curve(designs, programme, *extra_arguments), designs.size * 0.0 + programme.lift)
-
-    return make_reversed
+def _reversed_motion_curve(
+    make_curve: Callable[..., Any], designs: Designs, programme: Programme, *extra_arguments: Any
+) -> ReversedCurve:
+    """A curve of the motion itself, from the maker of one for the reversed motion."""
+    return ReversedCurve(make_curve(designs, programme, *extra_arguments), designs.size * 0.0 + programme.lift)
 
 
 def second_disc_designs(designs: Designs) -> Designs:
     """The second discs of pairs, mirrored."""
-
-    def second_size(name: str) -> Any:
-        return designs.second.get(f"second_{name}", getattr(designs, name))
-
-    return replace(
-        designs,
-        size=second_size("size"),
-        roller_radius=second_size("roller_radius"),
-        offset=second_size("offset"),
-        arm_length=second_size("arm_length"),
-        sense=-designs.sense,
-        second={},
-    )
+    sizes: dict[str, Any] = {
+        name: designs.second.get(f"second_{name}", getattr(designs, name))
+        for name in ("size", "roller_radius", "offset", "arm_length")
+    }
+    return replace(designs, **sizes, sense=-designs.sense, second={})
 
 
 def _reversed_motion_mechanism(mechanism: Mechanism) -> Mechanism:
     """The mechanism of a second contact: its curves take the follower's motion and reverse it."""
     curves: dict[str, Any] = {
-        name: _reversed_motion_curve_maker(make) for name in CONTACT_CURVES if (make := getattr(mechanism, name))
+        name: partial(_reversed_motion_curve, make) for name in CONTACT_CURVES if (make := getattr(mechanism, name))
     }
     return mechanism._replace(**curves, way=-1.0, reverses=True)
 

@@ -34,12 +34,13 @@ ch. 1 (form-closed cams with a rib).
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from math import sin
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.curves import curve_formula, curve_or_number_value, curve_value
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.state import State
@@ -80,13 +81,13 @@ def shifted_motion_curve_value(f, i, at):
     )
 
 
-def roller_spacing_as_displacement(mechanism: Mechanism, designs: Designs) -> Any:
+def roller_spacing_as_displacement(mechanism: Mechanism, designs: Designs) -> Number:
     """Distance of the two rollers as a displacement of the follower: d [mm], or the angle δ of its arms [rad]."""
     spacing = designs.roller_spacing
     return 2.0 * np.arcsin(0.5 * spacing / designs.arm_length) if mechanism.motion.angular else spacing
 
 
-def _displacement_error_of_roller_spacing(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Any:
+def _displacement_error_of_roller_spacing(mechanism: Mechanism, designs: Designs, errors: ContactErrors) -> Number:
     """Error of ``roller_spacing_as_displacement`` that errors of the follower's sizes cause [mm or rad]."""
     wider = errors.size_error("roller_spacing")
     if not mechanism.motion.angular:
@@ -105,7 +106,7 @@ def _advanced_roller_mechanism(
     ``included_share`` is the share that the sizes of designs include already.
     """
 
-    def roller_shift(design: Designs) -> Any:
+    def roller_shift(design: Designs) -> Number:
         return (spacing_share - included_share) * roller_spacing_as_displacement(mechanism, design)
 
     def contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
@@ -120,12 +121,7 @@ def _advanced_roller_mechanism(
     return mechanism._replace(contact=contact, shifted_contact=shifted_contact)
 
 
-def same_designs(designs: Designs) -> Designs:
-    """The designs themselves: the sizes at both contacts of a cylinder are the same."""
-    return designs
-
-
-def _inner_roller_start_position(mechanism: Mechanism, designs: Designs) -> Any:
+def _inner_roller_start_position(mechanism: Mechanism, designs: Designs) -> Number:
     """Height [mm] or angle [rad] of a disc's inner roller at displacement 0."""
     assert mechanism.start is not None
     return mechanism.start(designs) - roller_spacing_as_displacement(mechanism, designs)
@@ -134,33 +130,24 @@ def _inner_roller_start_position(mechanism: Mechanism, designs: Designs) -> Any:
 def translating_inner_cam_designs(designs: Designs) -> Designs:
     """The open disc cam whose roller is the inner roller of a translating follower."""
     height = _inner_roller_start_position(translating.MECHANISM, designs)
-    return _with_prime_radius(designs, np.sqrt(np.square(height) + np.square(designs.offset)))
+    prime_radius = np.sqrt(np.square(height) + np.square(designs.offset))
+    return replace(designs, size=prime_radius - designs.roller_radius)
 
 
 def oscillating_inner_cam_designs(designs: Designs) -> Designs:
     """The open disc cam whose roller is the inner roller of an oscillating follower."""
     c, l = designs.centre_distance, designs.arm_length  # noqa: E741
     half = np.sin(0.5 * _inner_roller_start_position(oscillating.MECHANISM, designs))
-    return _with_prime_radius(designs, np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half)))
-
-
-def _with_prime_radius(designs: Designs, prime_radius: Any) -> Designs:
-    """The designs with another prime radius; the base radius changes, the roller does not."""
+    prime_radius = np.sqrt(np.square(c - l) + 4.0 * (c * l) * np.square(half))
     return replace(designs, size=prime_radius - designs.roller_radius)
 
 
-def _shifted_curve_maker(make_curve: Any, motion_shift: Callable[[Designs], Any], factor: float) -> Any:
-    """A maker of curves, from one for the shifted motion to one for the motion itself, times a factor."""
-
-    def make_shifted(designs: Designs, programme: Programme) -> ShiftedCurve:
-        zero = designs.size * 0.0
-        return ShiftedCurve(make_curve(designs, programme), motion_shift(designs) + zero, zero + factor)
-
-    return make_shifted
-
-
-def _zero_shift(designs: Designs) -> float:
-    return 0.0
+def _shifted_curve(
+    make_curve: Any, motion_shift: Callable[[Designs], Any], factor: float, designs: Designs, programme: Programme
+) -> ShiftedCurve:
+    """A curve of the motion itself, times a factor, from the maker of one for the shifted motion."""
+    zero = designs.size * 0.0
+    return ShiftedCurve(make_curve(designs, programme), motion_shift(designs) + zero, zero + factor)
 
 
 def _roller_at_rib_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
@@ -171,7 +158,7 @@ def _roller_at_rib_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> M
     curvature = (
         mechanism.curvature
         if wall.bulge > 0.0
-        else _shifted_curve_maker(mechanism.curvature, _zero_shift, wall.bulge)
+        else partial(_shifted_curve, mechanism.curvature, lambda designs: 0.0, wall.bulge)
     )
     flanks = (Flank("", wall.side, 1.0),)
     return mechanism._replace(
@@ -212,11 +199,11 @@ def _cylinder_rib_mechanism(mechanism: Mechanism) -> Mechanism:
     def roller_mechanism_beyond_wall(wall: Flank) -> Mechanism:
         """The mechanism of the roller that is beyond a wall of the groove."""
 
-        def wall_shift(designs: Designs) -> Any:
+        def wall_shift(designs: Designs) -> Number:
             return -0.5 * wall.side * roller_spacing_as_displacement(mechanism, designs)
 
         shifted_curves: dict[str, Any] = {
-            name: _shifted_curve_maker(make, wall_shift, 1.0)
+            name: partial(_shifted_curve, make, wall_shift, 1.0)
             for name in CONTACT_CURVES
             if mechanism.motion.angular and (make := getattr(mechanism, name))  # others do not depend on y
         }
@@ -234,7 +221,7 @@ def _cylinder_rib_mechanism(mechanism: Mechanism) -> Mechanism:
             misfit=lambda sizes: _rib_size_fault(mechanism, sizes),
         ),
         roller_mechanism_beyond_wall(above),
-        same_designs,
+        lambda designs: designs,  # both contacts of a cylinder have the same sizes
     )
 
 
@@ -242,12 +229,11 @@ def _disc_rib_mechanism(mechanism: Mechanism, inner_cam_designs: Callable[[Desig
     """The mechanism of a rib on the face of a disc, from that of an open disc cam."""
 
     def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        reach = inner_cam_designs(designs).size
         return (
             *mechanism.assembly_margins(designs, programme),
             *_rib_assembly_margins(mechanism, designs),
             _inner_roller_start_position(mechanism, designs),
-            reach,
+            inner_cam_designs(designs).size,
         )
 
     def size_fault(sizes: Mapping[str, float]) -> SizeFault | None:
@@ -273,7 +259,7 @@ def _disc_rib_mechanism(mechanism: Mechanism, inner_cam_designs: Callable[[Desig
     )
 
 
-def _roller_spacing_reaching_axis(angular: bool, sizes: Mapping[str, float]) -> Any:
+def _roller_spacing_reaching_axis(angular: bool, sizes: Mapping[str, float]) -> Number:
     """Distance of the rollers at which the inner one reaches the axis of the cam [mm]."""
     prime, radius = sizes["size"] + sizes["roller_radius"], sizes["roller_radius"]
     if not angular:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
 from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula, quotient_derivatives
 from camopt.model.mechanisms.contact_errors import (
     ContactErrors,
@@ -26,7 +25,6 @@ from camopt.model.mechanisms.design import Designs, Mechanism, SizeFault
 from camopt.model.mechanisms.elements import DISC, ROUND_TIPS, SPRUNG, TRANSLATING
 from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvature
 from camopt.model.motion.profile_contact import TranslatingPoint
-from camopt.model.motion.programme import Programme
 
 
 @curve_type_from_formula
@@ -66,17 +64,8 @@ def translating_outline(state, signed_offset, start_height, roller_radius):
     return np.sqrt(np.square(state.y + start_height) + np.square(signed_offset)) - roller_radius
 
 
-def start_trace_height(designs: Designs) -> FloatArray:
-    """Least height of the trace point above the cam centre, s₀ [mm]."""
-    return designs.height
-
-
-def _translating_assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-    return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
-
-
 def _translating_contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> ContactPoint:
-    s = y + start_trace_height(design)
+    s = y + design.height
     return ContactPoint(s * 0.0 + design.offset, s, (design.signed_offset - y1) * design.sense, s)
 
 
@@ -105,20 +94,17 @@ MECHANISM = Mechanism(
     tips=ROUND_TIPS,
     sizes=("roller_radius", "offset"),
     name="disc cam, translating follower with a trace point",
-    pressure=lambda designs, programme: translating_pressure_tangent(
-        designs.signed_offset, start_trace_height(designs)
-    ),
-    sliding=lambda designs, programme: translating_trace_speed(designs.signed_offset, start_trace_height(designs)),
-    speeding=lambda designs, programme: translating_tangential_acceleration(
-        designs.signed_offset, start_trace_height(designs)
-    ),
-    curvature=lambda designs, programme: translating_curvature(designs.signed_offset, start_trace_height(designs)),
-    outline=lambda designs, programme, beyond: translating_outline(
-        designs.signed_offset, start_trace_height(designs), -beyond
-    ),
-    start=start_trace_height,
+    pressure=lambda designs, programme: translating_pressure_tangent(designs.signed_offset, designs.height),
+    sliding=lambda designs, programme: translating_trace_speed(designs.signed_offset, designs.height),
+    speeding=lambda designs, programme: translating_tangential_acceleration(designs.signed_offset, designs.height),
+    curvature=lambda designs, programme: translating_curvature(designs.signed_offset, designs.height),
+    outline=lambda designs, programme, beyond: translating_outline(designs.signed_offset, designs.height, -beyond),
+    start=lambda designs: designs.height,
     trace_point=lambda designs, height: (designs.offset, height),
-    assembly_margins=_translating_assembly_margins,
+    assembly_margins=lambda designs, programme: (
+        designs.prime_radius - designs.offset,
+        designs.prime_radius + designs.offset,
+    ),
     assembly="the offset has to be smaller than the prime radius",
     contact=_translating_contact,
     shifted_contact=_translating_shifted_contact,

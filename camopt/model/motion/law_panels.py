@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from functools import lru_cache, singledispatch
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -40,19 +39,14 @@ def _panel_ends_centres_and_half_widths(
     return low, (low + high) / 2, (high - low) / 2
 
 
-class JerkCheck(NamedTuple):
-    """The Chebyshev series of the jerk on the panels of a piece."""
-
-    size: float
-    """The largest sum of the magnitudes of its coefficients."""
-    excess: float
-    """By how much the terms beyond the table's degree may exceed the effect of rounding x."""
-
-
-def _jerk_series_checks(
+def _size_and_excess_of_jerk_series(
     law: Law, breaks: tuple[float, ...], counts: list[int], pieces: Sequence[int]
-) -> dict[int, JerkCheck]:
-    """The checks of some pieces, by their numbers."""
+) -> dict[int, tuple[float, float]]:
+    """Two numbers of the Chebyshev series of the jerk on the panels of some pieces, by number of the piece.
+
+    The first is the largest sum of the magnitudes of its coefficients, the second by how much the terms beyond the
+    table's degree may exceed the effect of rounding x.
+    """
     _, centre, half = _panel_ends_centres_and_half_widths(
         [breaks[k : k + 2] for k in pieces], [counts[k] for k in pieces]
     )
@@ -61,16 +55,16 @@ def _jerk_series_checks(
     excess = series[:, JERK_DEGREE + 1 :].sum(axis=1) - UNIT_ROUNDOFF * slope
     firsts = np.cumsum([0, *(counts[k] for k in pieces[:-1])])
     rows = (np.maximum.reduceat(each, firsts).tolist() for each in (series.sum(axis=1), excess))
-    return dict(zip(pieces, map(JerkCheck, *rows), strict=True))
+    return dict(zip(pieces, zip(*rows, strict=True), strict=True))
 
 
 def _refined_panel_counts(law: Law, breaks: tuple[float, ...], counts: list[int]) -> list[int]:
     """Numbers of panels of the pieces, doubled until the table's degree holds the jerk up to rounding."""
-    checks, coarse = dict[int, JerkCheck](), list(range(len(counts)))
+    checks, coarse = dict[int, tuple[float, float]](), list(range(len(counts)))
     for _ in range(MOST_HALVINGS):
-        checks |= _jerk_series_checks(law, breaks, counts, coarse)
-        most = KEPT_JERK * max(check.size for check in checks.values())
-        coarse = [k for k, check in checks.items() if check.excess > most]
+        checks |= _size_and_excess_of_jerk_series(law, breaks, counts, coarse)
+        most = KEPT_JERK * max(size for size, _ in checks.values())
+        coarse = [k for k, (_, excess) in checks.items() if excess > most]
         if not coarse:
             break
         counts = [2 * count if k in coarse else count for k, count in enumerate(counts)]
@@ -107,8 +101,7 @@ def turning_points(law: Law, panel_count: int) -> tuple[float, ...]:
     """Places where a law turns back, x from 0 to 1: its velocity changes sign there. None if it is monotone."""
     series, ends, _ = law_panel_polynomials(law, panel_count, ())
     centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
-    velocity = polynomial.polyder(series.T) / half
-    turns = [centre[k] + half[k] * u for k, u in sign_changes(velocity)]
+    turns = [centre[k] + half[k] * u for k, u in sign_changes(polynomial.polyder(series.T) / half)]
     places = np.unique(np.array([*ends, *turns]))
     signs = np.sign(np.diff(law.displacement(places)))
     return tuple(float(x) for x in places[1:-1][signs[1:] != signs[:-1]])

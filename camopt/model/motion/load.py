@@ -29,7 +29,7 @@ from camopt.core.numerics.stable_functions import matrix_product
 from camopt.core.numerics.state import Load, TrainForces
 from camopt.core.numerics.taylor import Series, Taylor
 from camopt.model.motion.stroke import motion_directions
-from camopt.model.trains.carried_load import FollowerLoad
+from camopt.model.trains.carried_load import FollowerLoad, sum_follower_load
 from camopt.model.trains.joint_forces import WeightedForce
 from camopt.model.trains.train import Train
 
@@ -66,11 +66,6 @@ class ExternalLoad:
     def largest_load_magnitude(self) -> float:
         """Largest magnitude of the load [N or N·mm]."""
         return max(map(abs, self.loads))
-
-    @property
-    def largest_signed_load(self) -> float:
-        """Largest load, with its sign [N or N·mm]."""
-        return max(self.loads)
 
     @cached_property
     def _rows_with_those_of_adjacent_turns(self) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +139,7 @@ class TrainLoad:
         ways = [velocity_sign * sense for sense in self.train.joint_motion_signs]
         if self.parts:
             return train.sum_joint_forces(self.parts, follower, ways, loads)
-        return train.load_at_follower(follower, ways, loads)
+        return sum_follower_load(train.joint_motions(follower), train.carried, ways, loads)
 
     def load_state(self, angles: FloatArray, motion: FloatArray, velocity_sign: FloatArray) -> TrainForces:
         """The load as curves take it, from a motion (4, …) at cam angles and the sign of its velocity."""
@@ -152,8 +147,7 @@ class TrainLoad:
         loads = {joint: Taylor([*load.load_and_slope(angles), 0.0, 0.0]) for joint, load in self.loads}
         follower = Taylor([y + self.zero, y1, y2 / 2.0, y3 / 6.0])
         still, carried = self.follower_load(self.train, follower, velocity_sign, loads)
-        rows = (*still.terms[:2], *carried.terms[:2])
-        return TrainForces(*(np.broadcast_to(row, y.shape) for row in rows))
+        return TrainForces(*(np.broadcast_to(row, y.shape) for row in (*still.terms[:2], *carried.terms[:2])))
 
     def panel_table(self, table: MotionTable, stroke_numbers: IntArray) -> TrainLoadTable:
         """The load on the panels of a turn, which end at its corners.

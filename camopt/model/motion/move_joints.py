@@ -22,7 +22,8 @@ from camopt.model.motion.spline import SplineLaw
 from camopt.model.motion.stroke import Stroke
 
 
-def strokes_with_move_laws(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
+@lru_cache(maxsize=256)  # checking a scene and resolving it both need it
+def strokes_with_move_laws(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     """The strokes of a turn, each move with the law that joins it to its neighbours.
 
     Raises
@@ -30,11 +31,6 @@ def strokes_with_move_laws(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     InfeasibleMoves
         If no motion meets all conditions on a run of moves, or none was found.
     """
-    return _cached_strokes_with_move_laws(tuple(strokes))
-
-
-@lru_cache(maxsize=256)  # checking a scene and resolving it both need it
-def _cached_strokes_with_move_laws(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     joined = list(strokes)
     for places in _consecutive_move_indices(strokes):
         moves = [strokes[i] for i in places]
@@ -44,17 +40,11 @@ def _cached_strokes_with_move_laws(strokes: tuple[Stroke, ...]) -> tuple[Stroke,
             law = _move_law_from_states(states[first : last + 1], run.angles_between_cuts[first:last])
             joined[i] = replace(move, law=law)
             if any(other.wanted and other.wanted[0] for other in moves):
-                joined[i] = _move_with_end_positions(
-                    joined[i], moves[0].low, float(states[first, 0]), float(states[last, 0])
-                )
+                start, end = float(states[first, 0]), float(states[last, 0])  # above the start of the run
+                low, change = moves[0].low + start * move.size, end - start
+                given = move.given and move.given._replace(change=change)
+                joined[i] = replace(joined[i], low=low, high=low + change * move.size, given=given)
     return tuple(joined)
-
-
-def _move_with_end_positions(move: Stroke, run_start: float, start_position: float, end_position: float) -> Stroke:
-    """A move with new positions at its ends, above the start of its run."""
-    assert move.given
-    low, change = run_start + start_position * move.size, end_position - start_position
-    return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))
 
 
 def _consecutive_move_indices(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
@@ -78,8 +68,7 @@ def _move_law_from_states(states: FloatArray, angles: FloatArray) -> Law:
     """The law of a move over x from 0 to 1, from the states at its cuts; y counts from its start."""
     from_start = states - states[0] * (np.arange(states.shape[1]) == 0)
     if angles.size == 1:
-        powers = angles[0] ** np.arange(states.shape[1])
-        start, end = from_start * powers
+        start, end = from_start * (angles[0] ** np.arange(states.shape[1]))
         return PolynomialLaw(MOVE, tuple(start.tolist()), tuple(end.tolist()))
     degree = 2 * states.shape[1] - 1
     coefficients = [0.0]

@@ -122,7 +122,9 @@ class MoveRun:
 
     def smoothest_states(self, keys: Sequence[str] | None = None) -> FloatArray | None:
         """The states at the cuts with the least integral that meet the conditions (of some keys, or all)."""
-        return self._allowed_states(keys, _single_coefficient_weights).smoothest_allowed_states()
+        # weights of single coefficients: if all of these are within bounds, the motion is
+        states = self._allowed_states(keys, lambda count, order: np.eye(2 * count - order))
+        return states.smoothest_allowed_states()
 
     def is_proved_impossible(self, keys: Sequence[str] | None = None) -> bool:
         """Whether it is proved that no motion meets the conditions (of some keys, or all)."""
@@ -196,27 +198,18 @@ def solve_move_run(run: MoveRun) -> tuple[MoveRun, FloatArray]:
     InfeasibleMoves
         If no motion meets all conditions, or none was found.
     """
+    keys = list(dict.fromkeys(each.key for each in run.conditions))
+    finest = replace(run, parts=RANGE_PARTS[-1])
     for parts in RANGE_PARTS:
         finer = replace(run, parts=parts)
         if (states := finer.smoothest_states()) is not None:
             return finer, states
-        if parts == RANGE_PARTS[0]:
-            _raise_if_proved_impossible(replace(run, parts=RANGE_PARTS[-1]))
+        if parts == RANGE_PARTS[0] and finest.is_proved_impossible():
+            proof_keys = irreducible_set(keys, lambda some: not finest.is_proved_impossible(some))
+            raise InfeasibleMoves(proof_keys, proved=True)
     raise InfeasibleMoves(
-        irreducible_set(_condition_keys(run), lambda keys: finer.smoothest_states(keys) is not None),
-        proved=False,
+        irreducible_set(keys, lambda some: finer.smoothest_states(some) is not None), proved=False
     )
-
-
-def _raise_if_proved_impossible(run: MoveRun) -> None:
-    if run.is_proved_impossible():
-        raise InfeasibleMoves(
-            irreducible_set(_condition_keys(run), lambda keys: not run.is_proved_impossible(keys)), proved=True
-        )
-
-
-def _condition_keys(run: MoveRun) -> list[str]:
-    return list(dict.fromkeys(each.key for each in run.conditions))
 
 
 def _add_cuts(cuts: FloatArray, new_cuts: FloatArray, least_distance: float) -> FloatArray:
@@ -250,11 +243,6 @@ def bernstein_derivative_matrix(numbers_per_state: int, order: int) -> FloatArra
     """Matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
     degree = 2 * numbers_per_state - 1
     return np.asarray(perm(degree, order) * np.diff(np.eye(degree + 1), order, axis=0))
-
-
-def _single_coefficient_weights(numbers_per_state: int, order: int) -> FloatArray:
-    """Weights of single Bernstein coefficients: if all are within bounds, the motion is."""
-    return np.eye(2 * numbers_per_state - order)
 
 
 @cache

@@ -116,18 +116,14 @@ def place_profile_elements(elements: Sequence[ElementSpec]) -> list[ProfilePiece
     """
     if len(elements) == 1:
         return [_eccentric_circle(elements[0])]
-    fixed = [_arc_centre(elements, k) for k in range(len(elements))]
-    joints = [_joint_to_next_element(elements, fixed, k) for k in range(len(elements))]
+    arcs = [_radius_and_centre(elements, k) for k in range(len(elements))]
+    joints = [_joint_to_next_element(elements, arcs, k) for k in range(len(elements))]
     parts = []
-    for k, element in enumerate(elements):
+    for k, arc in enumerate(arcs):
         start, end = joints[k - 1][1], joints[k][0]
-        centre = (
-            fixed[k]
-            if element.radius is not None
-            else _distance_along_normal(start.point, start.normal) * start.normal
-        )
-        assert centre is not None
-        parts.append(ProfilePiece(element.radius, centre, start, end))
+        foot = _distance_along_normal(start.point, start.normal) * start.normal
+        radius, centre = arc or (None, foot)
+        parts.append(ProfilePiece(radius, centre, start, end))
     if round(sum(part.normal_sweep_angle for part in parts) / (2 * pi)) != 1:
         raise ProfileFault(0, "the elements do not go round the cam exactly once")
     return parts
@@ -145,11 +141,13 @@ def _eccentric_circle(element: ElementSpec) -> ProfilePiece:
     return ProfilePiece(radius, centre, joint, joint)
 
 
-def _arc_centre(elements: Sequence[ElementSpec], element_index: int) -> complex | None:
-    """The centre of an arc, given or computed; None for a line."""
+def _radius_and_centre(elements: Sequence[ElementSpec], element_index: int) -> tuple[float, complex] | None:
+    """The radius of an arc with its centre, given or computed; None for a line."""
     element = elements[element_index]
-    if element.radius is None or element.centre is not None:
-        return element.centre
+    if element.radius is None:
+        return None
+    if element.centre is not None:
+        return element.radius, element.centre
     (r1, c1), (r2, c2) = _neighbour_arcs(elements, element_index)
     a, b, apart = r1 - element.radius, r2 - element.radius, abs(c2 - c1)
     if not (apart > 0.0 and a * b != 0.0 and -1.0 < (cosine := (a * a + b * b - apart**2) / (2 * a * b)) < 1.0):
@@ -157,7 +155,7 @@ def _arc_centre(elements: Sequence[ElementSpec], element_index: int) -> complex 
     forward = 1.0 if element.radius > 0.0 else -1.0
     turn = complex(cosine, forward * sqrt((1.0 - cosine) * (1.0 + cosine)))
     normal = (c2 - c1) / (a - b * turn)
-    return c1 + a * normal / abs(normal)
+    return element.radius, c1 + a * normal / abs(normal)
 
 
 def _neighbour_arcs(elements: Sequence[ElementSpec], element_index: int) -> list[tuple[float, complex]]:
@@ -173,19 +171,16 @@ def _neighbour_arcs(elements: Sequence[ElementSpec], element_index: int) -> list
 
 
 def _joint_to_next_element(
-    elements: Sequence[ElementSpec], centres: Sequence[complex | None], element_index: int
+    elements: Sequence[ElementSpec], arcs: Sequence[tuple[float, complex] | None], element_index: int
 ) -> tuple[ProfileJoint, ProfileJoint]:
     """The end of an element and the start of the next; both are the same point up to rounding."""
     after = (element_index + 1) % len(elements)
-    if elements[element_index].radius is None:
+    arc, next_arc = arcs[element_index], arcs[after]
+    if arc is None:
         return _line_ends(elements, element_index)[1:] * 2
-    if elements[after].radius is None:
+    if next_arc is None:
         return _line_ends(elements, after)[:1] * 2
-    (r1, c1), (r2, c2) = ((elements[j].radius, centres[j]) for j in (element_index, after))
-    assert r1 is not None
-    assert r2 is not None
-    assert c1 is not None
-    assert c2 is not None
+    (r1, c1), (r2, c2) = arc, next_arc
     apart, gap = abs(c2 - c1), abs(abs(c2 - c1) - abs(r1 - r2))
     if apart <= TOUCHING_SHARE * (abs(r1) + abs(r2)):
         raise ProfileFault(after + 1, "has the centre of the arc before it: they are one circle, or never touch")

@@ -112,12 +112,12 @@ class Programme:
         start, strokes = start_position_and_strokes(
             [MotionSegment(*each) for each in segments], angular=angular, laws=laws
         )
-        return cls(strokes_with_move_laws(strokes), load, start).on_base_circle()
+        return cls(strokes_with_move_laws(tuple(strokes)), load, start).on_base_circle()
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
         laws = {RISE: rise, RETURN: fall}
-        strokes = [replace(s, law=laws.get(s.kind) or s.law) for s in self.strokes]
+        strokes = tuple(replace(s, law=laws.get(s.kind) or s.law) for s in self.strokes)
         return replace(self, strokes=strokes_with_move_laws(strokes)).on_base_circle()
 
     @cached_property
@@ -149,11 +149,6 @@ class Programme:
     def has_sampled_law(self) -> bool:
         """Whether a law is known at samples only: from the points of a table, or the functions of a package."""
         return any(isinstance(s.law, SplineLaw | InstalledLaw) and s.law.sampled for s in self.tool.strokes)
-
-    @property
-    def has_monotone_strokes(self) -> bool:
-        """Whether the follower turns back only between strokes."""
-        return not any(s.law and (s.is_move or turning_points(s.law, TURN_PANELS)) for s in self.strokes)
 
     @property
     def lift(self) -> float:
@@ -237,8 +232,7 @@ class Programme:
         """Rows of y, y', y'' … up to an order, at cam angles in rad, from the laws themselves."""
         angles = np.asarray(angles, dtype=float)
         rows = np.zeros((order + 1, *angles.shape))
-        edges = np.array([s.start for s in self.strokes])
-        index = np.searchsorted(edges, angles, side="right") - 1
+        index = np.searchsorted(np.array([s.start for s in self.strokes]), angles, side="right") - 1
         for k in np.unique(index[index >= 0]):
             here = index == k
             rows[:, here] = self.strokes[k].motion(angles[here], order)
@@ -395,12 +389,17 @@ def weighted_derivative_range(
     if arrays is None:
         return inf, -inf
     factors, terms = np.array((*weights, load_weight, inertia_weight)), [*range(len(weights)), -2, -1]
-    series, slope, ends, slopes, bounds = (_weighted_sum(factors, array[terms]) for array in arrays)
+    used = np.flatnonzero(factors)
+    series, slope, ends, slopes, bounds = (matrix_product(factors[used], array[terms][used]) for array in arrays)
     low, high = bounds.min(axis=0), bounds.max(axis=0)
     least, largest, rounding = float(ends.min()), float(ends.max()), OVERSHOOT * max(-low.min(), high.max())
     turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # other panels have no extreme inside,
     beyond = (low < least + rounding) | (high > largest - rounding)  # or none that exceeds the ends'
-    inside = [v for k in np.flatnonzero(turning & beyond) for v in _stationary_values(series[:, k], slope[:, k])]
+    inside = [
+        float(polynomial.polyval(u, series[:, k]))
+        for k in np.flatnonzero(turning & beyond)
+        for u in places_of_sign_change(slope[:, k])
+    ]
     return min([least, *inside]), max([largest, *inside])
 
 
@@ -431,17 +430,6 @@ def _derivative_polynomials_and_bounds(
     bounds = (matrix_product(powers_to_bernstein_matrix(len(each) - 1), each) for each in (slopes, by_powers))
     ends = polynomial.polyval(np.array([-1.0, 1.0]), by_powers)
     return series, slope, ends, *(np.moveaxis(each, 1, 0) for each in bounds)
-
-
-def _weighted_sum(factors: FloatArray, terms: FloatArray) -> FloatArray:
-    """Sum of terms (orders + 2, …), each times its factor."""
-    used = np.flatnonzero(factors)
-    return matrix_product(factors[used], terms[used])
-
-
-def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
-    """Values of a polynomial at its stationary points in [−1, 1]."""
-    return [float(polynomial.polyval(u, series)) for u in places_of_sign_change(slope)]
 
 
 def derivative_power_mean(programme: Programme, order: int, power: int) -> float:

@@ -57,7 +57,13 @@ class AllowedMoveStates:
         best = constrained_least_squares(
             factor @ basis, offset, rows @ basis, least - rows @ start, self.largest_scaled_range_end
         )
-        return None if best is None else self._states_from_free_numbers(size * (start + basis @ best))
+        if best is None:
+            return None
+        low, high = self.scaled_number_ranges
+        states, free = self.fixed_numbers, self.free_number_index
+        states[free] = np.clip(size * (start + basis @ best), low[free], high[free])
+        numbers = states[self.number_index_by_joint_and_order.ravel()] / self._scale_factors_by_order
+        return np.asarray(numbers.reshape(self.low.shape))
 
     def are_proved_impossible(self) -> bool:
         """Whether all states miss a limit by more than the error of a solver."""
@@ -138,17 +144,6 @@ class AllowedMoveStates:
             rows = np.concatenate([rows, side * np.eye(self.free_number_index.size)[bounded]])
             least = np.concatenate([least, end[bounded]])
         return rows, least
-
-    def _states_from_free_numbers(self, numbers: FloatArray) -> FloatArray:
-        """The states, from the free numbers."""
-        low, high = self.scaled_number_ranges
-        states = self.fixed_numbers
-        states[self.free_number_index] = np.clip(numbers, low[self.free_number_index], high[self.free_number_index])
-        return np.asarray(
-            (states[self.number_index_by_joint_and_order.ravel()] / self._scale_factors_by_order).reshape(
-                self.low.shape
-            )
-        )
 
 
 @cache

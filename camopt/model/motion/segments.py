@@ -1,6 +1,7 @@
 """The segments of a turn as the scene gives them, and the strokes made from them."""
 
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from math import radians
 from typing import NamedTuple
 
@@ -68,10 +69,7 @@ def segment_lifts(segments: Sequence[MotionSegment]) -> list[float]:
 
 def segment_positions(segments: Sequence[MotionSegment]) -> list[float]:
     """Position at the start of the turn and at the end of each segment."""
-    positions = [start_position(segments)]
-    for change in segment_lifts(segments):
-        positions.append(positions[-1] + change)
-    return positions
+    return [*accumulate(segment_lifts(segments), initial=start_position(segments))]
 
 
 def start_position_and_strokes(
@@ -84,10 +82,12 @@ def start_position_and_strokes(
     for segment, change in zip(segments, segment_lifts(segments), strict=True):
         if segment.angle < NO_DWELL:
             continue
-        through = tuple(_relative_passing_condition(each, start) for each in segment.through)
-        segment = segment._replace(
-            wanted=(_relative_position(start, segment.between), *segment.wanted), through=through
+        through = tuple(
+            PassingCondition(radians(low), radians(high), (_relative_position(start, position), *others))
+            for low, high, (position, *others) in segment.through
         )
+        wanted = (_relative_position(start, segment.between), *segment.wanted)
+        segment = segment._replace(wanted=wanted, through=through)
         strokes.append(_segment_stroke(segment, ExactNumbers(segment.angle, change, angular), angle, y, laws))
         angle, y = strokes[-1].end, strokes[-1].high
     return start, strokes
@@ -98,14 +98,6 @@ def _relative_position(start: float, required: RequiredValue) -> RequiredValue:
     if required is None:
         return None
     return (required[0] - start, required[1] - start) if isinstance(required, tuple) else required - start
-
-
-def _relative_passing_condition(through: PassingCondition, start: float) -> PassingCondition:
-    """A condition at cam angles in rad, with positions relative to ``start``."""
-    position, *others = through.required_values
-    return PassingCondition(
-        radians(through.start), radians(through.end), (_relative_position(start, position), *others)
-    )
 
 
 def _segment_stroke(

@@ -82,11 +82,6 @@ class EndCondition(Enum):
     FREE = (3, 4)
     """Velocity and acceleration make ∫ s‴² least."""
 
-    @property
-    def equal_end_coefficient_count(self) -> int:
-        """Number of equal coefficients at the end: 1 plus the number of leading derivatives that are zero."""
-        return 1 + sum(order == place for place, order in enumerate(self.value, start=1))
-
 
 @lru_cache(maxsize=64)
 def fit_table_spline(
@@ -101,6 +96,7 @@ def fit_table_spline(
     zero: Any = tuple([(order, 0.0) for order in end.value] for end in ends)
     spline = make_interp_spline(x, s, k=QUINTIC, bc_type=zero)
     coefficients = spline.c
-    at_start, at_end = (end.equal_end_coefficient_count for end in ends)
+    # equal coefficients at each end: 1 plus the number of leading derivatives that are zero
+    at_start, at_end = (1 + sum(order == place for place, order in enumerate(end.value, start=1)) for end in ends)
     coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # as zero derivatives require, without rounding
     return SplineLaw(name, QUINTIC, tuple(spline.t.tolist()), tuple(coefficients.tolist()), sampled=True)

@@ -33,8 +33,7 @@ def motion_directions(kinds: IntArray) -> FloatArray:
 def reversed_kinds(kinds: Any) -> Any:
     """Kinds and directions of the reversed motion: rises become returns, outward becomes inward."""
     reversible = RISE | RETURN | OUTWARD | INWARD
-    others = (((kinds & kind) != 0) * other for kind, other in REVERSED_KINDS.items())
-    return sum(others, kinds & ~reversible)
+    return sum((((kinds & kind) != 0) * other for kind, other in REVERSED_KINDS.items()), kinds & ~reversible)
 
 
 class Condition(NamedTuple):

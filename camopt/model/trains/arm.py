@@ -1,4 +1,4 @@
-"""An arm with a roller or a rounded pad at its end, which pushes a slide.
+"""An arm with a roller or a rounded pad at its end, which pushes a slide; and a rocker with two such arms.
 
 The face of the slide is square to the slide's motion. The start angle α is measured from the line square to that
 motion. An arm of length l that has turned by φ moves the slide by
@@ -7,6 +7,13 @@ motion. An arm of length l that has turned by φ moves the slide by
 
 The radius of the roller or pad has no effect, because the face is square to the motion. The arm is at a dead point
 where it points along the motion.
+
+A rocker, as in valve trains, has a ratio that changes with its angle. The driving slide lifts its first arm, and
+its second arm moves the output slide:
+
+    y = l₁·(sin(α₁ + φ) − sin α₁)        z = l₂·(sin(α₂ + φ) − sin α₂)
+
+An oscillating follower is the first arm itself.
 
 Source: Norton, Design of Machinery, ch. 2 (the Scotch yoke is the same pairing).
 """
@@ -20,7 +27,19 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_root, vector_angle
-from camopt.model.trains.link import NO_COUPLERS, RADIAN, DeadPoint, Force, constant_one_series, require_positive
+from camopt.model.trains.link import (
+    NO_COUPLERS,
+    RADIAN,
+    AssemblyFault,
+    DeadPoint,
+    Force,
+    Keys,
+    Link,
+    ReversedLink,
+    StageKind,
+    constant_one_series,
+    require_positive,
+)
 from camopt.model.trains.sketch import LinkSketch, Port, Support, bar_member, sliding_member
 
 ARM_IN_LINE = "the arm points along the motion of the slide"
@@ -39,9 +58,7 @@ class Arm:
     couplers_by_driving_side = NO_COUPLERS
     joint_forces = (Force("roller", "joint", constant_one_series, touches=True),)
 
-    @property
-    def driver_and_driven_angular(self) -> tuple[bool, bool]:
-        return True, False
+    driver_and_driven_angular = (True, False)
 
     @property
     def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
@@ -97,3 +114,29 @@ def assemble_arm(length: Any, angle: Any) -> Arm:
     require_positive(90.0 - abs(angle), lambda: why.format(angle))
     start = angle * RADIAN
     return Arm(length, start, np.cos(start), np.sin(start))
+
+
+def input_arm_links(keys: Keys, input_angular: bool) -> tuple[Link, ...]:
+    """The input arm of a rocker or bell crank; none if an angle drives it."""
+    if input_angular:
+        if {"input_arm", "input_angle"} & keys.keys():
+            raise AssemblyFault("it is driven by an angle, and so has no input_arm")
+        return ()
+    if "input_arm" not in keys:
+        raise AssemblyFault("it is driven by a length, and so needs an input_arm (mm)")
+    return (ReversedLink(assemble_arm(keys["input_arm"], keys.get("input_angle", 0.0))),)
+
+
+def _rocker_links(keys: Keys, input_angular: bool) -> tuple[Link, ...]:
+    output: Arm = assemble_arm(keys["output_arm"], keys.get("output_angle", 0.0))
+    return (*input_arm_links(keys, input_angular), output)
+
+
+STAGE = StageKind(
+    "rocker",
+    "a rocker",
+    ("output_arm",),
+    ("output_angle", "input_arm", "input_angle"),
+    lambda keys, turns: False,
+    _rocker_links,
+)

@@ -4,9 +4,9 @@ Its first arm is lifted by a roller or pad (``trains.arm``). An oscillating foll
 arm is a crank (``trains.crank``).
 """
 
+from camopt.model.trains.arm import input_arm_links
 from camopt.model.trains.crank import assemble_crank
 from camopt.model.trains.link import Keys, Link, StageKind
-from camopt.model.trains.rocker import input_arm_links
 
 
 def _bell_crank_links(keys: Keys, input_angular: bool) -> tuple[Link, ...]:

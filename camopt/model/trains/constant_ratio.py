@@ -1,4 +1,10 @@
-"""A link of constant ratio: its output is a factor times its input."""
+"""A link of constant ratio: its output is a factor times its input; and the stage of a lever, gears, belt or rack.
+
+    output = i·input;        a pinion turns an angle φ into the length r·φ, and a length s into the angle s/r
+
+The stage's key ``ratio`` is i, negative if input and output move opposite ways. Its key ``radius`` is r, the radius
+of the pinion or drum.
+"""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,7 +13,16 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.taylor import Series
-from camopt.model.trains.link import NO_COUPLERS, NO_DEAD_POINTS, DeadPoint, Force, constant_one_series
+from camopt.model.trains.link import (
+    NO_COUPLERS,
+    NO_DEAD_POINTS,
+    AssemblyFault,
+    Force,
+    Keys,
+    StageKind,
+    constant_one_series,
+    require_positive,
+)
 from camopt.model.trains.sketch import LinkSketch, Port, Support, bar_member, sliding_member, wheel_member
 
 
@@ -18,10 +33,7 @@ class ConstantRatio:
     factor: Any
     driver_and_driven_angular: tuple[bool, bool]
     couplers_by_driving_side = NO_COUPLERS
-
-    @property
-    def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
-        return NO_DEAD_POINTS
+    dead_points = NO_DEAD_POINTS
 
     def driven_displacement(self, driver: Series) -> Series:
         return driver * self.factor
@@ -89,3 +101,29 @@ class ConstantRatio:
         (_, left), *_, (_, right) = sorted(points, key=lambda point: point[0])
         blocks = [sliding_member("slide", block, end) for end in ends]
         return LinkSketch([*blocks, bar_member((left, right))], pivots, Port(0.0, 1j), Port(length, 1j))
+
+
+LEAST_RATIO = 1e-9
+"""Smallest magnitude of a ratio or radius: a smaller one leads to numbers that doubles cannot hold."""
+
+
+def _ratio_links(keys: Keys, input_angular: bool) -> tuple[ConstantRatio]:
+    if len(keys) != 1:
+        raise AssemblyFault("it has either a ratio, or the radius of a pinion or drum (mm)")
+    ((name, factor),) = keys.items()
+    require_positive(
+        abs(factor) - LEAST_RATIO, lambda: f"a {name} below {LEAST_RATIO:g} in size does not move the tool"
+    )
+    if name == "ratio":
+        return (ConstantRatio(factor, (input_angular, input_angular)),)
+    return (ConstantRatio(factor if input_angular else 1.0 / factor, (input_angular, not input_angular)),)
+
+
+STAGE = StageKind(
+    "ratio",
+    "a constant ratio",
+    (),
+    ("ratio", "radius"),
+    lambda keys, turns: turns != ("radius" in keys),
+    _ratio_links,
+)

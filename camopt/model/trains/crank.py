@@ -1,4 +1,4 @@
-"""A crank that moves a slide by a coupler.
+"""A crank that moves a slide by a coupler; and the slider-crank, where an angle drives it, or a length its slide.
 
 The crank has the length a, the coupler b. The line of the slide has the offset e from the crank's pivot. With the
 crank at the angle φ from the slide's motion, the pin of the slide is ahead of the pivot by
@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.stable_functions import difference_of_squares_root
 from camopt.core.numerics.taylor import Series, cosine_and_sine_series, series_quotient, series_root, vector_angle
 from camopt.model.trains.link import (
@@ -31,6 +31,10 @@ from camopt.model.trains.link import (
     Coupler,
     DeadPoint,
     Force,
+    Keys,
+    Link,
+    ReversedLink,
+    StageKind,
     Vector,
     acute_angle,
     constant_one_series,
@@ -58,9 +62,7 @@ class Crank:
     bar: Bar
     """The crank when the slide drives it."""
 
-    @property
-    def driver_and_driven_angular(self) -> tuple[bool, bool]:
-        return True, False
+    driver_and_driven_angular = (True, False)
 
     @property
     def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
@@ -124,7 +126,7 @@ class Crank:
         across = self.crank * np.sin(angle) - self.offset
         return np.sqrt((self.coupler - across) * (self.coupler + across)), -across
 
-    def _transmission_angle_to_crank(self, slide: Any) -> Any:
+    def _transmission_angle_to_crank(self, slide: Any) -> Number:
         angle = formula_value_at(self.driver_displacement, slide) + self.start
         return acute_angle((np.cos(angle), np.sin(angle)), self._coupler_vector(angle))
 
@@ -169,3 +171,19 @@ def assemble_crank(length: Any, coupler: Any, offset: Any, angle: Any) -> Crank:
     place = cosine * length + np.sqrt((coupler - across) * (coupler + across))
     x, y = cosine * place + sine * offset, sine * place - cosine * offset
     return Crank(length, coupler, offset, start, place, Bar(length, coupler, np.sign(y), np.arctan2(y, x)))
+
+
+def _slider_crank_links(keys: Keys, input_angular: bool) -> tuple[Link]:
+    link = assemble_crank(keys["crank"], keys["coupler"], keys.get("offset", 0.0), keys["angle"])
+    return (link if input_angular else ReversedLink(link),)
+
+
+SLIDER_CRANK_KEYS = ("crank", "coupler", "angle")
+STAGE = StageKind(
+    "slider-crank",
+    "a slider-crank",
+    SLIDER_CRANK_KEYS,
+    ("offset",),
+    lambda keys, turns: not turns,
+    _slider_crank_links,
+)

@@ -13,7 +13,6 @@ Source: Norton, Design of Machinery, ch. 4 (position analysis of the fourbar lin
 """
 
 from cmath import phase, rect
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -59,32 +58,23 @@ class FourBar:
     crank: Bar
     rocker: Bar
 
-    @property
-    def driver_and_driven_angular(self) -> tuple[bool, bool]:
-        return True, True
+    driver_and_driven_angular = (True, True)
 
     @property
     def dead_points(self) -> tuple[DeadPoint, DeadPoint]:
-        places = [*self._rocker_in_line_dead_points(), *self._crank_in_line_dead_points()]
-        return nearest_dead_points(each._replace(at=each.at - self.start) for each in places)
-
-    def _rocker_in_line_dead_points(self) -> Iterator[DeadPoint]:
-        """Dead points with coupler and rocker in line, |A| = |b ± c|."""
         a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
-        for far in (b + c, abs(b - c)):
+        places = list[DeadPoint]()
+        for far in (b + c, abs(b - c)):  # |A| with coupler and rocker in line
             if _forms_triangle(a, d, far):
                 angle = float(triangle_angle(a, d, far))
-                yield from (DeadPoint(sign * angle, ROCKER_IN_LINE) for sign in (1.0, -1.0))
-
-    def _crank_in_line_dead_points(self) -> Iterator[DeadPoint]:
-        """Dead points with crank and coupler in line, |B| = |a ± b|, on the branch of the start position."""
-        a, b, c, d = self.crank.length, self.crank.other, self.rocker.length, self.ground
-        for far in (a + b, a - b):
+                places += (DeadPoint(sign * angle, ROCKER_IN_LINE) for sign in (1.0, -1.0))
+        for far in (a + b, a - b):  # ± |B| with crank and coupler in line, on the branch of the start position
             for sign in (1.0, -1.0) if far and _forms_triangle(c, d, abs(far)) else ():
                 arm = rect(c, sign * (pi - float(triangle_angle(c, d, abs(far)))))
                 turned = phase((d + arm) / far)
                 if phase(arm / (rect(a, turned) - d)) * self.rocker.side >= 0.0:
-                    yield DeadPoint(turned, CRANK_IN_LINE)
+                    places.append(DeadPoint(turned, CRANK_IN_LINE))
+        return nearest_dead_points(each._replace(at=each.at - self.start) for each in places)
 
     def driven_displacement(self, driver: Series) -> Series:
         return self.rocker.angle(
@@ -205,8 +195,7 @@ def assemble_four_bar(crank: Any, coupler: Any, rocker: Any, ground: Any, angle:
 def _four_bar_links(keys: Keys, input_angular: bool) -> tuple[FourBar]:
     if not input_angular:
         raise AssemblyFault("it is driven by a length, but its crank needs an angle")
-    sizes = (keys[name] for name in FOUR_BAR_KEYS)
-    return (assemble_four_bar(*sizes, crossed=keys.get("crossed", False)),)
+    return (assemble_four_bar(*(keys[name] for name in FOUR_BAR_KEYS), crossed=keys.get("crossed", False)),)
 
 
 FOUR_BAR_KEYS = ("crank", "coupler", "rocker", "ground", "angle")

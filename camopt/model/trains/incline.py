@@ -49,7 +49,8 @@ class Wedge(ConstantRatio):
                 "joint",
                 lambda driver: constant_one_series(driver) * self.face_force,
                 touches=True,
-                way=self._face_direction,
+                # the direction of the face's normal, from the slide's motion
+                way=lambda driver: np.asarray(np.zeros_like(driver) + (pi / 2 - self.incline - self.guide)),
             ),
             Force(
                 "guide of the wedge",
@@ -64,10 +65,6 @@ class Wedge(ConstantRatio):
                 way=perpendicular_direction,
             ),
         )
-
-    def _face_direction(self, driver: FloatArray) -> FloatArray:
-        """Direction of the face's normal, from the slide's motion [rad]."""
-        return np.asarray(np.zeros_like(driver) + (pi / 2 - self.incline - self.guide))
 
     def sketch(
         self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False

@@ -5,7 +5,7 @@ tool, by virtual work (``trains.carried_load``). The force in each joint of the 
 on the position:
 
     coupler b of a crank    Q·b/√(b² − S²), and S/√(b² − S²)·Q across the slide    (``trains.crank``)
-    coupler of a four-bar   Q/(c·sin(δ − ψ)), δ the coupler's angle               (``trains.assemble_four_bar``)
+    coupler of a four-bar   Q/(c·sin(δ − ψ)), δ the coupler's angle               (``trains.four_bar``)
     roller or pad of an arm, end of a lever, pinion and rack                       Q along the motion
     face of an incline      Q/sin(γ + α)
 
@@ -23,7 +23,7 @@ Source: Norton, Design of Machinery, ch. 11 (dynamic force analysis).
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby, pairwise
+from itertools import groupby
 from typing import Literal, NamedTuple
 
 from camopt.model.trains.link import Link
@@ -57,9 +57,12 @@ class JointForce(NamedTuple):
 
 def list_joint_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> Iterator[JointForce]:
     """The forces of links and on the pivots between them, stage by stage; equal names of a stage get numbers."""
-    forces = sorted(
-        [*_link_forces(links, stage_numbers), *_pivot_forces(links, stage_numbers)], key=lambda force: force.stage
-    )
+    in_links = [
+        JointForce(stage_numbers[number], force.name, force.kind, (WeightedForce(number, k),))
+        for number, link in enumerate(links)
+        for k, force in enumerate(link.joint_forces)
+    ]
+    forces = sorted([*in_links, *_pivot_forces(links, stage_numbers)], key=lambda force: force.stage)
     for _, group in groupby(forces, key=lambda force: force.stage):
         stage_forces = list(group)
         for number, force in enumerate(stage_forces):
@@ -67,16 +70,10 @@ def list_joint_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> It
             yield force._replace(name=f"{force.name} {alike.index(number) + 1}") if len(alike) > 1 else force
 
 
-def _link_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> Iterator[JointForce]:
-    for number, link in enumerate(links):
-        for k, force in enumerate(link.joint_forces):
-            yield JointForce(stage_numbers[number], force.name, force.kind, (WeightedForce(number, k),))
-
-
 def _pivot_forces(links: Sequence[Link], stage_numbers: Sequence[int]) -> Iterator[JointForce]:
     """The forces on pivots: each takes the forces of the links before and behind it, the last that before it."""
-    for number, (one, other) in enumerate(pairwise([*links, None])):
-        assert one is not None
-        if one.driver_and_driven_angular[1] and all(each.joint_forces for each in (one, other) if each is not None):
-            parts = [WeightedForce(number + k, 0) for k, each in enumerate((one, other)) if each is not None]
-            yield JointForce(stage_numbers[number], "pivot", "pivot", tuple(parts))
+    for number, link in enumerate(links):
+        loading = links[number : number + 2]
+        if link.driver_and_driven_angular[1] and all(each.joint_forces for each in loading):
+            parts = tuple(WeightedForce(number + k, 0) for k in range(len(loading)))
+            yield JointForce(stage_numbers[number], "pivot", "pivot", parts)

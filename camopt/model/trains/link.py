@@ -23,7 +23,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.sloped_interval import LinkageInterval, as_sloped_interval, choose_form_or_hull
 from camopt.core.numerics.taylor import Series, Taylor, series_quotient, series_root, vector_angle
 from camopt.model.trains.sketch import LinkSketch
@@ -48,7 +48,7 @@ class Coupler(NamedTuple):
     places: tuple[Any, ...]
     """Positions of the driver where the cosine of the angle is stationary."""
 
-    def least_transmission_angle(self, low: Any, high: Any) -> Any:
+    def least_transmission_angle(self, low: Any, high: Any) -> Number:
         """Least transmission angle over a travel of the driver [rad]."""
         between = (np.minimum(np.maximum(place, low), high) for place in self.places)
         return reduce(np.minimum, map(self.angle, (low, high, *between)))
@@ -165,7 +165,7 @@ def _combine_series_terms(one: Any, other: Any, pick: Callable[[Any, Any], Any])
     return Taylor([_combine_series_terms(a, b, pick) for a, b in zip(one.terms, other.terms, strict=True)])
 
 
-def formula_value_at(formula: Callable[[Series], Series], place: Any) -> Any:
+def formula_value_at(formula: Callable[[Series], Series], place: Any) -> Number:
     """The value of a formula of series at numbers, arrays or ranges."""
     return formula(Taylor([place])).terms[0]
 
@@ -186,7 +186,7 @@ def formula_value_at_end(formula: Callable[[Series], Series], end: float) -> flo
 Vector = tuple[Any, Any]
 
 
-def acute_angle(one: Vector, other: Vector) -> Any:
+def acute_angle(one: Vector, other: Vector) -> Number:
     """Acute angle between two directions [rad]."""
     (x, y), (u, v) = one, other
     return np.arctan2(abs(x * v - y * u), abs(x * u + y * v))
@@ -262,11 +262,6 @@ class ReversedLink:
         self, driver: FloatArray, driven: FloatArray, size: float, *, driven_backwards: bool = False
     ) -> LinkSketch:
         return self.link.sketch(driven, driver, size, driven_backwards=not driven_backwards).reversed_sketch
-
-
-def reversed_link(link: Link) -> Link:
-    """The same link driven at its other end."""
-    return link.link if isinstance(link, ReversedLink) else ReversedLink(link)
 
 
 @dataclass(frozen=True)

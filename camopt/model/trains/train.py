@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.taylor import Series, Taylor, series_quotient
 from camopt.model.trains import TRAIN_STAGES
 from camopt.model.trains.carried_load import CarriedLoad, FollowerLoad, TrainJoint, sum_follower_load
@@ -18,10 +18,10 @@ from camopt.model.trains.link import (
     AssemblyFault,
     Keys,
     Link,
+    ReversedLink,
     constant_one_series,
     formula_value_at,
     formula_value_at_end,
-    reversed_link,
 )
 from camopt.model.trains.sketch import LinkSketch, Port
 
@@ -66,7 +66,8 @@ class Train:
     @cached_property
     def reversed_train(self) -> "Train":
         """The train from the tool to the follower, as if the tool drove it; without loads."""
-        return Train(tuple(map(reversed_link, self.links[::-1])), self.stages[::-1])
+        links = (each.link if isinstance(each, ReversedLink) else ReversedLink(each) for each in self.links[::-1])
+        return Train(tuple(links), self.stages[::-1])
 
     @property
     def constant_ratio(self) -> float | None:
@@ -104,7 +105,7 @@ class Train:
     def has_couplers(self) -> bool:
         return any(link.couplers_by_driving_side[0] for link in self.links)
 
-    def least_transmission_angle_over_travel(self, lowest_tool_position: Any, highest_tool_position: Any) -> Any:
+    def least_transmission_angle_over_travel(self, lowest_tool_position: Any, highest_tool_position: Any) -> Number:
         """Least transmission angle of its couplers over a travel of the tool [rad]."""
         angles = []
         for link in reversed(self.links):
@@ -131,12 +132,6 @@ class Train:
     def joint_motion_signs(self) -> tuple[Any, ...]:
         """For each joint 1 if it moves with the follower, −1 if against it."""
         return tuple(np.sign(joint.ratio.terms[0]) for joint in self.joint_motions(Taylor([0.0, 1.0])))
-
-    def load_at_follower(
-        self, follower: Series, velocity_signs: Sequence[Any], loads: Mapping[int, Series]
-    ) -> FollowerLoad:
-        """The load of the train on the follower (``trains.carried_load``)."""
-        return sum_follower_load(self.joint_motions(follower), self.carried, velocity_signs, loads)
 
     @cached_property
     def joint_forces(self) -> tuple[JointForce, ...]:

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unit_weight
-from camopt.model.effects.train_peak import TrainPeak
+from camopt.model.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, TrainPeak, unit_weight
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.stroke import ALL_STROKES
 

@@ -19,14 +19,20 @@ from camopt.model.effects import (
     require_effect,
 )
 from camopt.model.effects.contacts import all_follower_contacts, smallest_disc_size
-from camopt.model.effects.effect import no_columns
+from camopt.model.effects.effect import LeastForce, NecessaryConditions, no_columns
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.motion_errors import EFFECT as MOTION_ERRORS
-from camopt.model.effects.necessary_conditions import LeastForce, NecessaryConditions
-from camopt.model.effects.peak import CLEAR_SHARE, DOUBLES, Peak, RadiiOfCurves, RadiusRange, RadiusWeight
+from camopt.model.effects.peak import (
+    CLEAR_SHARE,
+    DOUBLES,
+    Peak,
+    RadiiOfCurves,
+    RadiusRange,
+    RadiusWeight,
+    TrainPeak,
+)
 from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.effects.self_crossing import proved_uncrossed_roller_radius, self_crossing_verdict
-from camopt.model.effects.train_peak import TrainPeak
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.constraints import (
@@ -398,7 +404,7 @@ class QuantityLimit(Limit):
             return None
         if block.columns.keys() >= set(peak.extremes):
             sides = [
-                {name: block.column_shifted_in_enclosure(name, side) for name in peak.extremes}
+                {name: block.columns[name] + side * block.outward.get(name, 0.0) for name in peak.extremes}
                 for side in (1.0, -1.0)
             ]
             far, near = (self._extreme_as_share_of_allowed(peak, columns, block.designs) for columns in sides)

@@ -22,8 +22,7 @@ from camopt.model.effects import (
 from camopt.model.effects.contacts import contact_peaks
 from camopt.model.effects.curvature import CONVEX_RADIUS, CUTTER_RADIUS
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import Peak
-from camopt.model.effects.train_peak import TrainPeak
+from camopt.model.effects.peak import Peak, TrainPeak
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RISE
 from camopt.scene.problem.constraints import ConstantBound, Constraint
 from camopt.scene.problem.limit import (
@@ -146,8 +145,9 @@ def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float 
     """The limits on the pressure angle [deg]: one on rises and dwells, one on returns."""
     rises, dwells, returns = (f"pressure_angle_max_{kind}_deg" for kind in ("rise", "dwell", "return"))
     if on_rise is not None and peak_at_first_contact(rises, setup):
-        limit = quantity_limit("pressure_angle", on_rise, setup, rises, dwells)
-        yield limit.with_changed_peaks(lambda peak: peak.over_stroke_kinds(RISE | DWELL))
+        yield quantity_limit("pressure_angle", on_rise, setup, rises, dwells).with_changed_peaks(
+            lambda peak: peak._replace(curves=tuple((make, RISE | DWELL) for make, _ in peak.curves))
+        )
     if on_return is not None:
         yield quantity_limit("pressure_angle_return", on_return, setup, returns)
 

@@ -25,7 +25,7 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from camopt.model.effects import force
-from camopt.model.effects.necessary_conditions import LeastForce
+from camopt.model.effects.effect import LeastForce
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import cylindrical, translating, translating_flat
 from camopt.model.mechanisms.pairs import CONTACT_CURVES
@@ -220,7 +220,7 @@ def _contact_force_constraint(scene_problem: Problem, name: str, least: LeastFor
     if isinstance(load, TrainLoad):
         reflected = load.reflected_load
     else:
-        reflected = ReflectedLoad(0.0, 0.0, load.largest_signed_load if load else 0.0)
+        reflected = ReflectedLoad(0.0, 0.0, max(load.loads) if load else 0.0)
     arm = float(scene_problem.design.arm_length[0]) if scene_problem.setup.angular else 1.0
     stiffness, damping, mass, constant = force.force_weights_and_constant(scene_problem.setup.dynamics, least.omega)
     stiffness, mass = stiffness + reflected.stiffness, mass + reflected.mass * least.omega**2

@@ -344,7 +344,9 @@ def _default_move_ranges(
         replace(stroke, named=False) if stroke.is_move else stroke
         for stroke in scene_problem.programme.tool.strokes
     ]
-    least_jerk_moves = Programme(tuple(stroke for stroke in strokes_with_move_laws(strokes) if stroke.is_move))
+    least_jerk_moves = Programme(
+        tuple(stroke for stroke in strokes_with_move_laws(tuple(strokes)) if stroke.is_move)
+    )
     orders = (
         []
         if _has_acceleration_or_jerk_limits(scene_problem)

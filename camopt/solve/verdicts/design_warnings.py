@@ -224,7 +224,7 @@ def _rest_keeps_within_positions(programme: Programme, ends: Sequence[Stroke], s
     strokes = [_with_rest_at_end(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:
         return not _moves_exceed_given_positions(
-            replace(programme, strokes=strokes_with_move_laws(strokes)).on_base_circle(), side
+            replace(programme, strokes=strokes_with_move_laws(tuple(strokes))).on_base_circle(), side
         )
     except Unmet:  # other conditions forbid the rest
         return False

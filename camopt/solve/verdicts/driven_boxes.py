@@ -68,7 +68,7 @@ class ToolPlaces(NamedTuple):
 
 @dataclass(frozen=True)
 class TrainLinks:
-    """The links of some trains at cam angles (``effects.train_peak.TrainMotion``)."""
+    """The links of some trains at cam angles (``effects.peak.TrainMotion``)."""
 
     train: Train
     follower: Taylor

@@ -16,7 +16,7 @@ from camopt.core.numerics import LARGEST_MAGNITUDE
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.model.effects import EvaluationBlock, require_effect
-from camopt.model.effects.contacts import ContactCurve, all_follower_contacts, block_at_contact
+from camopt.model.effects.contacts import FunctionAtContact, all_follower_contacts, block_at_contact
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.effects.self_crossing import proved_uncrossed_roller_radius
 from camopt.model.mechanisms.design import SECOND_SIZE, Designs, FurtherContact
@@ -192,7 +192,7 @@ def _proves_disc_without_self_crossing(
     columns = run_effects(
         block_at_contact(EvaluationBlock(problem.setup, problem.programme, corner_designs), contact), [name]
     ).columns_shifted_by_width_share(1.0)
-    curve = ContactCurve(contact.mechanism.pressure, contact.local_designs)
+    curve = FunctionAtContact(contact.mechanism.pressure, contact.local_designs)
     for steeper in STEEPER_SHARES:
         most = float(np.max(columns[name])) * (1.0 + steeper)
         if not most < 90.0:

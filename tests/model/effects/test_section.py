@@ -12,7 +12,7 @@ from support.depth import times
 from camopt import Scene, evaluate, evaluate_designs, find_scene, shipped_scenes
 from camopt.core.numerics.quadrature import GAUSS_ORDERS, gauss_rule
 from camopt.model.effects import EvaluationBlock, section
-from camopt.model.effects.area_moments import keyway_moments
+from camopt.model.effects.solid import keyway_moments
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.scene.problem.problem import resolve_design
 

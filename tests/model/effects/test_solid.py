@@ -13,7 +13,7 @@ from support.cams import CONTACTS, cam_with
 from support.pairs import pair, profiles
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
-from camopt.model.effects import area_moments, bore_wall_thickness, lift_change, section, solid
+from camopt.model.effects import bore_wall_thickness, lift_change, section, solid
 from camopt.model.mechanisms.geometry import profile_points
 from camopt.scene.problem.problem import resolve, resolve_design
 
@@ -175,7 +175,7 @@ def test_any_part_is_the_sum_of_its_pieces(contact, bore, width, depth, angle, h
     hub = min(hub, base / reach)  # no wider than the base circle
     sizes = {"hub_diameter": 2 * hub * reach, "hub_length": 10 + longer}
     found, whole = (evaluate(scene_of(contact, part=part)) for part in (plain, {**plain, **sizes}))
-    slot_area = area_moments.keyway_moments(bore / 2, width * bore, depth, 0.0).area
+    slot_area = solid.keyway_moments(bore / 2, width * bore, depth, 0.0).area
     more = 7.8e-6 * longer * (np.pi * (hub * reach) ** 2 - np.pi * bore**2 / 4 - slot_area)
     assert whole["cam_mass_kg"] - found["cam_mass_kg"] == pytest.approx(more, rel=1e-9, abs=1e-12)
     for cam in (found, whole):

@@ -16,7 +16,7 @@ from camopt.core.numerics.panels import value_and_three_derivatives
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.motion.load import TrainLoad
 from camopt.model.trains import TRAIN_STAGES
-from camopt.model.trains.train import Train
+from camopt.model.trains.carried_load import sum_follower_load
 from camopt.scene.problem.problem import resolve
 
 LAGRANGE = 1e-9  # of the sum of magnitudes
@@ -48,9 +48,8 @@ def test_the_force_at_the_follower_is_that_of_lagrange(seed):
     y1, y2 = rng.uniform(-3, 3, 2)
     way = float(np.sign(y1))
     carried, load = drawn_loads(rng, len(train.links))
-    ours = Train(train.links, train.stages, carried).load_at_follower(
-        Taylor([y, y1, y2 / 2, 0.0]), [way * sense for sense in train.joint_motion_signs], load
-    )
+    joints = train.joint_motions(Taylor([y, y1, y2 / 2, 0.0]))
+    ours = sum_follower_load(joints, carried, [way * sense for sense in train.joint_motion_signs], load)
     with mpmath.workdps(50):
         step = mpf(10) ** -14
         beside = [places(stages, angular, mpf(y) + k * step) for k in (-1, 0, 1)]

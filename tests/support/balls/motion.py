@@ -9,8 +9,9 @@ from typing import NamedTuple, Self
 
 from flint import arb, arb_series
 
+from camopt.model.motion.law_panels import turning_points
 from camopt.model.motion.load import ExternalLoad, TrainLoad
-from camopt.model.motion.programme import Programme
+from camopt.model.motion.programme import TURN_PANELS, Programme
 from camopt.model.motion.stroke import Stroke, reversed_kinds
 from camopt.model.motion.tool_drive import DrivenLaw
 from support.balls.ball import Ball, ball_between, precisely
@@ -106,12 +107,17 @@ def _reversed_motion(motion: ExactMotion, lift: arb) -> ExactMotion:
     return ExactMotion(tuple(turned), None)
 
 
+def has_monotone_strokes(programme: Programme) -> bool:
+    """Whether the follower turns back only between strokes."""
+    return not any(s.law and (s.is_move or turning_points(s.law, TURN_PANELS)) for s in programme.strokes)
+
+
 def _loads_of_train(programme: Programme) -> LoadsInBalls | None:
     """What comes through a train to a follower whose own motion is given."""
     load = programme.load
     if not isinstance(load, TrainLoad):
         return None if load is None else LoadsInBalls(load)
-    return LoadsInBalls(load, train_in_balls(load.train), arb(load.zero), programme.has_monotone_strokes)
+    return LoadsInBalls(load, train_in_balls(load.train), arb(load.zero), has_monotone_strokes(programme))
 
 
 def _given_motion(programme: Programme, loads: LoadsInBalls | None) -> ExactMotion:
@@ -135,7 +141,7 @@ def _follower_motion(programme: Programme, tool: ExactMotion) -> ExactMotion:
     loads = None
     if programme.load is not None:
         counted = follower_at(train, zero + tool.strokes[0].low) - level
-        loads = LoadsInBalls(programme.load, train, counted, programme.has_monotone_strokes)
+        loads = LoadsInBalls(programme.load, train, counted, has_monotone_strokes(programme))
     for stroke, asked in zip(programme.strokes, tool.strokes, strict=True):
         low = zero + asked.low
         begins, ends = (follower_at(train, each) for each in (low, low + asked.change))

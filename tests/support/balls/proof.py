@@ -26,7 +26,7 @@ from support.balls.curves import BALL_NUMBERS, ExactCurve, in_balls
 from support.balls.deciding import Largest, Side, sign_of
 from support.balls.laws import NoExactForm
 from support.balls.means import mean_verdict
-from support.balls.motion import ExactMotion, TurnPart, exact_motion
+from support.balls.motion import ExactMotion, TurnPart, exact_motion, has_monotone_strokes
 from support.balls.section import integrated_rows, is_integrated
 
 HIGHEST_ERROR = 2.0**-100  # relative
@@ -36,7 +36,7 @@ HIGHEST_ERROR = 2.0**-100  # relative
 def exact_turn(programme: Programme) -> ExactMotion:
     """The turn of a programme in balls, its highest included, which is proved where it may be inside a stroke."""
     motion = exact_motion(programme)
-    if programme.has_monotone_strokes:
+    if has_monotone_strokes(programme):
         return motion
     highest = Largest(Side(ExactCurve(MotionDerivative(0))).parts(motion)).within(HIGHEST_ERROR)
     return replace(motion, highest=highest)
