@@ -256,7 +256,7 @@ def _dwell_position_changes_of_sole_contact(case: EvaluationBlock, train_ratio: 
 
 EFFECT = Effect(
     "motion_errors",
-    motion_error_quantity_names,
+    lambda setup: motion_error_quantity_names(setup),  # of this module: the reference finds it by this function
     evaluate_columns,
     missing_keys_by_quantity=missing_keys_by_quantity,
     peaks=peaks,
