@@ -24,7 +24,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from camopt.core.numerics import ComplexArray, FloatArray
 from camopt.show.exporting.workpiece import Workpiece
-from camopt.solve.contour.curve import CamCurve, SmoothSpan, cam_discs, offset_curve
+from camopt.solve.contour.curve import CamCurve, SmoothSpan, cam_discs, pitch_or_face_curve
 
 WALL_SIDES = (-1.0, 1.0)  # lower and upper wall
 SECTOR_ANGLE = 1.6  # rad: largest angle of a sector
@@ -131,7 +131,7 @@ def workpiece_groove(work: Workpiece) -> Groove:
     problem = work.problem
     mean, depth = float(problem.design.size[0]), work.flank_height
     assert depth
-    curve, *others = (offset_curve(each.problem, 0.0) for each in cam_discs(problem))
+    curve, *others = (pitch_or_face_curve(each.problem) for each in cam_discs(problem))
     below = others[0] if others else None
     return Groove(curve, mean - depth / 2, mean + depth / 2, problem.wall_distance_from_pitch_curve, below=below)
 

@@ -194,7 +194,7 @@ class Disc(NamedTuple):
         distances = curve_distances_along_normal(
             self.problem.setup.mechanism, self.problem.wall_distance_from_pitch_curve, cutter_radius
         )
-        curve = replace(offset_curve(self.problem, 0.0), mirror=self.mirror)
+        curve = replace(pitch_or_face_curve(self.problem), mirror=self.mirror)
         return {name: replace(curve, distance=distance) for name, distance in distances.items()}
 
 
@@ -231,15 +231,15 @@ SECOND_DISC = 2
 """The number of the second disc of a pair."""
 
 
-def offset_curve(problem: Problem, distance: float) -> CamCurve:
-    """The curve at a distance (mm) along the normal of the pitch curve or face of a problem's design."""
+def pitch_or_face_curve(problem: Problem) -> CamCurve:
+    """The pitch curve of a problem's design; for a flat face, the curve of the face itself."""
     spans = tuple(smooth_spans(problem.programme))
-    return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, spans)
+    return CamCurve(problem.setup.mechanism, problem.design, problem.programme, 0.0, spans)
 
 
 def pitch_curve_axial_extent(problem: Problem) -> tuple[float, float]:
     """Lowest and highest position of the pitch curves along the cam's axis [mm], from the ends of the motion."""
-    curves = [(disc, offset_curve(disc.problem, 0.0)) for disc in cam_discs(problem)]
+    curves = [(disc, pitch_or_face_curve(disc.problem)) for disc in cam_discs(problem)]
     places = [
         curve.coordinates(0.0, y, 0.0)
         for disc, curve in curves

@@ -77,7 +77,7 @@ def _arc_deviation_bounds(path: ArcPath, index: np.ndarray, curve: Expansion, pa
 
     def advance_rate_along_arc(x: Taylor, y: Taylor) -> Taylor:
         u, v = arc_coordinates(x, y)
-        u, v, du, dv = _without_last_term(u), _without_last_term(v), u.slope, v.slope
+        u, v, du, dv = Taylor(u.terms[:-1]), Taylor(v.terms[:-1]), u.slope, v.slope
         rate: Taylor = du * (1.0 - v * curvature) + dv * u * curvature
         return rate
 
@@ -104,9 +104,10 @@ def _arc_end_mismatches_along_arc(
         (0, -1.0, path.tangents[0], path.vertices[:-1]),
         (-1, 1.0, path.tangents[1], path.vertices[1:]),
     ):
+        t = sign * curve.half_widths
         x, y = (
-            _evaluate_cubic_series(terms, sign * curve.half_widths).reshape(-1, parts_per_element)[:, part]
-            for terms in curve.at_middles
+            (a0 + t * (a1 + t * (a2 + t * a3))).reshape(-1, parts_per_element)[:, part]
+            for a0, a1, a2, a3 in (series.terms for series in curve.at_middles)
         )
         local = (x + 1j * y - vertices[index]) * tangents[index].conjugate()
         distances = np.maximum(distances, np.abs(local.real / (1.0 - path.curvatures[index] * local.imag)))
@@ -129,15 +130,6 @@ def _cubic_deviation_bounds(
         _formula_magnitude_upper_bounds(curve, lambda x, y: y - up),
     )
     return np.asarray(bounds.reshape(-1, parts_per_element).max(axis=1))
-
-
-def _without_last_term(series: Taylor) -> Taylor:
-    return Taylor(series.terms[:-1])
-
-
-def _evaluate_cubic_series(series: Taylor, t: FloatArray) -> FloatArray:
-    a0, a1, a2, a3 = series.terms
-    return np.asarray(a0 + t * (a1 + t * (a2 + t * a3)))
 
 
 def _formula_magnitude_upper_bounds(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:

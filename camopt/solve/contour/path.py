@@ -139,5 +139,4 @@ class CubicPath:
         keep[1:, 0] = False
         times = np.where(corner, 3, 2)
         knots = np.concatenate([self.angles[[0], 0], self.angles[:, 1]])
-        repeated = np.repeat(knots, np.concatenate([[4], times, [4]]))
-        return self.controls[keep], np.degrees(repeated)
+        return self.controls[keep], np.degrees(np.repeat(knots, np.concatenate([[4], times, [4]])))

@@ -244,8 +244,7 @@ def _biarc_joint_angles(
     before, after = distance_past_joint(low), distance_past_joint(high)
     side = np.zeros(low.size)  # of the last angle: 1 past the joint, −1 before it
     for _ in range(JOINT_STEPS):
-        share = np.clip(before / np.minimum(before - after, -LEAST_JOINT_DISTANCE), 0.0, 1.0)
-        angle = low + share * (high - low)
+        angle = low + np.clip(before / np.minimum(before - after, -LEAST_JOINT_DISTANCE), 0.0, 1.0) * (high - low)
         distance = distance_past_joint(angle)
         is_past = distance > 0.0
         before = np.where(is_past, np.where(side > 0.0, before / 2, before), distance)

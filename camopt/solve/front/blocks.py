@@ -6,6 +6,7 @@ The results are gathered in order.
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from threading import Lock
 from typing import NamedTuple
 from weakref import WeakValueDictionary
@@ -56,16 +57,13 @@ def merge_batches(batches: Sequence[BlockBatch], objectives: Objectives) -> Bloc
     """One batch from consecutive batches."""
     if len(batches) == 1:
         return batches[0]
-    effort = Effort()
-    for batch in batches:
-        effort = effort.plus(batch.effort)
     return BlockBatch(
         first=batches[0].first,
         last=batches[-1].last,
         designs=sum(batch.designs for batch in batches),
         existing=sum(batch.existing for batch in batches),
         feasible=sum(batch.feasible for batch in batches),
-        effort=effort,
+        effort=reduce(Effort.plus, (batch.effort for batch in batches)),
         reached=max(batch.reached for batch in batches),
         kept=concatenate_rows(batch.kept for batch in batches),
         front=non_dominated(concatenate_rows(batch.front for batch in batches), objectives),
@@ -156,7 +154,13 @@ class SpaceBlocks:
     def evaluate_block(self, block_number: int) -> BlockBatch:
         part, first, last = self._part_and_design_range(block_number)
         problem, *_ = self._parts[part]
-        block = self._evaluate_designs(part, problem, first, last)
+        if self._numbers:
+            block = self._evaluate_by_pitch_curves(self._cached_curve_verdicts(part, problem), first, last)
+        elif self._own:
+            own = CurveVerdicts(self.space, problem, OwnCurves(self.space, first, last), self._names)
+            block = self._evaluate_by_pitch_curves(own, first, last)
+        else:
+            block = self._evaluate_without_curve_verdicts(problem, first, last)
         objectives, rows = problem.objectives, block.rows.select_columns(self._names)
         front = non_dominated(rows.take(block.compared), objectives)
         kept = rows if self._kept else rows.take(np.arange(0))
@@ -172,15 +176,6 @@ class SpaceBlocks:
             front=front,
             best=best_row_of_each_law(front, objectives),
         )
-
-    def _evaluate_designs(self, part: int, problem: Problem, first: int, last: int) -> BlockResult:
-        """The results of designs first … last − 1: by pitch curves if these are shared or decide all limits."""
-        if self._numbers:
-            return self._evaluate_by_pitch_curves(self._cached_curve_verdicts(part, problem), first, last)
-        if self._own:
-            own = OwnCurves(self.space, first, last)
-            return self._evaluate_by_pitch_curves(CurveVerdicts(self.space, problem, own, self._names), first, last)
-        return self._evaluate_without_curve_verdicts(problem, first, last)
 
     def _evaluate_without_curve_verdicts(self, problem: Problem, first: int, last: int) -> BlockResult:
         designs = self.space.designs(np.arange(first, last))
@@ -240,7 +235,7 @@ class SpaceResult(NamedTuple):
 
     def without_rows(self) -> "SpaceResult":
         """The counts alone: the rows of large fronts take much memory."""
-        return self._replace(front=DesignRows({}, 0), best=DesignRows({}, 0))
+        return self._replace(front=NO_ROWS, best=NO_ROWS)
 
 
 def gather_batches(

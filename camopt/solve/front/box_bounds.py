@@ -21,7 +21,6 @@ from camopt.model.effects.mean import Mean
 from camopt.model.effects.peak import Peak
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RETURN, RISE
-from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, strictest_constraints
 from camopt.solve.smallest.enclosure import (
@@ -33,8 +32,8 @@ from camopt.solve.smallest.enclosure import (
     with_motion_peak_as_curve,
 )
 from camopt.solve.smallest.excesses import EXCESS_ROUNDING, UNBOUNDED_SLOPE
-from camopt.solve.verdicts.box_quantities import can_effect_run_on_ranges, quantities_over_box
 from camopt.solve.verdicts.constraint_boxes import relative_excess
+from camopt.solve.verdicts.effect_runs import can_effect_run_on_ranges, quantities_over_box
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, enclose_mean_of_curve_power
 from camopt.solve.verdicts.sloped_designs import designs_of_sloped_intervals
 
@@ -95,18 +94,6 @@ class BoxBounds(NamedTuple):
     problem: Problem
     free: list[str]
 
-    @property
-    def curve_constraints(self) -> list[Constraint]:
-        """The constraints on curves, without those on the motion alone."""
-        on_size = tuple(limit for limit in self.problem.limits if not limit.is_decided_by_motion_alone)
-        return constraints_on_present_strokes(
-            self.problem,
-            [
-                with_motion_peak_as_curve(constraint)
-                for constraint in strictest_constraints(replace(self.problem, limits=on_size).constraints)
-            ],
-        )
-
     @np.errstate(all="ignore")
     def boxes_impossible_by_sizes(self, box: Designs) -> Any:
         """Which boxes hold no design that can be assembled, or only designs that break a limit on sizes (n,)."""
@@ -155,7 +142,11 @@ class BoxBounds(NamedTuple):
 
     def _curve_and_mean_excesses(self, box: Designs, inside: Designs) -> Iterator[SlopedInterval]:
         """The excesses of boxes over limits on curves, where one design exceeds them the most, and on means."""
-        for constraint in self.curve_constraints:
+        on_size = tuple(limit for limit in self.problem.limits if not limit.is_decided_by_motion_alone)
+        constraints = strictest_constraints(replace(self.problem, limits=on_size).constraints)
+        for constraint in constraints_on_present_strokes(
+            self.problem, [with_motion_peak_as_curve(constraint) for constraint in constraints]
+        ):
             goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs]
             angle, side = self._most_extreme_angles_and_signs(constraint.curve, goals, inside)
             value, designs, like = self._enclose_curve_at_angles(constraint.curve, angle, box, inside)
@@ -202,7 +193,12 @@ class BoxBounds(NamedTuple):
                 cost_sign * quantities_over_box(self.problem, {objective}, inside.take(single))[objective]
             )
             return cost, UNBOUNDED_SLOPE * spread
-        return self._bound_mean_cost_and_change(form, cost_sign, box, inside)
+        sloped = form.mean_from_power_mean(enclose_mean_of_curve_power(self.problem, form, box, inside, self.free))
+        cost = cost_sign * as_interval(form.scale.quantity_from_extreme(sloped.value, box))
+        change = _relative_change_across_boxes(
+            sloped.slopes, _box_widths(box, self.free), sloped.at.largest_magnitude
+        )
+        return _lower_cost_by_rounding_error(_nan_as_minus_infinity(cost.low)), change
 
     def _relative_box_widths_of_numbers(self, box: Designs) -> FloatArray:
         """Relative widths of boxes in numbers that are not sizes (free, n); slopes do not contain their scales."""
@@ -225,9 +221,11 @@ class BoxBounds(NamedTuple):
             value, _, like = self._enclose_curve_at_angles(curve, angle, box, inside)
             sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)
             least, at = _extreme_bounds_over_box_and_at_point(peak.goal, sloped)
-            extreme = np.maximum(
-                extreme, _nan_as_minus_infinity(least - self._peak_underestimate_bound(sloped, least, at))
-            )
+            size = np.maximum(np.abs(least), np.where(np.isfinite(at), np.abs(at), 0.0))
+            # the largest error by which kernels may underestimate the extreme
+            error = KERNEL_ERROR_FACTOR * self.problem.setup.relative_error * size
+            error = error + KERNEL_ERROR_FACTOR**3 * (sloped.at.high - sloped.at.low)
+            extreme = np.maximum(extreme, _nan_as_minus_infinity(least - error))
             change = np.where(
                 at > farthest, _relative_change_across_boxes(sloped.slopes, width, np.abs(at)), change
             )
@@ -236,25 +234,6 @@ class BoxBounds(NamedTuple):
         cost = cost_sign * as_interval(peak.scale.quantity_from_extreme(as_interval(signed), box))
         low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
         return _lower_cost_by_rounding_error(low), change
-
-    def _bound_mean_cost_and_change(
-        self, mean: Mean, cost_sign: float, box: Designs, inside: Designs
-    ) -> tuple[Any, FloatArray]:
-        sloped = mean.mean_from_power_mean(enclose_mean_of_curve_power(self.problem, mean, box, inside, self.free))
-        cost = cost_sign * as_interval(mean.scale.quantity_from_extreme(sloped.value, box))
-        low = np.where(np.isnan(cost.low), -np.inf, cost.low)
-        return _lower_cost_by_rounding_error(low), _relative_change_across_boxes(
-            sloped.slopes, _box_widths(box, self.free), sloped.at.largest_magnitude
-        )
-
-    def _peak_underestimate_bound(
-        self, enclosure: SlopedInterval, lower_bounds: FloatArray, point_values: FloatArray
-    ) -> FloatArray:
-        """The largest error by which kernels may underestimate an extreme."""
-        size = np.maximum(np.abs(lower_bounds), np.where(np.isfinite(point_values), np.abs(point_values), 0.0))
-        return KERNEL_ERROR_FACTOR * self.problem.setup.relative_error * size + KERNEL_ERROR_FACTOR**3 * (
-            enclosure.at.high - enclosure.at.low
-        )
 
     def _peak_curves_by_stroke_kind(self, peak: Peak) -> Iterator[tuple[Any, int]]:
         """The curves of a peak over rises, and over returns, with their kinds of stroke.

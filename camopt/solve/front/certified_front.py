@@ -14,9 +14,10 @@ import numpy as np
 
 from camopt.core.engines.progress import Progress
 from camopt.core.engines.threads import Threads
-from camopt.core.numerics.budget import UNLIMITED, Budget
+from camopt.core.numerics.budget import Budget
 from camopt.scene.problem.problem import with_rounding_relative_error
 from camopt.scene.problem.rows import DesignRows
+from camopt.scene.problem.sample import sweep_space
 from camopt.scene.problem.settings import with_toleranced_numbers_per_design
 from camopt.scene.problem.space import DesignSpace
 from camopt.scene.problem.tolerance_zones import NumberErrors
@@ -54,13 +55,14 @@ def certify_front_with_resweeps(
         return CertifiedFront(space_result.without_rows(), reported, reported.front, None)
     proofs = ToleranceVerdicts(plan.space)
     for done in range(SWEEP_EXCHANGES + 1):
-        proofs.budget = Budget(CERTIFY_WORK)
-        front, best = (proofs.with_proof_column(rows) for rows in (reported.front, reported.best))
+        budget = Budget(CERTIFY_WORK)
+        front, best = (proofs.with_proof_column(rows, budget) for rows in (reported.front, reported.best))
         if not proofs.violating_errors or done == SWEEP_EXCHANGES:
             break
-        plan = plan.with_extra_robust_errors(
-            proofs.violating_errors[:: -(-len(proofs.violating_errors) // MOST_ADDED_CAMS)]
-        )
+        # each design of the next sweep must meet the limits with some of these errors too
+        added = proofs.violating_errors[:: -(-len(proofs.violating_errors) // MOST_ADDED_CAMS)]
+        problem = replace(plan.problem, robust_errors=(*plan.problem.robust_errors, *added))
+        plan = replace(plan, problem=problem, space=sweep_space(problem))
         proofs.violating_errors.clear()
         batches = plan.evaluate_in_batches(plan.part_blocks(), threads)
         space_result = gather_batches(plan.space, batches, plan.block_size, lambda rows: None, progress)
@@ -78,15 +80,13 @@ class ToleranceVerdicts:
     """The verdicts on designs of a space over the boxes of their tolerances."""
 
     space: DesignSpace
-    budget: Budget = UNLIMITED
-    """Work of the proofs."""
     verdicts: dict[tuple[Any, ...], str] = field(default_factory=dict)
     """The verdicts so far, by the sizes and laws of a row."""
     violating_errors: list[NumberErrors] = field(default_factory=list)
     """The errors of cams that break limits."""
 
-    def with_proof_column(self, rows: DesignRows) -> DesignRows:
-        """The rows with the verdict on each, in the column ``proof``."""
+    def with_proof_column(self, rows: DesignRows, budget: Budget) -> DesignRows:
+        """The rows with the verdict on each, in the column ``proof``; ``budget`` is the work of all proofs."""
         names = {*self.space.problem.size_quantity_names, "law_rise", "law_return"}
         keys = [tuple(row.values()) for row in rows.select_columns(names).records()]
         unknown = np.array([place for place, key in enumerate(keys) if key not in self.verdicts], dtype=int)
@@ -95,9 +95,8 @@ class ToleranceVerdicts:
                 cam = with_toleranced_numbers_per_design(
                     with_rounding_relative_error(replace(problem, design=designs.take([place])))
                 )
-                verdict, errors = certify_over_tolerances(cam, cam.design, self.budget)
+                self.verdicts[keys[number]], errors = certify_over_tolerances(cam, cam.design, budget)
                 self.violating_errors += errors
-                self.verdicts[keys[number]] = verdict
         return DesignRows(
             {**rows.columns, PROOF_COLUMN: np.array([self.verdicts[key] for key in keys], dtype=object)}, rows.count
         )

@@ -223,8 +223,7 @@ def shared_pitch_curve_numbers(space: DesignSpace) -> CurveNumbers | None:
     ):
         return None
     sums, least = prod(merged.values()), merged.get("size", 1)
-    others = space.designs_per_problem // (sums * ignored)
-    if sums > MOST_SUMS or least * others > MOST_CURVES:
+    if sums > MOST_SUMS or least * (space.designs_per_problem // (sums * ignored)) > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)
     return numbers if len(numbers) <= min(MOST_CURVES, space.designs_per_problem / LEAST_SHARING) else None

@@ -111,14 +111,15 @@ class CurveVerdicts:
         Without ``keep_dominated``, some dominated designs are left out.
         """
         curves, bodies, parts = self._numbers.pitch_curves_of_block(first, last)
-        self._search_unsearched_parts(parts, self._part_count_searched_together(last - first))
-        cost, window = self._single_objective_curve_costs(), self._size_axis_slice(first, last)
+        self._search_unsearched_parts(parts, last - first)
+        cost, sizes = self._single_objective_curve_costs(), self._numbers.shape[-1]
         costs = np.zeros_like(self._costs) if cost is None else cost
         pitch = PitchVerdicts(self._exists, self._places, self._sure_bodies, self._possible_bodies, costs)
-        sizes = window.stop - window.start
-        block = DesignBlock(curves, bodies, first % self._numbers.shape[-1] - window.start)
-        counts, least = block_counts_and_least_costs(pitch, block, sizes)
-        most = np.full(sizes, np.inf) if cost is None else self._non_dominated_cost_ceilings(least, window)
+        start, end = first % sizes, first % sizes + last - first
+        window = slice(start, end) if end <= sizes else slice(0, sizes)  # the block's sizes: a run of them, or all
+        block = DesignBlock(curves, bodies, start - window.start)
+        counts, least = block_counts_and_least_costs(pitch, block, window.stop - window.start)
+        most = np.full(least.size, np.inf) if cost is None else self._non_dominated_cost_ceilings(least, window)
         held, compared, open_ = gather_feasible_designs(pitch, block, counts, most, keep_dominated)
         held_designs, open_designs = (CurveDesigns(first + i, self._places[curves[i]]) for i in (held, open_))
         if cost is None and not keep_dominated and len(held_designs):
@@ -131,21 +132,12 @@ class CurveVerdicts:
 
     def _single_objective_curve_costs(self) -> FloatArray | None:
         """The curves' costs by the only objective in which designs of one size differ; None if several differ."""
-        objectives = self._problem.objectives
+        objectives, setup = self._problem.objectives, self._problem.setup
         others = [name for name in objectives if name not in self._columns]
-        if (
-            not self._exact
-            or len(objectives) - len(others) > 1
-            or not all(map(self._depends_only_on_cam_size, others))
-        ):
-            return None
-        return self._costs
-
-    def _size_axis_slice(self, first: int, last: int) -> slice:
-        """The sizes of the cam of designs first … last − 1: a consecutive run, or all."""
-        sizes = self._numbers.shape[-1]
-        start = first % sizes
-        return slice(start, start + last - first) if start + last - first <= sizes else slice(0, sizes)
+        effects = [find_effect(name, setup) for name in others if name != self._problem.size_quantity_name]
+        of_motion = all(effect is not None and effect.is_of_motion(setup) for effect in effects)
+        of_size_alone = not effects or (of_motion and not setup.free)
+        return self._costs if self._exact and len(objectives) - len(others) <= 1 and of_size_alone else None
 
     def _non_dominated_cost_ceilings(self, least_costs: FloatArray, size_slice: slice) -> FloatArray:
         """The largest cost of a non-dominated design of each size, from the least cost of each size; −∞ if none."""
@@ -165,36 +157,30 @@ class CurveVerdicts:
         most[order] = allowed if all_differ else allowed[np.cumsum(is_new) - 1]
         return most
 
-    def _depends_only_on_cam_size(self, quantity_name: str) -> bool:
-        """Whether a quantity is equal for all designs of the motion with the same size of the cam."""
-        setup, effect = self._problem.setup, find_effect(quantity_name, self._problem.setup)
-        of_motion = effect is not None and effect.is_of_motion(setup)
-        return quantity_name == self._problem.size_quantity_name or (of_motion and not setup.free)
-
     def evaluate_held_designs(self, held_designs: CurveDesigns, names: frozenset[str]) -> DesignRows:
         """Quantities and verdicts of designs that surely meet all limits."""
-        candidates = self._build_candidates(held_designs, np.ones(len(held_designs), dtype=bool), ())
-        return filter_by_remaining_limits(
-            self._with_curve_columns(candidates, held_designs.places, names), names
+        return self._filter_by_remaining_limits(
+            held_designs, np.ones(len(held_designs), dtype=bool), (), names
         ).rows
 
     def filter_undecided_designs(self, undecided_designs: CurveDesigns, names: frozenset[str]) -> FilteredRows:
         """The feasible designs among open ones."""
         if self._later:
             return filter_designs(self._problem, self._space.designs(undecided_designs.designs), names)
-        candidates = self._build_candidates(undecided_designs, self._held[undecided_designs.places], self._pending)
-        return filter_by_remaining_limits(
-            self._with_curve_columns(candidates, undecided_designs.places, names), names
+        held = self._held[undecided_designs.places]
+        return self._filter_by_remaining_limits(undecided_designs, held, self._pending, names)
+
+    def _filter_by_remaining_limits(
+        self, curve_designs: CurveDesigns, held: BoolArray, pending_limits: tuple[Limit, ...], names: frozenset[str]
+    ) -> FilteredRows:
+        """The feasible ones of some designs, with the needed quantities from their pitch curves."""
+        designs, count, places = (
+            self._space.designs(curve_designs.designs),
+            len(curve_designs),
+            curve_designs.places,
         )
-
-    def _build_candidates(
-        self, curve_designs: CurveDesigns, held: BoolArray, pending_limits: tuple[Limit, ...]
-    ) -> Candidates:
-        designs, count = self._space.designs(curve_designs.designs), len(curve_designs)
-        return Candidates(self._problem, designs, np.arange(count), DesignRows({}, count), held, pending_limits)
-
-    def _with_curve_columns(self, candidates: Candidates, places: IntArray, names: frozenset[str]) -> Candidates:
-        """The candidates with the needed quantities from their pitch curves."""
+        no_rows = DesignRows({}, count)
+        candidates = Candidates(self._problem, designs, np.arange(count), no_rows, held, pending_limits)
         plan, setup = candidates.plan_of_pending_effects(names), self._problem.setup
         needed = {name for _, quantities in plan for name in quantities}
         limited = quantities_of_limits(candidates.pending).union(
@@ -207,16 +193,14 @@ class CurveVerdicts:
             {name: values[places] for name, values in stored.items() if name in wanted}
             for stored, wanted in ((self._columns, needed), (self._extreme_share, outer))
         )
-        rows = DesignRows(columns, candidates.rows.count, outward, half_width)
-        return replace(candidates, rows=rows)
+        rows = DesignRows(columns, count, outward, half_width)
+        return filter_by_remaining_limits(replace(candidates, rows=rows), names)
 
-    def _part_count_searched_together(self, design_count: int) -> int:
-        """Number of parts that a block of designs searches together: its share, but not too many curves."""
-        most = max(CURVES_AT_ONCE // self._numbers.part, 1)
-        return min(max(round(len(self._locks) * design_count / prod(self._numbers.shape)), 1), most)
-
-    def _search_unsearched_parts(self, parts: IntArray, parts_together: int) -> None:
+    def _search_unsearched_parts(self, parts: IntArray, design_count: int) -> None:
         """Search parts that are not known yet: first those that no other thread searches, then the others."""
+        # together: the share of all parts that the block has of all designs, but not too many curves
+        share = max(round(len(self._locks) * design_count / prod(self._numbers.shape)), 1)
+        parts_together = min(share, max(CURVES_AT_ONCE // self._numbers.part, 1))
         for blocking in (False, True):
             while locked := self._lock_consecutive_unsearched_parts(
                 parts[~self._known[parts]].tolist(), parts_together, blocking

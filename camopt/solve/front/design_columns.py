@@ -49,10 +49,16 @@ def read_design_columns(
     """
     table, labels = _columns_and_row_labels(designs, known_names, names)
     arrays = {str(name): _column_array(name, table[name]) for name in table if name in known_names}
-    count = _row_count(arrays, len(table)) if labels is None else len(labels)
-    values = {name: np.broadcast_to(value, (count,)) for name, value in arrays.items()}
+    if labels is None:
+        # the rows are as many as all columns but single values are long; single values alone are one row
+        lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
+        if len({*lengths.values()}) > 1:
+            sizes = ", ".join(f"{name} has {size}" for name, size in lengths.items())
+            raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, f"columns of equal length; {sizes}")])
+        labels = range(next(iter(lengths.values()), min(len(table), 1)))
+    values = {name: np.broadcast_to(value, (len(labels),)) for name, value in arrays.items()}
     others = [str(name) for name in table if name not in known_names]
-    return DesignColumns(values, others, count, range(count) if labels is None else labels)
+    return DesignColumns(values, others, len(labels), labels)
 
 
 def _columns_and_row_labels(
@@ -126,12 +132,3 @@ def _columns_of_array(designs: Any, names: Sequence[str]) -> dict[str, Any]:
         raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, allowed)])
     _check_unique_column_names(names)
     return dict(zip(names, array.T, strict=True))
-
-
-def _row_count(arrays: Mapping[str, NDArray[Any]], column_count: int) -> int:
-    """The number of rows: the common length of all columns but single values; single values alone are one row."""
-    lengths = {name: len(value) for name, value in arrays.items() if value.ndim == 1}
-    if len({*lengths.values()}) > 1:
-        sizes = ", ".join(f"{name} has {size}" for name, size in lengths.items())
-        raise BadInput([Mistake("camopt", DESIGNS_LABEL, None, f"columns of equal length; {sizes}")])
-    return next(iter(lengths.values()), min(column_count, 1))

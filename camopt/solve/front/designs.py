@@ -6,7 +6,7 @@ optimiser can evaluate one design at a time.
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -134,7 +134,10 @@ def evaluate_designs(
     columns = _variables_by_column(scene_problem)
     table = _read_designs(designs, columns, names)
     known = (*columns, *LAW_NAME_COLUMNS)
-    if unknown := _check_unknown_columns(scene, known, table, strict=strict):
+    unknown = unknown_columns(scene, table.others)
+    if (not table.values and (table.others or table.count)) or (unknown and strict):
+        raise design_column_error(unknown or table.others, known, DESIGNS_LABEL)
+    if unknown:
         warn_of_unknown_columns(unknown, known, table.values, DESIGNS_LABEL)
     varied = _variables_with_table_columns(columns, table)
     rows = _designs_from_table(scene_problem, table, varied)
@@ -196,16 +199,6 @@ def _read_designs(
     return table if scenes is None else replace(table, others=[*table.others, ROW_SCENE_COLUMN])
 
 
-def _check_unknown_columns(
-    scene: Scene, known_columns: Collection[str], table: DesignColumns, *, strict: bool
-) -> list[str]:
-    """The columns that are not quantities; BadInput for these if ``strict``, or if no column defines designs."""
-    unknown = unknown_columns(scene, table.others)
-    if (not table.values and (table.others or table.count)) or (unknown and strict):
-        raise design_column_error(unknown or table.others, known_columns, DESIGNS_LABEL)
-    return unknown
-
-
 def _variables_with_table_columns(columns: Mapping[str, Variable], table: DesignColumns) -> dict[str, Variable]:
     if "law" in table.values and ("law_rise" in table.values or "law_return" in table.values):
         raise BadInput(
@@ -253,17 +246,11 @@ def _designs_from_table(
     return problem.design.with_values(columns | arrays)
 
 
-@dataclass
-class _CachedSearch:
-    """The problem of designs with some numbers of the scene as columns, within some ranges."""
-
-    ends: Mapping[str, tuple[float, float]]
-    problem: Problem
-
-
 @cached_by_identity(maxsize=CACHED_SCENES)
-def _cached_searches_by_varied_keys(scene: Scene) -> dict[frozenset[str], _CachedSearch]:
-    """The cached searches of a scene, by the numbers that they vary.
+def _cached_searches_by_varied_keys(
+    scene: Scene,
+) -> dict[frozenset[str], tuple[dict[str, tuple[float, float]], Problem]]:
+    """The cached problems of a scene with the ends of the ranges that they vary, by the keys of these.
 
     The quantities of designs do not depend on the ends of a search, so the ends only grow.
     """
@@ -281,26 +268,22 @@ def _problem_varying_table_numbers(
         return problem_with_searched_numbers_per_design(scene_problem)
     ends = {key: (float(table.values[n].min()), float(table.values[n].max())) for key, n in columns.items()}
     cache = _cached_searches_by_varied_keys(scene)
-    cached = cache.get(frozenset(ends))
-    if cached and all(
-        cached.ends[key][0] <= low and high <= cached.ends[key][1] for key, (low, high) in ends.items()
-    ):
-        return cached.problem
+    cached_ends, cached_problem = cache.get(frozenset(ends), (ends, None))
+    widest = {
+        key: (min(low, cached_ends[key][0]), max(high, cached_ends[key][1])) for key, (low, high) in ends.items()
+    }
+    if cached_problem and widest == cached_ends:
+        return cached_problem
     try:
         problem = resolve(scene.replace(**{key: list(pair) for key, pair in ends.items()}))
     except BadInput as error:
         raise BadInput(
             replace(each, file=DESIGNS_LABEL, key=columns.get(each.key, each.key)) for each in error.mistakes
         ) from None
-    if cached:
-        ends = {
-            key: (min(low, cached.ends[key][0]), max(high, cached.ends[key][1]))
-            for key, (low, high) in ends.items()
-        }
-    numbers = {each.key: ends[each.search_key] for each in varied_by_column.values() if each.search_key in ends}
-    search = _CachedSearch(ends, problem_with_searched_numbers_per_design(problem, numbers))
-    cache[frozenset(ends)] = search
-    return search.problem
+    numbers = {each.key: widest[each.search_key] for each in varied_by_column.values() if each.search_key in ends}
+    problem = problem_with_searched_numbers_per_design(problem, numbers)
+    cache[frozenset(ends)] = widest, problem
+    return problem
 
 
 @cache
@@ -328,16 +311,12 @@ def _column_value_mistakes(scene_key: str, column: str, table: DesignColumns) ->
 
 
 def _law_mistakes(problem: Problem, column: str, table: DesignColumns) -> Iterator[Mistake]:
-    known = {*problem.laws, *_rise_and_return_law_names(problem)}
+    known = {*problem.laws, *map(problem.programme.law_names, (RISE, RETURN))}
     for row, law in enumerate(table.values[column].tolist()):
         if not isinstance(law, str) or law not in known:
             place = f"{column}[{table.labels[row]}]"
             yield Mistake(DESIGNS_LABEL, place, law, f"a motion law; {suggest_names(str(law), problem.laws)}")
             return
-
-
-def _rise_and_return_law_names(problem: Problem) -> tuple[str, str]:
-    return problem.programme.law_names(RISE), problem.programme.law_names(RETURN)
 
 
 def _problems_and_rows_by_motion(
@@ -357,11 +336,10 @@ def _problems_and_rows_by_motion(
             setting = {each.key: float(first[each.quantity]) for each in shared}
             (motion_problem,) = problems_in_settings(problem, [setting])
         laws = [name and first.get(name) for name in strokes]
-        pairs = zip(laws, _rise_and_return_law_names(scene_problem), strict=True)
+        pairs = zip(laws, map(scene_problem.programme.law_names, (RISE, RETURN)), strict=True)
         rise, fall = (None if law == scene_law else law for law, scene_law in pairs)
         if (rise, fall) != (None, None):
-            motion = _motion_with_laws(scene_problem, rise, fall)
-            motion_problem = motion_problem.with_given_motion(motion)
+            motion_problem = motion_problem.with_given_motion(_motion_with_laws(scene_problem, rise, fall))
         yield motion_problem, rows
 
 
@@ -397,14 +375,8 @@ def _evaluate_designs_of_one_motion(
     if impossible.size:
         block = EvaluationBlock(problem.setup, problem.programme, designs.take(impossible))
         sizes = run_effects(block, problem.size_quantity_names)
-        missing = {
-            name: UNASSEMBLED_VALUES.get(name, _column_value_if_not_assembled(name))
-            for name in names - problem.size_quantity_names
-        }
-        columns = sizes.columns | missing | dict.fromkeys(limits, inf)
+        missing = names - problem.size_quantity_names
+        kinds = {name: QUANTITIES[name].kind if name in QUANTITIES else float for name in missing}
+        values = {name: inf if kind is float else kind() for name, kind in kinds.items()} | UNASSEMBLED_VALUES
+        columns = sizes.columns | values | dict.fromkeys(limits, inf)
         yield result_rows[impossible], DesignRows(columns, impossible.size)
-
-
-def _column_value_if_not_assembled(name: str) -> Any:
-    kind = QUANTITIES[name].kind if name in QUANTITIES else float
-    return inf if kind is float else kind()

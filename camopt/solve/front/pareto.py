@@ -79,8 +79,7 @@ class FrontArchive:
         """The non-dominated rows so far, in the order in which they were added."""
         if self._new:
             costs = np.concatenate([row_costs(part, self._objectives) for part in self._parts])
-            ends = np.cumsum([part.count for part in self._parts])[:-1]
-            masks = np.split(is_non_dominated(costs), ends)
+            masks = np.split(is_non_dominated(costs), np.cumsum([part.count for part in self._parts])[:-1])
             kept = [
                 part.take_and_release(mask) for part, mask in zip(self._parts, masks, strict=True) if mask.any()
             ]

@@ -4,7 +4,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from camopt.core.storage.publishing import publication, published_answer_to_same
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.scene_notes import notes_on_search
 from camopt.scene.scene import Scene
-from camopt.solve.front.blocks import BlockBatch, SpaceResult, gather_batches
+from camopt.solve.front.blocks import BlockBatch, gather_batches
 from camopt.solve.front.estimate import announce_estimate
 from camopt.solve.front.plan import SWEEP_PARTS, SweepKey, SweepPlan, key_from_manifest, plan_of_key, sweep_plan
 from camopt.solve.front.result import Sweep, undecided_and_recheck_counts
@@ -40,7 +40,6 @@ from camopt.solve.front.store import (
 )
 from camopt.solve.front.sweep import (
     SWEEP_COMMAND,
-    Write,
     published_sweep,
     run_and_publish_sweep,
     up_to_date_message,
@@ -200,18 +199,14 @@ def sweep_part(  # noqa: PLR0913
         Threads(workers or os.cpu_count() or 1),
     )
     folder, question = Path(out) / part_folder_name(*part), plan.sweep_key(*part)
-    if not again and (
-        answer := published_answer_to_same_question(folder, PART_COMMAND, question.part_manifest_entry)
-    ):
+    if not again and (answer := published_answer_to_same_question(folder, PART_COMMAND, asdict(question))):
         with suppress(LookupError, TypeError):  # a manifest may be damaged
             counts = {name: answer[name] for name in PART_COUNTS} | {"effort": Effort(*answer["effort"])}
             if tell:
                 tell(up_to_date_message(folder))
             return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
     kept = (BATCH_FILES, QUESTION_FILE)
-    with publication(
-        folder, PART_COMMAND, (BATCH_FILES,), question=question.part_manifest_entry, kept_patterns=kept
-    ) as unit:
+    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=asdict(question), kept_patterns=kept) as unit:
         store = Store(unit.staging, plan, question, tell)
         with save_batches_on_early_end(store):
             announce_estimate(store, threads, engine or threads, tell)
@@ -297,9 +292,12 @@ def merge(
     questions, files, mistakes = _read_parts(_part_folders(places))
     plan = _plan_of_complete_parts(questions, mistakes)
     if out is not None:
-        _check_no_other_interrupted_sweep(Path(out), plan)
-    if out is not None and not again and (done := published_sweep(plan, out, tell)):
-        return done
+        interrupted = interrupted_key(Path(out), SWEEP_COMMAND)
+        if interrupted and interrupted.differences_except_block_size(plan.sweep_key()):
+            why = "another folder: an interrupted sweep is kept in this one, and would be lost"
+            raise BadInput([Mistake("camopt", "out", str(Path(out)), why)])
+        if not again and (done := published_sweep(plan, out, tell)):
+            return done
     in_order = sorted(questions, key=lambda folder: questions[folder].part)
 
     def read_batches_in_order() -> Iterator[BlockBatch]:
@@ -310,18 +308,13 @@ def merge(
                 except BrokenBatch as why:
                     raise BadInput([_incomplete_part_mistake(path, f"this is {why}")]) from None
 
-    def gather_parts(store: Store | None, write: Write) -> SpaceResult:
-        return gather_batches(plan.space, read_batches_in_order(), plan.block_size, write, progress)
-
-    return run_and_publish_sweep(plan, out, gather_parts, Threads(os.cpu_count() or 1), progress)
-
-
-def _check_no_other_interrupted_sweep(folder: Path, plan: SweepPlan) -> None:
-    """BadInput if a folder has an interrupted sweep of another question, which would be lost."""
-    interrupted = interrupted_key(folder, SWEEP_COMMAND)
-    if interrupted and interrupted.differences_except_block_size(plan.sweep_key()):
-        why = "another folder: an interrupted sweep is kept in this one, and would be lost"
-        raise BadInput([Mistake("camopt", "out", str(folder), why)])
+    return run_and_publish_sweep(
+        plan,
+        out,
+        lambda store, write: gather_batches(plan.space, read_batches_in_order(), plan.block_size, write, progress),
+        Threads(os.cpu_count() or 1),
+        progress,
+    )
 
 
 def _part_folders(places: Iterable[str | os.PathLike[str]]) -> list[Path]:

@@ -113,24 +113,18 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, cost_ceilings: F
         directions = np.concatenate([sign * frame for frame in frames for sign in (1.0, -1.0)])
         index = np.repeat(active, len(directions))
         shares = step[index, None] * np.tile(directions, (active.size, 1))
-        moved, reached = pattern.shrink_and_evaluate_objective(
-            _shift_designs(designs.take(index), pattern.free, names, shares), cost_ceilings[index]
-        )
+        moved = designs.take(index)
+        values = moved.values
+        for name, share in zip(names, shares.T, strict=True):  # but not beyond the range
+            low, high = pattern.free[name]
+            values[name] = np.clip(values[name] + share * (high - low), low, high)
+        moved, reached = pattern.shrink_and_evaluate_objective(moved.with_values(values), cost_ceilings[index])
         best = np.argmin(reached.reshape(active.size, -1), axis=1) + np.arange(active.size) * len(directions)
         better = reached[best] < value[active] - LEAST_STEP_GAIN * np.abs(value[active])
         step[active] = np.where(better, np.minimum(2 * step[active], LONGEST_STEP), step[active] / 2)
         value[active[better]] = reached[best[better]]
         designs = designs.replace_at(active[better], moved.take(best[better]))
     return designs
-
-
-def _shift_designs(designs: Designs, ranges: SizeBounds, names: list[str], range_shares: FloatArray) -> Designs:
-    """The designs moved by shares of their ranges, but not beyond these."""
-    values = designs.values
-    for name, share in zip(names, range_shares.T, strict=True):
-        low, high = ranges[name]
-        values[name] = np.clip(values[name] + share * (high - low), low, high)
-    return designs.with_values(values)
 
 
 def move_to_closed_form_optima(

@@ -23,7 +23,6 @@ from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.problem.rows import VERDICT_COLUMNS
 from camopt.scene.problem.sample import sweep_space
 from camopt.scene.problem.space import DesignSpace
-from camopt.scene.problem.tolerance_zones import NumberErrors
 from camopt.scene.scene import Scene
 from camopt.solve.front.blocks import BLOCK_SIZE, SHARING_BLOCK_SIZE, BlockBatch, SpaceBlocks, merge_batches
 from camopt.solve.front.curve_numbers import CurveNumbers, shared_pitch_curve_numbers
@@ -79,11 +78,6 @@ class SweepKey:
     def key_of_whole_sweep(self) -> "SweepKey":
         """The key of the whole sweep that this part belongs to."""
         return replace(self, part=1, parts=1)
-
-    @property
-    def part_manifest_entry(self) -> dict[str, Any]:
-        """The key as in the manifest of a part."""
-        return asdict(self)
 
     @property
     def sweep_manifest_entry(self) -> dict[str, Any]:
@@ -163,11 +157,6 @@ class SweepPlan:
             self.space, self.searched_row_columns, self.shared_pitch_curves, every, kept, self.block_size, own
         )
 
-    def with_extra_robust_errors(self, errors: Sequence[NumberErrors]) -> "SweepPlan":
-        """The plan in which each design must meet the limits with these errors too."""
-        problem = replace(self.problem, robust_errors=(*self.problem.robust_errors, *errors))
-        return replace(self, problem=problem, space=sweep_space(problem))
-
     def sweep_key(self, part: int = 1, parts: int = 1) -> SweepKey:
         """The key of the sweep, or of one of several equal parts."""
         text = self.scene.to_toml()
@@ -231,23 +220,19 @@ def sweep_plan(scene: Scene, keep: str, block: int | None = None) -> SweepPlan:
         raise BadInput(
             [Mistake("camopt", "keep", keep, f"a choice of designs; {suggest_names(str(keep), KEEP_CHOICES)}")]
         )
-    resolved = resolve(scene)
-    if resolved.robust_errors and (mistakes := [*_robust_sweep_option_mistakes(scene, keep)]):
+    resolved, mistakes = resolve(scene), list[Mistake]()
+    if resolved.robust_errors and scene.search.refine:
+        why = "cannot refine robust cams: omit it with search.robust; optimise finds the smallest robust cam"
+        mistakes.append(Mistake(scene.file, "search.refine", True, why, bare=True))
+    if resolved.robust_errors and keep == "all":
+        why = "with search.robust must be feasible or pareto"
+        mistakes.append(Mistake("camopt", "keep", keep, why, bare=True))
+    if mistakes:
         raise BadInput(mistakes)
     problem = with_default_objectives(resolved)
     if problem is not resolved:
         scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
-    space = sweep_space(problem)
-    return SweepPlan(scene, problem, space, keep, block)
-
-
-def _robust_sweep_option_mistakes(scene: Scene, keep: str) -> Iterator[Mistake]:
-    """Mistakes for options of a sweep that ``search.robust`` does not allow."""
-    if scene.search.refine:
-        why = "cannot refine robust cams: omit it with search.robust; optimise finds the smallest robust cam"
-        yield Mistake(scene.file, "search.refine", True, why, bare=True)
-    if keep == "all":
-        yield Mistake("camopt", "keep", keep, "with search.robust must be feasible or pareto", bare=True)
+    return SweepPlan(scene, problem, sweep_space(problem), keep, block)
 
 
 def plan_of_key(key: SweepKey, function_calls: Sequence[FunctionCall] = ()) -> SweepPlan:
@@ -271,8 +256,7 @@ def with_default_objectives(problem: Problem) -> Problem:
 
 def comparison_columns(problem: Problem) -> tuple[str, ...]:
     """The columns that identify designs and compare them: sizes, objectives and the verdict."""
-    names = problem.size_quantity_names | problem.objectives.keys() | set(VERDICT_COLUMNS)
-    return tuple(in_column_order(names))
+    return tuple(in_column_order(problem.size_quantity_names | problem.objectives.keys() | set(VERDICT_COLUMNS)))
 
 
 def sweep_columns(problem: Problem) -> tuple[str, ...]:

@@ -81,8 +81,7 @@ def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None
             [designs, *polish_in_blocks(pattern, *_starts_and_ceilings_of_even_levels(pattern, designs, decided))]
         )
         parts.append(_with_refined_column(_feasible_rows(pattern.problem, designs, names), True))
-    front = non_dominated(concatenate_rows(parts), problem.objectives)
-    return thin_front(front, problem.objectives, EQUAL_ROWS)
+    return thin_front(non_dominated(concatenate_rows(parts), problem.objectives), problem.objectives, EQUAL_ROWS)
 
 
 def free_ranges(problem: Problem) -> SizeBounds:
@@ -135,8 +134,7 @@ def _best_designs_by_objective(
     for name in objective_names if len(designs) else ():
         if name != pattern.problem.size_quantity_name or not pattern.minimises_size:
             best = designs.take([int(np.argmin(costs[:, pattern.objective_index(name)]))])
-            search = replace(pattern, objective=name)
-            yield search_by_pattern(search, best, np.full((1, costs.shape[1]), np.inf))
+            yield search_by_pattern(replace(pattern, objective=name), best, np.full((1, costs.shape[1]), np.inf))
 
 
 def _starts_and_ceilings_of_even_levels(

@@ -77,8 +77,11 @@ def with_reevaluated_columns(space: DesignSpace, names: frozenset[str], *tables:
     ends = np.cumsum([rows.count for rows in tables])
     if not evaluated.columns:
         return [*tables]
-    parts = (slice(last - rows.count, last) for rows, last in zip(tables, ends.tolist(), strict=True))
-    return [_replace_columns(rows, evaluated.slice_rows(part)) for rows, part in zip(tables, parts, strict=True)]
+    results = []
+    for rows, last in zip(tables, ends.tolist(), strict=True):
+        columns = rows.columns | evaluated.slice_rows(slice(last - rows.count, last)).columns
+        results.append(replace(rows, columns={name: columns[name] for name in in_column_order(columns)}))
+    return results
 
 
 def _reevaluate_by_motion(
@@ -89,11 +92,6 @@ def _reevaluate_by_motion(
         for first in range(0, index.size, BLOCK_SIZE):
             block = slice(first, first + BLOCK_SIZE)
             yield index[block], reevaluate_designs(problem, designs.take(block), names)
-
-
-def _replace_columns(rows: DesignRows, evaluated: DesignRows) -> DesignRows:
-    columns = rows.columns | evaluated.columns
-    return replace(rows, columns={name: columns[name] for name in in_column_order(columns)})
 
 
 def reevaluate_designs(problem: Problem, designs: Designs, names: frozenset[str]) -> DesignRows:

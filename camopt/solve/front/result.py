@@ -164,7 +164,7 @@ class Sweep(Result, Drawable):
             if manifest and all(result.question != self._question for result in manifest.results.values()):
                 why = "has another result now; give each sweep a folder of its own"
                 raise BadInput([Mistake("camopt", "folder", str(folder), why, bare=True)])
-            frame: pd.DataFrame = import_table_module().load(self.files[0].parent / f"{name}{TABLE_SUFFIX}")
+            frame: pd.DataFrame = import_table_module().load(folder / f"{name}{TABLE_SUFFIX}")
             return frame
         if name not in (FRONT_TABLE, DESIGNS_TABLE):
             return super().to_pandas(name)
@@ -231,7 +231,11 @@ class Sweep(Result, Drawable):
         """Counts, the best design of each law, the front; or the nearest miss."""
         undecided = f"{self.effort.undecided:,} undecided, " if self.effort.undecided else ""
         designs = f"{self.designs:,} design{'s' * (self.designs != 1)}"
-        yield f"{self.scene.name}: {designs}, {self._counts_in_words}{undecided}{self.pareto:,} on the Pareto front"
+        if self.feasible is None:  # boxes found the front, without counting
+            counts = f"{self.decided_by_boxes:,} decided by boxes, {self.evaluated:,} evaluated, "
+        else:
+            counts = f"{self.impossible:,} impossible, {self.feasible:,} feasible, "
+        yield f"{self.scene.name}: {designs}, {counts}{undecided}{self.pareto:,} on the Pareto front"
         if self.obstacle and (self.best or self.nearest_miss):
             yield f"Cannot be assembled: {self.obstacle}."
         if best := self.table():
@@ -245,13 +249,6 @@ class Sweep(Result, Drawable):
             yield f"No design can be assembled: {self.obstacle}."
         else:
             yield f"No feasible design. None of the designs tried can be assembled: {self.obstacle}."
-
-    @property
-    def _counts_in_words(self) -> str:
-        """The numbers of impossible and feasible designs; or, if not counted, how the front was found."""
-        if self.feasible is None:
-            return f"{self.decided_by_boxes:,} decided by boxes, {self.evaluated:,} evaluated, "
-        return f"{self.impossible:,} impossible, {self.feasible:,} feasible, "
 
     def _front_sections(self) -> Iterator[Table | str]:
         """The hypervolume and the knee of a front of more than one design."""
@@ -276,10 +273,9 @@ class Sweep(Result, Drawable):
         counts = self.every_cam or {}
         verdicts = ", ".join(f"{n:,} {verdict}" for verdict, n in counts.items() if verdict != BROKEN)
         if verdicts:
-            which = "`certify` on the scene of a row names the undecided limit."
             yield f"Every cam within the tolerances meets each limit: {verdicts}."
             if UNDECIDED in counts:
-                yield which
+                yield "`certify` on the scene of a row names the undecided limit."
         if broken := counts.get(BROKEN):
             dropped = f"Dropped {broken:,} design{'s' * (broken != 1)}: a cam within the tolerances breaks a limit."
             yield f"{dropped} Designs that only these dominate may be missing."

@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from time import monotonic
@@ -72,7 +73,6 @@ class Store:
         self.numbers = plan.part_blocks(sweep_key.part, sweep_key.parts)
         self.trouble: OSError | None = None
         self._pending: list[BlockBatch] = []
-        self._since = monotonic()
         other = stored_key(folder)
         self._is_own = other == sweep_key
         if tell and other and not self._is_own:
@@ -112,13 +112,13 @@ class Store:
         yield from self._evaluate_and_save_blocks(range(position, self.numbers.stop), engine)
 
     def _evaluate_and_save_blocks(self, block_numbers: range, engine: Engine) -> Iterator[BlockBatch]:
-        self._since = monotonic()
+        since = monotonic()
         for batch in self.plan.evaluate_in_batches(block_numbers, engine) if block_numbers else ():
             self._pending.append(batch)
             rows = sum(pending.kept.count for pending in self._pending)
-            if rows >= SAVE_ROWS or monotonic() - self._since >= SAVE_SECONDS:
+            if rows >= SAVE_ROWS or monotonic() - since >= SAVE_SECONDS:
                 self.write_pending_batches()
-                self._since = monotonic()
+                since = monotonic()
             yield batch
         if block_numbers and block_numbers.stop < self.numbers.stop:
             self.write_pending_batches()  # the next blocks are on disk
@@ -132,7 +132,7 @@ class Store:
             if not self._is_own:
                 for path in self.folder.glob(BATCH_FILES):
                     path.unlink()
-                write_text(self.folder / QUESTION_FILE, json.dumps(self.question.part_manifest_entry))
+                write_text(self.folder / QUESTION_FILE, json.dumps(asdict(self.question)))
                 self._is_own = True
             write_batch(
                 merge_batches(pending, self.plan.problem.objectives), self.plan.searched_row_quantities, self.folder
@@ -252,5 +252,4 @@ def _array_from_arrow_column(column: Any) -> Any:
     if column.type != pa.string():
         return column.to_numpy()
     coded = column.combine_chunks().dictionary_encode()
-    words = np.array(coded.dictionary.to_pylist() or [""], dtype=str)
-    return words[coded.indices.to_numpy()]
+    return np.array(coded.dictionary.to_pylist() or [""], dtype=str)[coded.indices.to_numpy()]

@@ -70,19 +70,14 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         raise not_a_table_error(path, f"its designs have mistakes, such as {bad.mistakes[0]}") from None
     rows = DesignRows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = DesignSpace(problem, problems_by_motion_and_setting(problem), {})
+    verdicts, done = [""] * rows.count, 0
     with path_to_revise_file(path) as place:
-        verdicts = _certify_each_row(space, rows, progress)
+        for row_problem, index, designs in space.designs_by_setting(rows):
+            for row, number in enumerate(index):
+                certified = replace(row_problem, design=designs.take(np.array([row])))
+                verdicts[number] = worst_verdict(certify_design_and_tolerance_box(certified).values())
+                done += 1
+                report_progress(progress, done, rows.count)
         field = schema_of((QUANTITIES[PROOF_COLUMN],)).field(PROOF_COLUMN)
         write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
     return TableCertificate(verdicts)
-
-
-def _certify_each_row(space: DesignSpace, rows: DesignRows, progress: Progress | None) -> list[str]:
-    verdicts, done = [""] * rows.count, 0
-    for problem, index, designs in space.designs_by_setting(rows):
-        for row, number in enumerate(index):
-            row_problem = replace(problem, design=designs.take(np.array([row])))
-            verdicts[number] = worst_verdict(certify_design_and_tolerance_box(row_problem).values())
-            done += 1
-            report_progress(progress, done, rows.count)
-    return verdicts

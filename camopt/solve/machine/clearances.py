@@ -151,11 +151,6 @@ class ClearanceForm(ABC):
     ) -> ValuesOverBoxes:
         """Bounds over boxes from the least to the largest angles (N,) and shifts (parts, N)."""
 
-    def clearances_at_angles(self, angles: FloatArray, shifts: FloatArray) -> FloatArray:
-        """Clearances at angles (N,) with shifts (parts, N)."""
-        lifts = [curve.value(angles - shift) for curve, shift in zip(self.curves, shifts, strict=True)]
-        return self.values_at_lifts(np.array(lifts))
-
     def clearance_bounds_over_shifts(
         self, angles: FloatArray, shift_low: FloatArray, shift_high: FloatArray
     ) -> FloatArray:
@@ -231,9 +226,8 @@ class OutlineClearance(ClearanceForm):
         Outlines that are apart at the start and never touch stay outside of each other.
         """
         ends = np.array([self.start, self.start + self.width])
-        best, angle = min(
-            zip(self.clearances_at_angles(ends, np.zeros((2, 2))).tolist(), ends.tolist(), strict=True)
-        )
+        values = self.values_at_lifts(np.array([curve.value(ends) for curve in self.curves]))
+        best, angle = min(zip(values.tolist(), ends.tolist(), strict=True))
         boxes, floor, below = first_boxes(self, 1, 0.0), best, 0.0
         closest, enough = (0.0, inf) if threshold is None else (threshold, threshold)
         while boxes.task.size and best > closest and not budget.is_spent:
@@ -281,8 +275,7 @@ class OutlineClearance(ClearanceForm):
             by_angle = half_angle * (np.abs(slopes[one] - slopes[two]) + reaches[one] + reaches[two])
             by_shift = half_shift[0] * (np.abs(slopes[one]) + reaches[one])
             by_shift += half_shift[1] * (np.abs(slopes[two]) + reaches[two])
-            place = (normal * (ends[one] - ends[two])).real
-            separation = np.minimum(separation, place - by_angle - by_shift)
+            separation = np.minimum(separation, (normal * (ends[one] - ends[two])).real - by_angle - by_shift)
             rooms = np.maximum(rooms, [by_angle, by_shift])
         nearest = distance - (speeds * lifts.reach).sum(axis=0)
         ways = speeds * (np.abs(lifts.slope) + lifts.slope_reach)
@@ -328,8 +321,7 @@ def halve_boxes(form: ClearanceForm, boxes: Boxes, gap_contributions: FloatArray
         here = widest == row
         first.high[row, here] = second.low[row, here] = middle[row, here]
         here = widest == 2 + row
-        children = form.children[row][first.chords[row, here]]
-        first.chords[row, here], second.chords[row, here] = children.T
+        first.chords[row, here], second.chords[row, here] = form.children[row][first.chords[row, here]].T
     return Boxes._make(np.concatenate(pair, axis=-1) for pair in zip(first, second, strict=True))
 
 

@@ -214,7 +214,7 @@ class MachineEvaluation(Result, Drawable):
                 "later by": number_text(record["later_by_deg"]) + "°",
                 "until ": record["after_it"],
             }
-            if min(record["earlier_by_deg"], record["later_by_deg"]) < HALF_TURN_DEG
+            if min(record["earlier_by_deg"], record["later_by_deg"]) < 180.0
             else {"station": record["station"], "earlier by": "any", "until": "", "later by": "any", "until ": ""}
             for record in self.slack_records()
         ]
@@ -293,9 +293,6 @@ class MachineEvaluation(Result, Drawable):
             "has the cams, the masses and the flywheel."
         )
         return replace(table_of(f"{self.machine.name}: motors; {chosen}", rows, rows[0]), note=note)
-
-
-HALF_TURN_DEG = 180.0
 
 
 def station_verdict(evaluation: Evaluation) -> str:

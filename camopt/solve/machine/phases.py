@@ -210,8 +210,7 @@ class TorqueSum:
         least = np.abs(value) - room - remainders.sum(axis=0) - rounding
         weights, steps = minimax_weights_and_steps(least, tilts)
         lower = (weights * least).sum(axis=1) - np.abs((weights * tilts).sum(axis=2)).sum(axis=0)
-        rooms = (np.abs(tilts) + remainders)[:, :, 0].T
-        return PeakBounds(np.maximum(lower, 0.0), rooms, middle + half * steps)
+        return PeakBounds(np.maximum(lower, 0.0), (np.abs(tilts) + remainders)[:, :, 0].T, middle + half * steps)
 
 
 def jump_sums_over_angle_ranges(curve: TurnCurve, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -8,7 +8,6 @@ from math import isfinite, radians
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics import FloatArray
 from camopt.core.numerics.turn_curve import EQUAL_ENDS, TURN, TurnCurve
 from camopt.core.quantities import displacement_unit
 from camopt.model.effects import EvaluationBlock, available_quantities, missing_keys_by_quantity
@@ -93,10 +92,11 @@ class ResolvedStation:
                 problem.programme.table.half_width,
                 torque_polynomials_by_panel(problem.programme, factors)[:, 0],
             )
+        ends = np.concatenate([[0.0], np.cumsum(2.0 * half_width)])
+        assert abs(ends[-1] - TURN) < 1e3 * EQUAL_ENDS
+        ends[-1] = TURN
         to_shaft = 1e-3 * self.station.ratio
-        return TurnCurve(
-            panel_end_angles(half_width), series * to_shaft, error * to_shaft * float(np.abs(series).max())
-        )
+        return TurnCurve(ends, series * to_shaft, error * to_shaft * float(np.abs(series).max()))
 
     @cached_property
     def reflected_inertia(self) -> TurnCurve | None:
@@ -115,8 +115,7 @@ class ResolvedStation:
             torque_polynomials_by_panel(programme, factors)[:, 0]
             for factors in ((0.0, 0.0, mass, 0.0, 1.0), (0.0,) * 5)
         )
-        series = inertial - loads
-        half = TurnCurve(programme.lift_curve.ends, 2e-3 * self.station.ratio**2 * series)
+        half = TurnCurve(programme.lift_curve.ends, 2e-3 * self.station.ratio**2 * (inertial - loads))
         own = half.integral_from_start()
         own = own.plus_number(-own.least().value)
         return own.sped_up(self.station.ratio).shifted(radians(self.station.phase))
@@ -145,14 +144,6 @@ def peak_torque(problem: Problem) -> float:
     """Largest magnitude of the torque on the camshaft of a scene [N·m]."""
     columns = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), [TORQUE])
     return float(columns.column(TORQUE)[0])
-
-
-def panel_end_angles(panel_half_widths: FloatArray) -> FloatArray:
-    """The ends of panels of a turn [rad]."""
-    ends = np.concatenate([[0.0], np.cumsum(2.0 * panel_half_widths)])
-    assert abs(ends[-1] - TURN) < 1e3 * EQUAL_ENDS
-    ends[-1] = TURN
-    return np.asarray(ends)
 
 
 def clearance_unit(clearance: Clearance, stations: Iterable[ResolvedStation]) -> str:

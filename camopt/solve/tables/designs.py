@@ -355,5 +355,4 @@ def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) 
 
 def _file_name(text: str) -> str:
     """A text without the characters that some file systems refuse in a name."""
-    plain = re.sub(r"[^\w.+-]+", "-", text).strip("-")
-    return plain.encode()[:NAME_BYTES].decode(errors="ignore")
+    return re.sub(r"[^\w.+-]+", "-", text).strip("-").encode()[:NAME_BYTES].decode(errors="ignore")

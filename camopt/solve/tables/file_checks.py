@@ -118,32 +118,21 @@ def check(*files: str | os.PathLike[str]) -> FileChecks:
     return FileChecks(checked for path in map(Path, files) for checked in _check_path(path))
 
 
-def _check_path(path: Path) -> Iterator[FileCheck]:
+def _check_path(path: Path) -> list[FileCheck]:
     """Check a file, or all files in a folder and its subfolders."""
     if not os.path.isdir(path):
         about, manifest = _check_and_read_manifest(path.parent)
-        yield about if about and path.name == MANIFEST else _check_file(path, manifest)
-        return
-    errors: list[OSError] = []
-    count = 0
-    for folder, subfolders, _ in os.walk(path, onerror=errors.append):
+        return [about if about and path.name == MANIFEST else _check_file(path, manifest)]
+    checks, errors = list[FileCheck](), list[OSError]()
+    for folder, subfolders, names in os.walk(path, onerror=errors.append):
         subfolders[:] = sorted(name for name in subfolders if not name.startswith("."))
-        for checked in _check_files_in(Path(folder)):
-            count += 1
-            yield checked
-    yield from (_unreadable_check(Path(error.filename), error) for error in errors)
-    if not count and not errors:
-        yield FileCheck(path, "unknown", "a folder with no files in it")
-
-
-def _check_files_in(folder: Path) -> Iterator[FileCheck]:
-    """Check the manifest of a folder, and all files that are in it or that the manifest names."""
-    about, manifest = _check_and_read_manifest(folder)
-    if about:
-        yield about
-    present = {each.name for each in os.scandir(folder) if not each.name.startswith(".") and not each.is_dir()}
-    for name in sorted({*present, *(manifest.files if manifest else ())} - {MANIFEST}):
-        yield _check_file(folder / name, manifest)
+        about, manifest = _check_and_read_manifest(Path(folder))
+        checks += [about] if about else []
+        present = {name for name in names if not name.startswith(".")}
+        for name in sorted(present.union(manifest.files if manifest else ()) - {MANIFEST}):
+            checks.append(_check_file(Path(folder) / name, manifest))
+    checks += [_unreadable_check(Path(error.filename), error) for error in errors]
+    return checks or [FileCheck(path, "unknown", "a folder with no files in it")]
 
 
 def _check_and_read_manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
@@ -152,8 +141,7 @@ def _check_and_read_manifest(folder: Path) -> tuple[FileCheck | None, Manifest |
     try:
         manifest = read_manifest(folder)
     except DamagedManifest:
-        told = "damaged, or of another version; its files cannot be checked"
-        return FileCheck(path, "damaged", told), None
+        return FileCheck(path, "damaged", "damaged, or of another version; its files cannot be checked"), None
     except OSError as trouble:
         return _unreadable_check(path, trouble), None
     if manifest is None:

@@ -81,16 +81,13 @@ def _arrow_array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
         )  # rows whose value differs from the row before
         value = np.broadcast_to(value, (rows,))
         texts, repeats = [text.encode() for text in value[starts].tolist()], np.diff(starts, append=rows)
-        lengths = np.repeat(np.array([0, *map(len, texts)]), [1, *repeats])
-        ends = np.cumsum(lengths, dtype=np.int32)
+        ends = np.cumsum(np.repeat(np.array([0, *map(len, texts)]), [1, *repeats]), dtype=np.int32)
         data = b"".join(text * count for text, count in zip(texts, repeats.tolist(), strict=True))
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(data)])
     value = np.broadcast_to(value, (rows,))
     if kind == pa.bool_():
-        bits = np.packbits(value, bitorder="little")
-        return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(bits)])
-    values = np.ascontiguousarray(value, dtype=float)
-    return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(values)])
+        return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(np.packbits(value, bitorder="little"))])
+    return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(np.ascontiguousarray(value, dtype=float))])
 
 
 def parquet_options(layout: pa.Schema) -> dict[str, Any]:
@@ -133,18 +130,15 @@ class RowGroupWriter:
     def append(self, rows: DesignRows) -> None:
         """Add rows."""
         for first in range(0, rows.count, ROWS_IN_GROUP):
-            self._append_group(rows.slice_rows(slice(first, first + ROWS_IN_GROUP)))
-
-    def _append_group(self, rows: DesignRows) -> None:
-        """Add at most one group of rows."""
-        self._pending.append(to_arrow_table(rows, self._layout))
-        self._pending_rows += rows.count
-        if self._pending_rows >= ROWS_IN_GROUP:
-            merged = pa.concat_tables(self._pending)
-            whole = merged.num_rows - merged.num_rows % ROWS_IN_GROUP
-            self._write_group(merged.slice(0, whole))
-            self._pending = [merged.slice(whole)]
-            self._pending_rows = merged.num_rows - whole
+            part = rows.slice_rows(slice(first, first + ROWS_IN_GROUP))
+            self._pending.append(to_arrow_table(part, self._layout))
+            self._pending_rows += part.count
+            if self._pending_rows >= ROWS_IN_GROUP:
+                merged = pa.concat_tables(self._pending)
+                whole = merged.num_rows - merged.num_rows % ROWS_IN_GROUP
+                self._write_group(merged.slice(0, whole))
+                self._pending = [merged.slice(whole)]
+                self._pending_rows = merged.num_rows - whole
 
     def write_last_group(self) -> None:
         """Write the remaining rows, which do not fill a group."""
@@ -226,12 +220,18 @@ def _frame_of_table(table: pa.Table) -> "pd.DataFrame":
 
 
 def values_of_table_row(table: Any, row: Any, table_name: str) -> dict[str, Any]:
-    """Values of one row of a table, by column; a pandas index counts as a column."""
+    """Values of one row of a table, by column; a pandas index counts as a column. A single row needs no label."""
     import narwhals.stable.v2 as nw  # imported only here: most commands take no table
 
     frame = nw.from_native(table, eager_only=True, pass_through=True)
     if not isinstance(frame, nw.DataFrame):
-        return _values_of_unlabelled_row(table, row)
+        if row is None and (isinstance(table, Mapping) or hasattr(table, "dropna")):
+            return {str(column): value for column, value in dict(table).items()}
+        hint = ": give its .to_pandas()" if hasattr(table, "to_pandas") else ""
+        why = (
+            f"a table that camopt wrote, or one of its rows without a label; this is a {type(table).__name__}{hint}"
+        )
+        raise BadInput([Mistake("camopt", "table", None, why)])
     labels = nw.maybe_get_index(frame)
     row_labels = np.arange(len(frame)) if labels is None else np.asarray(labels)
     if row is None:
@@ -248,12 +248,3 @@ def values_of_table_row(table: Any, row: Any, table_name: str) -> dict[str, Any]
     levels = {} if labels is None else index_level_values_at_place(labels, place)
     known = {level: value for level, value in levels.items() if level in QUANTITIES or level in LAW_NAME_COLUMNS}
     return known | frame[place : place + 1].rows(named=True)[0]
-
-
-def _values_of_unlabelled_row(values: Any, row_label: Any) -> dict[str, Any]:
-    """Values of a single row, which needs no label."""
-    if row_label is None and (isinstance(values, Mapping) or hasattr(values, "dropna")):
-        return {str(column): value for column, value in dict(values).items()}
-    hint = ": give its .to_pandas()" if hasattr(values, "to_pandas") else ""
-    why = f"a table that camopt wrote, or one of its rows without a label; this is a {type(values).__name__}{hint}"
-    raise BadInput([Mistake("camopt", "table", None, why)])

@@ -24,13 +24,6 @@ def _refuse_irrational(*_arguments: object) -> Fraction:
 RATIONAL = NumberKind(Fraction, _refuse_irrational, _refuse_irrational)
 
 
-def limits_curvature_of_given_arcs(problem: Problem, constraint: Constraint) -> bool:
-    """Whether a constraint is on the curvature of a cam that the scene gives by its profile."""
-    mechanism = problem.setup.mechanism
-    curves = mechanism.curvature, mechanism.profile_radius
-    return bool(problem.profile) and constraint.curve in curves
-
-
 def curvature_verdict_over_arcs(problem: Problem, constraint: Constraint, design: Designs) -> str:
     """Verdict on a constraint on the curvature over all arcs."""
     return worst_verdict(

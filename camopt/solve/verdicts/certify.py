@@ -187,20 +187,13 @@ def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
     verdicts = certify_limits_and_self_crossing(problem, problem.design)
     if not problem.zones or ASSEMBLY in verdicts:
         return verdicts
-    return verdicts | {
-        name: worst_verdict([verdicts[name], verdict]) for name, verdict in certify_tolerance_box(problem).items()
-    }
-
-
-def certify_tolerance_box(problem: Problem, budget: Budget = UNLIMITED) -> dict[str, str]:
-    """Verdict on each limit of a problem for all cams within the tolerances of its own design, in intervals."""
     exact = with_toleranced_numbers_per_design(with_rounding_relative_error(problem))
     ends, names = tolerance_ranges(exact, exact.design), {limit.name for limit in problem.limits}
-    return {
-        limit.name: limit_verdict_over_box(exact, limit, exact.design, ends, budget).verdict
-        for limit in exact.limits
-        if limit.name in names
-    }
+    for limit in exact.limits:
+        if limit.name in names:
+            over_box = limit_verdict_over_box(exact, limit, exact.design, ends).verdict
+            verdicts[limit.name] = worst_verdict([verdicts[limit.name], over_box])
+    return verdicts
 
 
 def verdict_on_all_move_conditions(programme: Programme) -> str | None:

@@ -35,7 +35,7 @@ from camopt.model.effects.peak import MotionDerivative, NumberKind
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem
-from camopt.solve.verdicts.arcs import curvature_verdict_over_arcs, limits_curvature_of_given_arcs
+from camopt.solve.verdicts.arcs import curvature_verdict_over_arcs
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, mean_verdict_of_design
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
@@ -97,14 +97,16 @@ def constraint_verdict_over_box(
     """
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
+    mechanism = problem.setup.mechanism
     if (
-        not number_ranges
-        and isinstance(constraint, Constraint)
-        and limits_curvature_of_given_arcs(problem, constraint)
+        isinstance(constraint, Constraint)
+        and constraint.curve in (mechanism.curvature, mechanism.profile_radius)
+        and problem.profile
+        and not number_ranges
     ):
         return BoxVerdict(curvature_verdict_over_arcs(problem, constraint, design))
     box = design.with_values({name: _interval_of_one_pair(*limits) for name, limits in number_ranges.items()})
-    for margin in problem.setup.mechanism.assembly_margins(box, problem.programme):
+    for margin in mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
             return BoxVerdict(UNDECIDED)
     if isinstance(constraint, TurnMeanConstraint):
@@ -116,7 +118,8 @@ def constraint_verdict_over_box(
     if isinstance(constraint.curve, MotionDerivative):
         return BoxVerdict(UNDECIDED)
     search = ConstraintSearch(problem, constraint, design, tuple(number_ranges), budget, enclosures)
-    return search.search_for_violation(BoxParts.whole_panels_of_constraint(problem, constraint, number_ranges))
+    panels = np.flatnonzero(problem.programme.panels_with_kinds(constraint.kinds))
+    return search.search_for_violation(BoxParts.from_panels(panels, constraint, number_ranges))
 
 
 @dataclass(frozen=True)
@@ -131,15 +134,6 @@ class BoxParts:
     high: FloatArray
     whole: FloatArray
     """Widths of the panel and of the box (1 + sizes, 1); 1 in place of 0."""
-
-    @classmethod
-    def whole_panels_of_constraint(
-        cls, problem: Problem, constraint: AnyConstraint, number_ranges: NumberRanges
-    ) -> "BoxParts":
-        """Whole panels of a constraint's kinds of stroke with the whole box, for each side of the constraint."""
-        return cls.from_panels(
-            np.flatnonzero(problem.programme.panels_with_kinds(constraint.kinds)), constraint, number_ranges
-        )
 
     @classmethod
     def from_panels(cls, panels: IntArray, constraint: AnyConstraint, number_ranges: NumberRanges) -> "BoxParts":
@@ -233,7 +227,10 @@ class ConstraintSearch:
             with np.errstate(all="ignore"):
                 excess = self.enclose_excess(parts)
             if np.any(excess.at.low > 0.0):
-                return BoxVerdict(BROKEN, self.middle_design(parts, int(np.argmax(excess.at.low))))
+                worst = int(np.argmax(excess.at.low))
+                middle = (parts.low[1:, worst] + parts.high[1:, worst]) / 2.0
+                witness = {name: np.array([value]) for name, value in zip(self.names, middle, strict=True)}
+                return BoxVerdict(BROKEN, self.design.with_values(witness))
             open_ = np.flatnonzero(~(excess.value.high <= 0.0))
             open_ = open_[np.argsort(excess.value.high[open_], kind="stable")]  # NaN comes last
             if np.any(parts.too_narrow_to_cut[open_]) or self.budget.is_spent:
@@ -247,37 +244,34 @@ class ConstraintSearch:
         return BoxVerdict(UNDECIDED)
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
-        """Excess of the designs of parts over the constraint."""
-        value, designs, angle = self.enclose_curve_with_cache(parts)
-        return as_sloped_interval(relative_excess(self.constraint, parts.side, as_quotient(value), designs), angle)
-
-    def enclose_curve_with_cache(self, parts: BoxParts) -> CurveEnclosure:
-        """The constraint's curve over parts, from the kept enclosures if they have it."""
+        """Excess of the designs of parts over the constraint; the curve is from the kept enclosures, if any."""
         if self.enclosures is None:
-            return self.enclose_curve(parts)
-        key = (self.constraint.curve, parts.panel.tobytes(), parts.low.tobytes(), parts.high.tobytes())
-        if key not in self.enclosures:
-            self.enclosures[key] = self.enclose_curve(parts)
-        return self.enclosures[key]
+            value, designs, angle = self.enclose_curve(parts)
+        else:
+            key = (self.constraint.curve, parts.panel.tobytes(), parts.low.tobytes(), parts.high.tobytes())
+            if key not in self.enclosures:
+                self.enclosures[key] = self.enclose_curve(parts)
+            value, designs, angle = self.enclosures[key]
+        return as_sloped_interval(relative_excess(self.constraint, parts.side, as_quotient(value), designs), angle)
 
     def enclose_curve(self, parts: BoxParts) -> CurveEnclosure:
         """The constraint's curve over parts."""
-        programme, middle = self.problem.programme, (parts.low + parts.high) / 2.0
-        half = programme.table.half_width[parts.panel]
-        place = Interval(parts.low[0] * half, parts.high[0] * half)
-        sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
-        angle, *sizes = box_variables(sides, [middle[0] * half, *middle[1:]])
-        designs = self.design.take(np.zeros(parts.size, dtype=int))
-        fixed: dict[str, Any] = {name: as_interval(size) for name, size in designs.sizes.items()}
-        designs = designs.with_values(fixed | dict(zip(self.names, sizes, strict=True)))
-        state = enclose_state(programme.table, parts.panel, middle[0], angle)
+        programme = self.problem.programme
+        middle_place, angle, designs = self.angles_and_designs(parts, programme.table)
+        fixed: Any = {name: as_interval(size) for name, size in designs.sizes.items() if name not in self.names}
+        designs = designs.with_values(fixed)
+        state = enclose_state(programme.table, parts.panel, middle_place, angle)
         value = curve_value(self.constraint.curve(designs, programme), ..., state)
         return value.divide() if isinstance(value, Quotient) else value, designs, angle
 
-    def middle_design(self, parts: BoxParts, part_number: int) -> Designs:
-        """The design in the middle of a part."""
-        middle = (parts.low[1:, part_number] + parts.high[1:, part_number]) / 2.0
-        return self.design.with_values({n: np.array([v]) for n, v in zip(self.names, middle, strict=True)})
+    def angles_and_designs(self, parts: BoxParts, table: MotionTable) -> tuple[FloatArray, SlopedInterval, Designs]:
+        """The middles of parts on their panels, and their cam angles and designs, both with slopes."""
+        middle, half = (parts.low + parts.high) / 2.0, table.half_width[parts.panel]
+        place = Interval(parts.low[0] * half, parts.high[0] * half)
+        sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
+        angle, *numbers = box_variables(sides, [middle[0] * half, *middle[1:]])
+        designs = self.design.take(np.zeros(parts.size, dtype=int))
+        return middle[0], angle, designs.with_values(dict(zip(self.names, numbers, strict=True)))
 
 
 class MeanConstraintSearch(ConstraintSearch):
@@ -323,19 +317,14 @@ def enclose_state(table: MotionTable, panel: IntArray, middle_place: FloatArray,
     ``middle_place`` is the middle of each part, as a share of half the panel.
     """
     y, y1, y2, y3, y4 = derivative_intervals_over_parts(table, panel, middle_place, angle, 4)
-    return State(y, y1, y2, y3, _enclose_load(table, panel, middle_place, angle), y4)
-
-
-def _enclose_load(table: MotionTable, panel: IntArray, middle_place: FloatArray, angle: SlopedInterval) -> Any:
-    """The load over parts of panels, with slopes by the cam angle."""
-    load = table.load
+    load: Any = table.load
     if isinstance(load, LoadTable):
         slope = Interval(*(load.slope[panel] + side * load.error[panel, 1] for side in (-1.0, 1.0)))
         straight = angle * load.slope[panel] + Interval(
             *(load.centre[panel] + side * load.error[panel, 0] for side in (-1.0, 1.0))
         )
-        return Load(replace(straight, slopes=slopes_of_function_of_angle(angle, slope)), slope)
-    if isinstance(load, TrainLoadTable):
+        load = Load(replace(straight, slopes=slopes_of_function_of_angle(angle, slope)), slope)
+    elif isinstance(load, TrainLoadTable):
         still, carried = (derivative_intervals_over_parts(force, panel, middle_place, angle, 1) for force in load)
-        return TrainForces(*still, *carried)
-    return None
+        load = TrainForces(*still, *carried)
+    return State(y, y1, y2, y3, load, y4)

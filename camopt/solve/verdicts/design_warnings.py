@@ -125,11 +125,15 @@ class FarthestPoint(NamedTuple):
 
 def _warn_overshoot(problem: Problem) -> Iterator[str]:
     """Warn of moves beyond every position in the scene, unless a velocity in the scene causes it."""
-    programme = problem.given_motion
+    programme, strokes = problem.given_motion, problem.given_motion.strokes
     for side in (side for side in SIDE_NAMES if _moves_exceed_given_positions(programme, side)):
         extreme, farthest = farthest_point(programme, side), _farthest_given_position(programme, side)
-        if _must_start_or_end_moving(programme, extreme.stroke):
-            continue
+        number, stroke = extreme.stroke, strokes[extreme.stroke]
+        ends = ((number - 1, stroke.start), (number, stroke.end))
+        fixed = [angle for k, angle in ends if not _has_free_end_velocity(strokes, k)]
+        moving = np.abs(stroke.motion(np.array(fixed))[1]) * stroke.angle
+        if np.any(moving > REACHED_SHARE * programme.lift):
+            continue  # the stroke must start or end moving, as next to a segment of constant velocity
         start = start_position(problem.segments) - programme.strokes[0].low / programme.unit_in_mm_or_rad
         unit = displacement_unit(angular=problem.given_motion_is_angle)
         at, most = (
@@ -182,18 +186,6 @@ def farthest_point(programme: Programme, side: float) -> FarthestPoint:
     return FarthestPoint(
         positions[best], angle, int(np.searchsorted(starts, table.centre[panel], side="right")) - 1
     )
-
-
-def _must_start_or_end_moving(programme: Programme, stroke_number: int) -> bool:
-    """Whether a stroke must start or end with a velocity, as next to a segment of constant velocity."""
-    strokes, stroke = programme.strokes, programme.strokes[stroke_number]
-    angles = [
-        angle
-        for k, angle in ((stroke_number - 1, stroke.start), (stroke_number, stroke.end))
-        if not _has_free_end_velocity(strokes, k)
-    ]
-    moving = np.abs(stroke.motion(np.array(angles))[1]) * stroke.angle
-    return bool(np.any(moving > REACHED_SHARE * programme.lift))
 
 
 def _has_free_end_velocity(strokes: Sequence[Stroke], stroke_number: int) -> bool:

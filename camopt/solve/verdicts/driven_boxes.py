@@ -158,11 +158,16 @@ def motion_of_driven_followers(
     follower = train.follower_displacement(
         Taylor([z, z1, *(each / by for each, by in zip(higher, SERIES_FACTORIALS, strict=False))])
     )
-    one, other = (
-        formula_value_at(train.follower_displacement, _travel_end_as_position_type(tool_motion[0], end))
-        for end in tool_travel_range(turn)
-    )
-    sense = _follower_sense(other - one)
+    ends: Any = tool_travel_range(turn)
+    if isinstance(z, Interval):
+        ends = [widen(Interval(np.full(z.size, end), np.full(z.size, end))) for end in ends]
+    one, other = (formula_value_at(train.follower_displacement, end) for end in ends)
+    travel = other - one
+    if isinstance(travel, Interval | SlopedInterval):
+        reach = range_of(travel)
+        sense: Any = (reach.low > 0.0) * 1.0 - (reach.high < 0.0)
+    else:
+        sense = np.sign(travel)
     lowest, highest = np.minimum(one, other), np.maximum(one, other)
     y, y1, *higher = follower.terms
     links = TrainLinks(
@@ -173,7 +178,7 @@ def motion_of_driven_followers(
         _drop_radicands(y - lowest), _drop_radicands(y1), _drop_radicands(y2), _drop_radicands(y3), links.state
     )
     return DrivenMotion(
-        turn.tool, turn.load, state, _drop_radicands(highest - lowest), _drop_radicands(other - one), sense, links
+        turn.tool, turn.load, state, _drop_radicands(highest - lowest), _drop_radicands(travel), sense, links
     )
 
 
@@ -230,23 +235,6 @@ def _with_linkage_intervals(problem: Problem, boxes: Designs, radicands: list[Sl
 def searched_train_keys(problem: Problem) -> list[str]:
     """Keys of the train's numbers that ``[search]`` gives as ranges."""
     return [choice.key for choice in problem.search_space.trains if choice.has_range]
-
-
-def _travel_end_as_position_type(tool_positions: Any, end: float) -> Any:
-    """An end of the travel, in the number type of the tool's positions."""
-    return (
-        widen(Interval(np.full(tool_positions.size, end), np.full(tool_positions.size, end)))
-        if isinstance(tool_positions, Interval)
-        else end
-    )
-
-
-def _follower_sense(follower_travel: Any) -> Any:
-    """Direction of the follower as the tool moves up; 0 if it is unknown."""
-    if not isinstance(follower_travel, Interval | SlopedInterval):
-        return np.sign(follower_travel)
-    ends = range_of(follower_travel)
-    return (ends.low > 0.0) * 1.0 - (ends.high < 0.0)
 
 
 def _drop_radicands(number: Any) -> Any:

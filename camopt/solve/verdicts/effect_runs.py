@@ -38,6 +38,30 @@ def effect_plan(wanted_quantities: frozenset[str], setup: Setup) -> list[tuple[E
     ]
 
 
+def can_effect_run_on_ranges(effect: Effect, setup: Setup) -> bool:
+    """Whether an effect can run on designs whose numbers are ranges."""
+    return effect.is_of_sizes or (effect.is_of_motion(setup) and not setup.free)
+
+
+def quantities_over_box(
+    problem: Problem, names: set[str], designs: Designs, enclosure_side: float = 0.0
+) -> QuantityColumns:
+    """Quantities of designs of numbers or ranges; at side −1, the near sides of their enclosures.
+
+    They depend only on sizes or only on the motion, so that interval arithmetic bounds them.
+    """
+    case, quantities = EvaluationBlock(problem.setup, problem.programme, designs), {}
+    for effect, wanted in effect_plan(frozenset(names), problem.setup):
+        for name, value in {
+            **effect.evaluate_pitch_curve_columns(case, wanted),
+            **effect.evaluate_columns(case, wanted),
+        }.items():
+            quantities[name] = (
+                value.value + enclosure_side * value.outward if isinstance(value, EnclosedValue) else value
+            )
+    return quantities
+
+
 def with_quantities_of_effect(
     rows: DesignRows, case: EvaluationBlock, effect: Effect, quantity_names: frozenset[str]
 ) -> DesignRows:
@@ -98,13 +122,9 @@ def with_values_and_enclosures(
             _, most = widths.get(id(scale), (scale, 0.0))
             widths[id(scale)] = scale, np.maximum(most, np.abs(outward[name]))
     for scale, width in widths.values():
-        half_width = np.maximum(half_width, _relative_widths(width, scale))
+        # relative to the scale; to 1 where the scale is 0, or both are infinite
+        least, most = (extreme.reduce(scale, axis=None, initial=1.0) for extreme in (np.minimum, np.maximum))
+        if not 0.0 < least <= most < np.inf:
+            scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
+        half_width = np.maximum(half_width, width / scale)
     return DesignRows(columns, rows.count, outward, half_width)
-
-
-def _relative_widths(width: Any, scale: Any) -> Any:
-    """Widths relative to their scale; to 1 where the scale is 0, or both are infinite."""
-    least, most = (extreme.reduce(scale, axis=None, initial=1.0) for extreme in (np.minimum, np.maximum))
-    if not 0.0 < least <= most < np.inf:
-        scale = np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
-    return width / scale

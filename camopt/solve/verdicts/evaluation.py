@@ -165,13 +165,31 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
 
     @property
     def tightest(self) -> str:
-        """The contact nearest to its limit, for a follower with two contacts; else empty."""
-        problem = resolve_design(self.scene)
-        return (
-            tightest_contact(with_rounding_relative_error(problem))
-            if problem.setup.mechanism.further_contacts
-            else ""
-        )
+        """The contact nearest to its limit or furthest beyond it, for a follower with two contacts; else empty."""
+        problem = with_rounding_relative_error(resolve_design(self.scene))
+        case, contacts = EvaluationBlock(problem.setup, problem.programme, problem.design), list[ContactExcess]()
+        for limit in problem.limits:
+            if not (
+                isinstance(limit, QuantityLimit)
+                and isinstance(limit.peak_or_mean, Peak)
+                and limit.further_peaks
+                and limit.set_by_scene
+            ):
+                continue
+            quantity = QUANTITIES[limit.quantities[0]]
+            bound = f"{limit.relation} {with_unit(limit.bound, quantity.unit)}"
+            for place, peak in zip(CONTACT_NAMES, (limit.peak_or_mean, *limit.further_peaks), strict=True):
+                value = float(np.squeeze(peak_column(case, peak).value))
+                excess = quantity.limit_sign * (value - limit.bound) / (abs(limit.bound) or 1.0)
+                words = f"{with_unit(value, quantity.unit)}, {bound}"
+                contacts.append(ContactExcess(excess, limit.key, place, words))
+        if not contacts:
+            return ""
+        most = max(contacts)
+        others = [contact for contact in contacts if contact != most and contact.limit == most.limit]
+        alike = any(abs(contact.excess - most.excess) <= TIE_SHARE for contact in others)
+        place = "both contacts" if alike else f"the {most.place} contact"
+        return f"{most.limit} at {place}: {most.words}"
 
     def to_json(self) -> dict[str, Any]:
         """Deprecated name of ``to_dict``."""
@@ -342,35 +360,3 @@ class ContactExcess(NamedTuple):
     limit: str
     place: str
     words: str
-
-
-def tightest_contact(problem: Problem) -> str:
-    """Words on the contact nearest to its limit, or furthest beyond it; empty for a follower with one contact."""
-    contacts = [
-        contact
-        for limit in problem.limits
-        if isinstance(limit, QuantityLimit)
-        for contact in _contact_excesses(problem, limit)
-    ]
-    if not contacts:
-        return ""
-    most = max(contacts)
-    others = [contact for contact in contacts if contact != most and contact.limit == most.limit]
-    alike = any(abs(contact.excess - most.excess) <= TIE_SHARE for contact in others)
-    place = "both contacts" if alike else f"the {most.place} contact"
-    return f"{most.limit} at {place}: {most.words}"
-
-
-def _contact_excesses(problem: Problem, limit: QuantityLimit) -> Iterator[ContactExcess]:
-    """Excess over a limit at each contact that it bounds."""
-    if not limit.further_peaks or not limit.set_by_scene or not isinstance(limit.peak_or_mean, Peak):
-        return
-    case, quantity = (
-        EvaluationBlock(problem.setup, problem.programme, problem.design),
-        QUANTITIES[limit.quantities[0]],
-    )
-    for place, peak in zip(CONTACT_NAMES, (limit.peak_or_mean, *limit.further_peaks), strict=True):
-        value = float(np.squeeze(peak_column(case, peak).value))
-        excess = quantity.limit_sign * (value - limit.bound) / (abs(limit.bound) or 1.0)
-        bound = f"{limit.relation} {with_unit(limit.bound, quantity.unit)}"
-        yield ContactExcess(excess, limit.key, place, f"{with_unit(value, quantity.unit)}, {bound}")

@@ -373,7 +373,13 @@ class SpeedSearch:
             high = float(speeds[np.argmax(over)])
         for _ in range(MOST_BRACKETS):
             rpm = search.speed_at_zero_excess(start_rpm, high)
-            margin = next((each for each in SPEED_MARGINS if search.is_certified_as_highest_speed(rpm, each)), None)
+            certified = (  # proved to be held just below the speed, and broken just above it
+                margin
+                for margin in SPEED_MARGINS
+                if search.verdict_at(rpm * (1.0 - margin)) == HELD
+                and search.verdict_at(rpm * (1.0 + margin)) == BROKEN
+            )
+            margin = next(certified, None)
             broken, proof = search.violating_speed_and_proof_between(
                 start_rpm, rpm * (1.0 - (margin or SPEED_MARGINS[-1]))
             )
@@ -390,10 +396,6 @@ class SpeedSearch:
             lambda square: self.excesses([square**0.5])[0], held_rpm**2, broken_rpm**2, xtol=1e-300, rtol=1e-14
         )
         return float(squared**0.5)
-
-    def is_certified_as_highest_speed(self, rpm: float, margin: float) -> bool:
-        """Whether the limit is proved to be held just below a speed, and broken just above it."""
-        return (self.verdict_at(rpm * (1.0 - margin)), self.verdict_at(rpm * (1.0 + margin))) == (HELD, BROKEN)
 
     def verdict_at(self, rpm: float) -> str:
         """The certificate's verdict on the limit at a speed."""
@@ -424,17 +426,12 @@ class SpeedSearch:
                 search, rpm = self.with_witness_errors_and_speed(each.witness, low_rpm)
                 if low_rpm < rpm < high_rpm and search.excesses([rpm])[0] > 0.0:
                     return (search, rpm), UNPROVED
-        if self.holds_between_speeds:
+        effects = [require_effect(name, self.problem.setup) for name in self.limit.required_quantities]
+        if all(effect.holds_between_speeds for effect in effects):
             return None, PROVED
         samples = np.linspace(low_rpm, high_rpm, SAMPLED_SPEEDS)
         over = self.excesses(samples) > 0.0
         return ((self, float(samples[np.argmax(over)])) if over[1:].any() else None), PROVED_AT_ENDS
-
-    @property
-    def holds_between_speeds(self) -> bool:
-        """Whether the limit is held between two speeds that hold it, from the effects of its quantities."""
-        effects = [require_effect(name, self.problem.setup) for name in self.limit.required_quantities]
-        return all(effect.holds_between_speeds for effect in effects)
 
     @property
     def speed_error_range(self) -> tuple[float, float]:
@@ -445,8 +442,7 @@ class SpeedSearch:
     def with_witness_errors_and_speed(self, witness: Designs, lowest_rpm: float) -> "tuple[SpeedSearch, float]":
         """The search with the errors of a cam that breaks the limit, and the nominal speed of this cam."""
         values, (_, most) = witness.values, self.speed_error_range
-        speed = float(values[SPEED_KEY][0])
-        rpm = max(lowest_rpm, speed - most)
+        rpm = max(lowest_rpm, float(values[SPEED_KEY][0]) - most)
         nominal = {**nominal_toleranced_numbers(self.problem, self.designs_at([lowest_rpm])), SPEED_KEY: rpm}
         errors = {field: float(values[field][0]) - at for field, at in nominal.items() if field in values}
         errors = {field: error for field, error in errors.items() if field in self.problem.zones}
@@ -458,8 +454,7 @@ class SpeedSearch:
     def speed_gain_per_unit_of_bound(self, rpm: float) -> float | None:
         """Gain of the highest speed per unit of the bound [rev/min per unit], from the excess's derivatives."""
         slope = CENTRAL_WEIGHTS @ self.excesses(rpm * (1.0 + STENCIL)) / rpm
-        design = self.designs_at([rpm])
-        variants = [*excesses_of_variants(self.problem, [self.limit], design)]
+        variants = [*excesses_of_variants(self.problem, [self.limit], self.designs_at([rpm]))]
         variant, columns, _ = max(variants, key=lambda each: float(each[2][0, 0]))
         gain = -float(self.limit.excess_derivative_by_bound(columns, variant)[0]) / slope if slope else inf
         return float(gain) if np.isfinite(gain) else None

@@ -109,17 +109,13 @@ def _fewest_extreme_questions(
     questions: dict[tuple[int, ...], int] = {}
     for goal in dict.fromkeys(constraint.goal for constraint in constraints):
         constrained = [constraint.kinds for constraint in constraints if constraint.goal == goal]
-        for bit in _powers_of_two(reduce(or_, constrained) & case.programme.kinds):
+        remaining = reduce(or_, constrained) & case.programme.kinds
+        while remaining:
+            bit = remaining & -remaining  # the lowest kind
             members = (goal, *(bool(bit & kinds) for kinds in (*constrained, *separate_kinds)))
             questions[members] = questions.get(members, 0) | bit
+            remaining -= bit
     return [(kinds, goal) for (goal, *_), kinds in questions.items()]
-
-
-def _powers_of_two(number: int) -> Iterator[int]:
-    """Powers of two whose sum is the number."""
-    while number:
-        yield number & -number
-        number &= number - 1
 
 
 def may_hold_and_holds_by_extremes(
@@ -191,8 +187,7 @@ class Candidates:
         if rows is self.rows:
             return self
         ready = tuple(limit for limit in self.pending if rows.columns.keys() >= set(limit.required_quantities))
-        pending = tuple(limit for limit in self.pending if limit not in ready)
-        candidates = replace(self, rows=rows, pending=pending)
+        candidates = replace(self, rows=rows, pending=tuple(limit for limit in self.pending if limit not in ready))
         if not ready:
             return candidates
         candidates = candidates.keep_possible(candidates._holds_limits(ready, -1.0))

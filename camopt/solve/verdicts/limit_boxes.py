@@ -26,9 +26,8 @@ from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
-from camopt.solve.verdicts.box_quantities import can_effect_run_on_ranges, quantities_over_box
 from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges, constraint_verdict_over_box
-from camopt.solve.verdicts.effect_runs import run_effects
+from camopt.solve.verdicts.effect_runs import can_effect_run_on_ranges, quantities_over_box, run_effects
 from camopt.solve.verdicts.train_boxes import (
     constraint_verdict_over_trains,
     depends_on_train_errors,

@@ -26,7 +26,6 @@ from camopt.core.numerics.sloped_interval import (
     SlopedInterval,
     as_quotient,
     as_sloped_interval,
-    box_variables,
     range_of,
 )
 from camopt.model.effects.peak import MotionDerivative
@@ -87,14 +86,6 @@ def limit_verdict_over_trains(
     return broken[0] if broken else BoxVerdict(HELD if held else UNDECIDED)
 
 
-def _problem_without_load_if_on_shape(problem: Problem, constraint: Constraint) -> Problem:
-    """The problem without its load, for a constraint on the cam's shape; else the problem."""
-    mechanism = problem.setup.mechanism
-    if constraint.curve in (*mechanism.curves_shared_by_pitch_curve, mechanism.profile_radius, mechanism.outline):
-        return replace(problem, programme=replace(problem.programme, load=None))
-    return problem
-
-
 def constraint_verdict_over_trains(
     problem: Problem,
     constraint: Constraint,
@@ -109,13 +100,11 @@ def constraint_verdict_over_trains(
         return BoxVerdict(HELD)
     if isinstance(curve, MotionDerivative) and not (curve.at_follower and curve.order <= MOST_ORDER):
         return BoxVerdict(UNDECIDED)
+    mechanism = problem.setup.mechanism
+    if curve in (*mechanism.curves_shared_by_pitch_curve, mechanism.profile_radius, mechanism.outline):
+        problem = replace(problem, programme=replace(problem.programme, load=None))  # the shape has no load
     search = TrainConstraintSearch(
-        _problem_without_load_if_on_shape(problem, constraint),
-        constraint,
-        design,
-        tuple(number_ranges),
-        budget,
-        of_train=is_on_train_curve,
+        problem, constraint, design, tuple(number_ranges), budget, of_train=is_on_train_curve
     )
     return search.search_for_violation(search.tool_panels_split_at_load_corners(number_ranges))
 
@@ -204,24 +193,18 @@ class TrainConstraintSearch(ConstraintSearch):
 
     def enclose_motion(self, parts: BoxParts) -> BoxMotion:
         """Motion of the followers over parts."""
-        middle = (parts.low + parts.high) / 2.0
-        half = self.tool_programme.table.half_width[parts.panel]
-        place = Interval(parts.low[0] * half, parts.high[0] * half)
-        sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
-        angle, *numbers = box_variables(sides, [middle[0] * half, *middle[1:]])
-        designs = self.design.take(np.zeros(parts.size, dtype=int))
-        designs = designs.with_values(dict(zip(self.names, numbers, strict=True)))
+        middle_place, angle, designs = self.angles_and_designs(parts, self.tool_programme.table)
         radicands, zero = (
             list[SlopedInterval](),
             tool_travel_range(self.problem.programme)[0] - self.tool_programme.lowest_and_highest_displacement[0],
         )
-        tool: Any = enclose_state(self.tool_programme.table, parts.panel, middle[0], angle)
+        tool: Any = enclose_state(self.tool_programme.table, parts.panel, middle_place, angle)
         moving: Any = tool.y + zero, tool.y1, tool.y2
         motion = [LinkageInterval.from_sloped_interval(term, radicands) for term in moving]
         ranges: dict[str, Any] = {key: number for key, number in designs.numbers.items() if is_train_key(key)}
         trains = {key: LinkageInterval.from_sloped_interval(number, radicands) for key, number in ranges.items()}
         ways = motion_directions(self.panel_stroke_kinds[parts.panel])
-        loads = self.load_function_over_parts(parts, middle[0], angle)
+        loads = self.load_function_over_parts(parts, middle_place, angle)
         driven = motion_of_driven_followers(self.problem, designs.with_values(trains), loads, motion, ways)
         margins = self.problem.setup.mechanism.assembly_margins(designs, driven)  # type: ignore[arg-type]
         assembled = driven.sense == self.follower_sense

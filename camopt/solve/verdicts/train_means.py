@@ -111,26 +111,20 @@ class TrainMeanSearch(TrainConstraintSearch):
         ]
         value, slopes = (sum((share[k] for share in shares[1:]), shares[0][k]) for k in (0, 1))
         slopes = Interval(*(np.vstack([0.0 * end[:1], end[1:]]) for end in (slopes.low, slopes.high)))
-        excess = excess_from_mean_of_curve_power(
-            self.constraint,
-            narrow_by_mean_value(value, self._mean_of_curve_power_of_designs(inside), slopes, like),
-            designs,
-        )
-        return excess_unbounded_if_unassembled(np.all(motion.assembled.reshape(-1, count), axis=0), excess)
-
-    def _mean_of_curve_power_of_designs(self, designs: Designs) -> Interval:
-        """Means of single designs."""
         panel, (low, *_), (high, *_) = self.smooth_pieces.panel, self.smooth_pieces.low, self.smooth_pieces.high
         centre, half = (getattr(self.tool_programme.table, column)[panel] for column in ("centre", "half_width"))
-        middle = centre + half * (low + high) / 2.0
-        return mean_of_curve_power_of_designs(
+        at = mean_of_curve_power_of_designs(
             self.problem,
             self.constraint.mean,
-            designs,
-            middle,
+            inside,
+            centre + half * (low + high) / 2.0,
             half * (high - low) / 2.0,
             self.panel_stroke_kinds[panel],
         )
+        excess = excess_from_mean_of_curve_power(
+            self.constraint, narrow_by_mean_value(value, at, slopes, like), designs
+        )
+        return excess_unbounded_if_unassembled(np.all(motion.assembled.reshape(-1, count), axis=0), excess)
 
     def _mean_range_and_slopes_of_curve(
         self, motion: Any, make_curve: Any, stroke_kinds: int, box_count: int

@@ -13,7 +13,7 @@ from support.depth import covering_cases, times
 
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.scene.problem.problem import resolve_design
-from camopt.solve.contour.curve import disc_curves, offset_curve
+from camopt.solve.contour.curve import disc_curves, pitch_or_face_curve
 from camopt.solve.contour.deviation import deviation_upper_bound
 from camopt.solve.contour.path import ArcPath
 from camopt.solve.contour.path_fitting import FITTERS, biarcs, check_path_options, fit_path, fit_unproved_path
@@ -118,10 +118,10 @@ def test_the_bound_of_a_shifted_path_is_at_least_the_shift():
 
 
 def test_the_rotating_arc_of_a_dwell_is_one_arc():
-    path, _ = fit_path(offset_curve(problem_of("roller"), 0.0))
+    path, _ = fit_path(pitch_or_face_curve(problem_of("roller")))
     dwells = [k for k, stroke in enumerate(problem_of("roller").programme.strokes) if stroke.law is None]
     assert len(dwells) == 2
-    curve = offset_curve(problem_of("roller"), 0.0)
+    curve = pitch_or_face_curve(problem_of("roller"))
     for k, span in enumerate(curve.spans):
         if span.stroke.law is None:
             assert path.spans.count(k) == 1
