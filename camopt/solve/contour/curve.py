@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import UNIT_ROUNDOFF, ComplexArray, FloatArray, IndexArray
+from camopt.core.numerics import UNIT_ROUNDOFF, ComplexArray, FloatArray, IndexArray, Number
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.motion_ranges import derivative_intervals_over_parts, part_middles_and_angle_intervals
 from camopt.core.numerics.sloped_interval import range_of
@@ -84,7 +84,7 @@ class CamCurve:
         """Sense in which the cam's frame turns: +1 opposite to a ccw cam, 0 for a developed cylinder."""
         return 0.0 if self.mechanism.body.developed else self.mirror * self.design.sense
 
-    def coordinates(self, angle: Any, y: Any, y1: Any) -> tuple[Any, Any]:
+    def coordinates(self, angle: Number, y: Number, y1: Number) -> tuple[Number, Number]:
         """x and y of the curve [mm] from the cam angle (rad), y and y', as arrays or as Taylor series."""
         contact = self.mechanism.contact(self.design, self.programme.lift, angle, y, y1)
         x, height = contact.x, contact.y

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, BoolArray, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_quotient, as_sloped_interval
@@ -123,7 +123,9 @@ class BoxBounds(NamedTuple):
         return BoxCosts(costs, np.maximum(change, self._relative_box_widths_of_numbers(box)), inside, exists)
 
     @np.errstate(all="ignore")
-    def infeasible_boxes_and_excess_changes(self, box: Designs, box_costs: BoxCosts) -> tuple[Any, FloatArray]:
+    def infeasible_boxes_and_excess_changes(
+        self, box: Designs, box_costs: BoxCosts
+    ) -> tuple[BoolArray, FloatArray]:
         """Which boxes hold only designs that break a limit (n,), and the change of the excesses (free, n).
 
         The change is the largest across each free size, over the limits that some designs of a box may break.

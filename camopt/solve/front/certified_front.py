@@ -8,7 +8,7 @@ front (exchange method, as in ``smallest.exchange``). Designs that are broken af
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,25 +34,18 @@ SWEEP_EXCHANGES, MOST_ADDED_CAMS = 4, 8
 PROOF_COLUMN = "proof"
 
 
-class CertifiedFront(NamedTuple):
-    """The reported rows of a sweep, without designs that have a cam within the tolerances that breaks a limit."""
-
-    space_result: SpaceResult
-    """Counts of the sweep, without rows."""
-    reported_rows: ReportedRows
-    front: DesignRows
-    """The front; with ``search.robust`` the column ``proof`` has the verdict on all cams of each design."""
-    every_cam: dict[str, int] | None
-    """The number of designs for each verdict, the dropped ones included; None if the problem is not robust."""
-
-
 def certify_front_with_resweeps(
     plan: SweepPlan, space_result: SpaceResult, threads: Threads, progress: Progress | None
-) -> CertifiedFront:
-    """The results of a sweep with the proofs that its scene requires; the threads run repeated sweeps."""
+) -> tuple[SpaceResult, ReportedRows, DesignRows, dict[str, int] | None]:
+    """The counts of a sweep, its reported rows, its front, and the number of designs for each verdict.
+
+    With ``search.robust``, designs that have a cam within the tolerances that breaks a limit are dropped, and the
+    front has the column ``proof`` with the verdict on all cams of each design. The numbers by verdict include the
+    dropped designs; without ``search.robust`` they are None. The threads run repeated sweeps.
+    """
     reported = report_rows(plan, space_result, progress)
     if not plan.problem.robust_errors:
-        return CertifiedFront(space_result.without_rows(), reported, reported.front, None)
+        return space_result.without_rows(), reported, reported.front, None
     proofs = ToleranceVerdicts(plan.space)
     for done in range(SWEEP_EXCHANGES + 1):
         budget = Budget(CERTIFY_WORK)
@@ -72,7 +65,7 @@ def certify_front_with_resweeps(
     active = [limits for limits, is_kept in zip(reported.active_limits, kept_best, strict=True) if is_kept]
     reported = ReportedRows(reported.front.take(kept), grid, reported.best.take(kept_best), active)
     counts = dict(Counter(front.column(PROOF_COLUMN).tolist()))
-    return CertifiedFront(space_result.without_rows(), reported, front.take(kept), counts)
+    return space_result.without_rows(), reported, front.take(kept), counts
 
 
 @dataclass

@@ -37,9 +37,7 @@ class DesignColumns:
     """The labels of the rows."""
 
 
-def read_design_columns(
-    designs: Any, known_names: Collection[str], names: Iterable[str] | None = None
-) -> DesignColumns:
+def read_design_columns(designs: Any, known_names: Collection[str], names: Iterable[str] | None) -> DesignColumns:
     """The known columns of a container of designs.
 
     Raises

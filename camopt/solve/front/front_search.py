@@ -14,12 +14,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from camopt.core.engines.progress import Progress, report_progress
-from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics import BoolArray, FloatArray, IntArray
 from camopt.core.numerics.dominance import Dominators, PointTree, TreePair
 from camopt.core.quantities import in_column_order
 from camopt.model.effects import EvaluationBlock
@@ -144,7 +144,7 @@ class FrontSearch:
         halvings = (np.log2(np.maximum(part.design_counts / FEW_DESIGNS, 2.0)).sum() for part in self.open_boxes)
         report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small_boxes)))
 
-    def keep_undecided_and_count_decided(self, boxes: GridBoxes, is_undecided: Any) -> GridBoxes:
+    def keep_undecided_and_count_decided(self, boxes: GridBoxes, is_undecided: BoolArray) -> GridBoxes:
         """The kept boxes; the designs of the others count as decided."""
         self.decided += int(boxes.design_counts[~is_undecided].sum())
         return boxes.take(is_undecided)
@@ -168,7 +168,7 @@ class FrontSearch:
 
     def bound_boxes_and_choose_axes(
         self, dominators: Dominators | TreePair, boxes: GridBoxes
-    ) -> tuple[GridBoxes, Any, IntArray]:
+    ) -> tuple[GridBoxes, BoolArray, IntArray]:
         """Boxes of one motion with lower bounds of their costs, which boxes stay open, and the axis to cut."""
         bounds = BoxBounds(self.space.problems[boxes.motion[0]], self.grid.varied_fields)
         designs = self.grid.boxes_as_interval_designs(boxes)
@@ -191,7 +191,7 @@ class FrontSearch:
         change[:, index] = np.maximum(change[:, index], excess_change)
         return replace(boxes, costs=costs), open_, self.choose_cut_axes(boxes, change)
 
-    def choose_cut_axes(self, boxes: GridBoxes, bound_changes: Any) -> IntArray:
+    def choose_cut_axes(self, boxes: GridBoxes, bound_changes: FloatArray) -> IntArray:
         """The axis of each box to cut: the one with several values across which the bounds change the most."""
         places = boxes.high - boxes.low
         free = [k for k, name in enumerate(self.grid.axes) if name in self.grid.varied_fields]

@@ -205,8 +205,13 @@ def sweep_part(  # noqa: PLR0913
             if tell:
                 tell(up_to_date_message(folder))
             return SweepPart(plan.scene, *part, **counts, folder=folder, already_done=True)
-    kept = (BATCH_FILES, QUESTION_FILE)
-    with publication(folder, PART_COMMAND, (BATCH_FILES,), question=asdict(question), kept_patterns=kept) as unit:
+    with publication(
+        folder,
+        PART_COMMAND,
+        (BATCH_FILES,),
+        question=asdict(question),
+        kept_patterns=(BATCH_FILES, QUESTION_FILE),
+    ) as unit:
         store = Store(unit.staging, plan, question, tell)
         with save_batches_on_early_end(store):
             announce_estimate(store, threads, engine or threads, tell)

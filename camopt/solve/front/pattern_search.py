@@ -7,11 +7,10 @@ meet.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import BoolArray, FloatArray
 from camopt.model.mechanisms.design import Designs, SizeBounds, concatenate_designs
 from camopt.scene.problem.limits import pressure_angle_limits
 from camopt.scene.problem.problem import Problem
@@ -44,7 +43,7 @@ class PatternSearch:
         name = self.problem.size_quantity_name
         return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
 
-    def worst_costs_and_feasibility(self, designs: Designs) -> tuple[FloatArray, Any]:
+    def worst_costs_and_feasibility(self, designs: Designs) -> tuple[FloatArray, BoolArray]:
         """The worse end of each objective as a cost, (designs, objectives), and which designs are feasible."""
         problem = self.problem
         held = problem.setup.mechanism.can_assemble(designs, self.problem.programme) & (designs.size > 0.0)
@@ -55,7 +54,7 @@ class PatternSearch:
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
-    def are_feasible_under_ceilings(self, designs: Designs, cost_ceilings: FloatArray) -> Any:
+    def are_feasible_under_ceilings(self, designs: Designs, cost_ceilings: FloatArray) -> BoolArray:
         """Which designs are feasible and cost no more than their ceilings."""
         costs, held = self.worst_costs_and_feasibility(designs)
         return held & np.all(costs <= cost_ceilings, axis=1)
@@ -129,7 +128,7 @@ def search_by_pattern(pattern: PatternSearch, designs: Designs, cost_ceilings: F
 
 def move_to_closed_form_optima(
     pattern: PatternSearch, designs: Designs, cost_ceilings: FloatArray
-) -> tuple[Designs, Any]:
+) -> tuple[Designs, BoolArray]:
     """The designs, those with a closed form at their proved optimum, and a mask of these.
 
     The linear limits, with the ceilings of the pressure angle, give a design that no allowed one undercuts in size.

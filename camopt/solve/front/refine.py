@@ -34,7 +34,7 @@ CURVE_LEVELS = 1000  # even levels that fill a curve
 EQUAL_ROWS = 1e-9  # relative to each objective's range: nearer rows count as one
 
 
-def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None = None) -> DesignRows:
+def refine_front(space: DesignSpace, grid: DesignRows, progress: Progress | None) -> DesignRows:
     """The front of the continuous problem, from the rows of a grid's front, with the column ``refined``.
 
     No row of the grid's front dominates a row of it. ``progress`` is called with (designs done, designs in all).

@@ -39,7 +39,7 @@ from camopt.solve.front.reported_rows import (
     largest_relative_half_width,
     nearest_miss_of_space,
 )
-from camopt.solve.front.result import Sweep
+from camopt.solve.front.result import TABLE_SUFFIX, Sweep
 from camopt.solve.front.store import BATCH_FILES, QUESTION_FILE, MessageSink, Store, save_batches_on_early_end
 from camopt.solve.tables.cells import to_json
 from camopt.solve.tables.designs import Design, DesignsByLaw
@@ -193,7 +193,7 @@ def run_and_publish_sweep(
         if designs_table:
             designs_table.take_no_more_rows()
         certified = certify_front_with_resweeps(plan, space_result, threads, progress)
-        reported, space_result = certified.reported_rows, certified.space_result
+        space_result, reported, proved_front, every_cam = certified
         rows, grid = reported.front, reported.grid
         front = summarise_front(rows, plan.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
@@ -206,7 +206,7 @@ def run_and_publish_sweep(
             effort=space_result.effort,
             reached=max(space_result.reached, largest_relative_half_width(rows), largest_relative_half_width(grid)),
             pareto=rows.count,
-            files=_file_paths(plan, unit.folder) if unit else (),
+            files=tuple(unit.folder / name for name in sweep_file_names(plan)) if unit else (),
             best=best_design_of_each_law(scene, reported),
             nearest_miss=miss,
             front=front,
@@ -214,7 +214,7 @@ def run_and_publish_sweep(
             evaluated=space_result.evaluated,
             boxes=space_result.boxes,
             decided_by_boxes=space_result.decided,
-            every_cam=certified.every_cam,
+            every_cam=every_cam,
             _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
             _question=question,
         )
@@ -222,7 +222,7 @@ def run_and_publish_sweep(
         tables["pareto"].add_metadata_text("camopt_sweep", to_json({"designs": len(space)} | counts))
         if front:
             tables["pareto"].add_metadata_text("camopt_front", to_json(front.to_dict()))
-        for table, table_rows in (("pareto", certified.front), ("pareto-grid", grid), ("designs", grid)):
+        for table, table_rows in (("pareto", proved_front), ("pareto-grid", grid), ("designs", grid)):
             if table in tables and (table != "designs" or plan.keep == "pareto"):
                 tables[table].append(table_rows)
         if unit:
@@ -247,7 +247,7 @@ def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageS
         numbers = fields_from_summary(answer, plan.scene)
         if tell:
             tell(up_to_date_message(out))
-        files = _file_paths(plan, Path(out))
+        files = tuple(Path(out) / name for name in sweep_file_names(plan))
         numbers |= {"scene": plan.scene, "designs": len(plan.space), "_question": question}
         return Sweep(files=files, already_done=True, **numbers)
     return None
@@ -256,10 +256,6 @@ def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageS
 def up_to_date_message(folder: str | os.PathLike[str]) -> str:
     """The message when a folder has the result already."""
     return f"{os.fspath(folder)} is up to date; use `again` to recompute"
-
-
-def table_file_name(table: str) -> str:
-    return f"{table}.parquet"
 
 
 def _open_tables(
@@ -271,7 +267,7 @@ def _open_tables(
     if output is None:
         return {table: TableInMemory(quantities, scene) for table, quantities in columns.items()}
     return {
-        table: stack.enter_context(table_file(output.staged_path(table_file_name(table)), quantities, scene))
+        table: stack.enter_context(table_file(output.staged_path(f"{table}{TABLE_SUFFIX}"), quantities, scene))
         for table, quantities in columns.items()
     }
 
@@ -287,11 +283,7 @@ def _table_columns(plan: SweepPlan) -> dict[str, tuple[str, ...]]:
 
 def sweep_file_names(plan: SweepPlan) -> tuple[str, ...]:
     """The names of the files that a sweep writes."""
-    return (*map(table_file_name, _table_columns(plan)), SWEEP_SCENE)
-
-
-def _file_paths(plan: SweepPlan, folder: Path) -> tuple[Path, ...]:
-    return tuple(folder / name for name in sweep_file_names(plan))
+    return (*(f"{table}{TABLE_SUFFIX}" for table in _table_columns(plan)), SWEEP_SCENE)
 
 
 def sweep_summary(result: Any) -> dict[str, Any]:

@@ -336,6 +336,7 @@ def evaluate_machine(machine: MachineSource) -> MachineEvaluation:
     stations = resolve_stations(machine)
     shaft = shaft_of_machine(machine, stations)
     evaluations = {each.name: evaluate_design(each.scene, each.problem) for each in stations}
-    clearances = clearances_of_machine(machine, stations)
     motors = () if shaft is None else motor_uses(machine, shaft)
-    return MachineEvaluation(machine, stations, evaluations, clearances, shaft, motors)
+    return MachineEvaluation(
+        machine, stations, evaluations, clearances_of_machine(machine, stations), shaft, motors
+    )

@@ -13,7 +13,6 @@ from camopt.model.effects.peak import BodyRadiusPlus, NumberKind
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.problem import Problem
-from camopt.solve.verdicts.verdict_words import BROKEN, HELD, worst_verdict
 
 
 def _refuse_irrational(*_arguments: object) -> Fraction:
@@ -24,17 +23,10 @@ def _refuse_irrational(*_arguments: object) -> Fraction:
 RATIONAL = NumberKind(Fraction, _refuse_irrational, _refuse_irrational)
 
 
-def curvature_verdict_over_arcs(problem: Problem, constraint: Constraint, design: Designs) -> str:
-    """Verdict on a constraint on the curvature over all arcs."""
-    return worst_verdict(
-        BROKEN if over > 0 else HELD for over in _scaled_curvature_excesses_on_arcs(problem, constraint, design)
-    )
-
-
-def _scaled_curvature_excesses_on_arcs(
+def scaled_curvature_excesses_on_arcs(
     problem: Problem, constraint: Constraint, design: Designs
 ) -> Iterator[Fraction]:
-    """Excess over each side of a constraint on each arc, up to a positive factor."""
+    """Excess over each side of a constraint on the curvature on each arc, up to a positive factor."""
     allowed, body = constraint.upper_bound_of_each_side(RATIONAL), Fraction(float(design.roller_radius[0]))
     if isinstance(constraint.factor, BodyRadiusPlus):
         factor = body + Fraction(constraint.factor.radius)

@@ -65,18 +65,6 @@ def certify_limits(problem: Problem, design: Designs, budget: Budget = UNLIMITED
     return verdicts
 
 
-def certify_limits_and_self_crossing(problem: Problem, design: Designs) -> dict[str, str]:
-    """Verdict on each limit for one design and, for a disc cam, on ``self_crossing``."""
-    verdicts = certify_limits(problem, design)
-    verdicts |= {
-        limit.name: UNDECIDED for limit in problem.limits if limit.lacks_enclosure and limit.name in verdicts
-    }
-    if not problem.setup.mechanism.body.closed or ASSEMBLY in verdicts:
-        return verdicts
-    undercut = verdicts.get(UNDERCUT, HELD)  # flat faces and knife edges cross only where undercut
-    return verdicts | {SELF_CROSSING: verdicts.get(SELF_CROSSING, undercut)}
-
-
 class Certificate(Result, dict[str, str]):
     """Verdict on each limit of one cam, by the limit's name: held, broken or undecided.
 
@@ -183,9 +171,19 @@ def certify_limits_and_conditions(problem: Problem) -> dict[str, str]:
 
 
 def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
-    """Certify the problem's own design and, with ``search.robust``, all cams within its tolerances."""
-    verdicts = certify_limits_and_self_crossing(problem, problem.design)
-    if not problem.zones or ASSEMBLY in verdicts:
+    """Certify the problem's own design and, with ``search.robust``, all cams within its tolerances.
+
+    A disc cam also has a verdict on ``self_crossing``.
+    """
+    verdicts = certify_limits(problem, problem.design)
+    if ASSEMBLY in verdicts:
+        return verdicts
+    verdicts |= {
+        limit.name: UNDECIDED for limit in problem.limits if limit.lacks_enclosure and limit.name in verdicts
+    }
+    if problem.setup.mechanism.body.closed:  # flat faces and knife edges cross only where undercut
+        verdicts[SELF_CROSSING] = verdicts.get(SELF_CROSSING, verdicts.get(UNDERCUT, HELD))
+    if not problem.zones:
         return verdicts
     exact = with_toleranced_numbers_per_design(with_rounding_relative_error(problem))
     ends, names = tolerance_ranges(exact, exact.design), {limit.name for limit in problem.limits}
@@ -198,12 +196,11 @@ def certify_design_and_tolerance_box(problem: Problem) -> dict[str, str]:
 
 def verdict_on_all_move_conditions(programme: Programme) -> str | None:
     """Verdict on all conditions of the moves together; None without conditions."""
-    start = programme.strokes[0].low
     verdicts = [
         _verdict_on_move_condition(condition, stroke)
         for stroke in programme.strokes
         if stroke.key
-        for condition in stroke.conditions_in_mm_or_rad(start)
+        for condition in stroke.conditions_in_mm_or_rad(programme.strokes[0].low)
     ]
     return worst_verdict(verdicts) if verdicts else None
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics import BoolArray, FloatArray, IntArray, Number
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
@@ -35,7 +35,7 @@ from camopt.model.effects.peak import MotionDerivative, NumberKind
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMeanConstraint
 from camopt.scene.problem.problem import Problem
-from camopt.solve.verdicts.arcs import curvature_verdict_over_arcs
+from camopt.solve.verdicts.arcs import scaled_curvature_excesses_on_arcs
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, mean_verdict_of_design
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
 
@@ -54,7 +54,7 @@ NumberRanges = Mapping[str, tuple[float, float]]
 """Ranges of sizes by field of ``Designs``; other sizes are those of a design."""
 
 
-def _interval_of_one_pair(low: float, high: float) -> Any:
+def _interval_of_one_pair(low: float, high: float) -> Interval:
     return Interval(np.array([low]), np.array([high]))
 
 
@@ -66,7 +66,7 @@ INTERVAL_NUMBERS = NumberKind(
 """Intervals as the number type of bounds."""
 
 
-def relative_excess(constraint: Constraint, side: FloatArray, curve: Quotient, designs: Designs) -> Any:
+def relative_excess(constraint: Constraint, side: FloatArray, curve: Quotient, designs: Designs) -> Number:
     """Excess over a side of a constraint, relative to its terms; above 0 the constraint is broken."""
     ranged, bound = isinstance(curve.above, (Interval, SlopedInterval)), constraint.upper_bound_of_each_side()
     value = side * curve.above * constraint.factor(designs)
@@ -104,7 +104,8 @@ def constraint_verdict_over_box(
         and problem.profile
         and not number_ranges
     ):
-        return BoxVerdict(curvature_verdict_over_arcs(problem, constraint, design))
+        excesses = scaled_curvature_excesses_on_arcs(problem, constraint, design)
+        return BoxVerdict(BROKEN if any(excess > 0 for excess in excesses) else HELD)
     box = design.with_values({name: _interval_of_one_pair(*limits) for name, limits in number_ranges.items()})
     for margin in mechanism.assembly_margins(box, problem.programme):
         if not np.all(as_interval(margin).low > 0.0):
@@ -191,7 +192,7 @@ class BoxParts:
         )
 
     @property
-    def too_narrow_to_cut(self) -> Any:
+    def too_narrow_to_cut(self) -> BoolArray:
         """Which parts are too narrow to be cut."""
         return np.all(self.high - self.low <= LEAST_PART_SHARE * self.whole, axis=0)
 
@@ -273,6 +274,15 @@ class ConstraintSearch:
         designs = self.design.take(np.zeros(parts.size, dtype=int))
         return middle[0], angle, designs.with_values(dict(zip(self.names, numbers, strict=True)))
 
+    def box_and_middle_designs(self, parts: BoxParts) -> tuple[Designs, Designs, SlopedInterval]:
+        """Designs of parts, designs in their middles, and a sloped interval of these parts as a model."""
+        middle = (parts.low + parts.high) / 2.0
+        sides = [Interval(low, high) for low, high in zip(parts.low, parts.high, strict=True)]
+        like, *sizes = box_variables(sides, [*middle])
+        designs = self.design.take(np.zeros(parts.size, dtype=int))
+        boxes, inside = (dict(zip(self.names, values, strict=True)) for values in (sizes, middle[1:]))
+        return designs.with_values(boxes), designs.with_values(inside), like
+
 
 class MeanConstraintSearch(ConstraintSearch):
     """The search for a design of a box that breaks a constraint on a mean. Only the box is cut, not the turn."""
@@ -281,7 +291,7 @@ class MeanConstraintSearch(ConstraintSearch):
     rounds: ClassVar[int] = MEAN_ROUNDS
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
-        _, inside, like = box_and_middle_designs(self.design, self.names, parts)
+        _, inside, like = self.box_and_middle_designs(parts)
         ranges = {
             name: Interval(*ends) for name, *ends in zip(self.names, parts.low[1:], parts.high[1:], strict=True)
         }
@@ -298,17 +308,6 @@ def whole_turn_parts(constraint: TurnMeanConstraint, number_ranges: NumberRanges
     low, high = parts.low.copy(), parts.high.copy()
     low[0] = high[0] = 0.0
     return replace(parts, low=low, high=high)
-
-
-def box_and_middle_designs(
-    design: Designs, names: tuple[str, ...], parts: BoxParts
-) -> tuple[Designs, Designs, SlopedInterval]:
-    """Designs of parts of a box, designs in their middles, and a sloped interval of these parts as a model."""
-    middle = (parts.low + parts.high) / 2.0
-    like, *sizes = box_variables([Interval(*ends) for ends in zip(parts.low, parts.high, strict=True)], [*middle])
-    designs = design.take(np.zeros(parts.size, dtype=int))
-    boxes, inside = (dict(zip(names, values, strict=True)) for values in (sizes, middle[1:]))
-    return designs.with_values(boxes), designs.with_values(inside), like
 
 
 def enclose_state(table: MotionTable, panel: IntArray, middle_place: FloatArray, angle: SlopedInterval) -> State:

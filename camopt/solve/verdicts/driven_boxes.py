@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics import FloatArray, IntArray, Number
 from camopt.core.numerics.interval import Interval, widen
 from camopt.core.numerics.sloped_interval import LinkageInterval, SlopedInterval, range_of
 from camopt.core.numerics.state import Load, State, TrainForces
@@ -37,11 +37,11 @@ MOTION_TERMS = (
 SERIES_FACTORIALS = 2.0, 6.0
 
 
-LoadAt = Callable[[ExternalLoad], tuple[Any, Any]]
+LoadAt = Callable[[ExternalLoad], tuple[Number, Number]]
 """A changing load at some cam angles, with its slope by the cam angle."""
 
 
-def refuse_load(load: ExternalLoad) -> tuple[Any, Any]:
+def refuse_load(load: ExternalLoad) -> tuple[Number, Number]:
     """Refuse a load where none may occur."""
     raise NotImplementedError
 
@@ -77,7 +77,7 @@ class TrainLinks:
     ways: Any
     """Directions in which followers move: 1 out, −1 in, 0 at rest."""
 
-    def transmission_angle(self, link: int) -> Any:
+    def transmission_angle(self, link: int) -> Number:
         """Acute transmission angle of a link's coupler [rad]."""
         links, start = self.train.links[:link], self.follower.terms[0]
         position = reduce(lambda at, each: formula_value_at(each.driven_displacement, at), links, start)
@@ -85,14 +85,14 @@ class TrainLinks:
         assert coupler is not None
         return _drop_radicands(coupler.angle(position))
 
-    def link_force_sum(self, parts: Sequence[WeightedForce], speed: Any) -> Any:
+    def link_force_sum(self, parts: Sequence[WeightedForce], speed: Number) -> Number:
         """Sum of forces of links [N] at a speed [rad/s]."""
         assert isinstance(self.load, TrainLoad)
         forces = self._forces_at_follower(replace(self.load, parts=tuple(parts)))
         return _drop_radicands(forces.still.terms[0] + forces.carried.terms[0] * speed**2)
 
     @property
-    def state(self) -> Any:
+    def state(self) -> Load | TrainForces | None:
         """Loads over the turn and forces through trains, as curves read them."""
         if isinstance(self.load, ExternalLoad):
             return Load(*self.load_at(self.load))
@@ -129,17 +129,16 @@ class DrivenMotion:
         y, y1, y2, y3 = (_take_items_unless_float(term, index) for term in (y, y1, y2, y3))
         if load is not None:
             load = type(load)(*(_take_items_unless_float(term, index) for term in load))
-        state = State(y, y1, y2, y3, load)
         return replace(
             self,
-            state=state,
+            state=State(y, y1, y2, y3, load),
             lift=_take_items_unless_float(self.lift, index),
             moved=_take_items_unless_float(self.moved, index),
             sense=self.sense[index],
         )
 
     @property
-    def lowest_and_highest_displacement(self) -> tuple[Any, Any]:
+    def lowest_and_highest_displacement(self) -> tuple[Number, Number]:
         """Lowest and highest displacement of the follower."""
         return self.lift * 0.0, self.lift
 
@@ -237,9 +236,9 @@ def searched_train_keys(problem: Problem) -> list[str]:
     return [choice.key for choice in problem.search_space.trains if choice.has_range]
 
 
-def _drop_radicands(number: Any) -> Any:
+def _drop_radicands(number: Number) -> Number:
     return number.sloped_interval if isinstance(number, LinkageInterval) else number
 
 
-def _take_items_unless_float(number: Any, index: slice) -> Any:
+def _take_items_unless_float(number: Number, index: slice) -> Number:
     return number if isinstance(number, float) else number[index]

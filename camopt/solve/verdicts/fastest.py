@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE, BadInput, Mistake
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import BoolArray, FloatArray
 from camopt.core.quantities.unit_systems import from_shown_unit, unit_in_shown_system
 from camopt.model.effects import available_quantities, require_effect
 from camopt.model.mechanisms import Designs
@@ -181,17 +181,24 @@ class Fastest(Result):
         """A row for each limit: its highest speed, and how much this speed gains with the bound."""
         whose = "the crankshaft" if self.scene.is_speed_of_crank else "the cam"
         note = f"Speeds are those of {whose} in rev/min. Gains are derivatives, for small changes of the bound."
-        rows = [
-            {
+        rows, turns = list[dict[str, str]](), self._shaft_turns_per_cam_turn
+        for limit in self.limits:
+            row = {
                 "limit": limit.limit,
                 "value": f"{limit.relation} {with_unit(limit.bound, limit.unit)}" if limit.relation else "",
-                "highest speed": self._row_speed_text(limit.rpm),
-                "gain": self._gain_text(limit),
+                "highest speed": "none"
+                if limit.rpm is None
+                else "any"
+                if limit.rpm == inf
+                else number_text(turns * limit.rpm),
+                "gain": "",
                 "gain per 1 %": self._shaft_speed_gain_text(limit.rpm_per_percent),
                 "proof": limit.proof,
             }
-            for limit in self.limits
-        ]
+            if limit.rpm_per_unit is not None:
+                gain = self._shaft_speed_gain_text(from_shown_unit(limit.rpm_per_unit, limit.unit))
+                row["gain"] = f"{gain} per {unit_in_shown_system(limit.unit) or 'unit'}"
+            rows.append(row)
         names = ("limit", "value", "highest speed", "gain", "gain per 1 %", "proof")
         return replace(table_of(f"{self.scene.name}: highest speed of each limit", rows, names), note=note)
 
@@ -211,17 +218,8 @@ class Fastest(Result):
         shaft = " of the crankshaft" * self.scene.is_speed_of_crank
         return f"{number_text(self._shaft_turns_per_cam_turn * rpm)} rev/min{shaft}"
 
-    def _row_speed_text(self, rpm: float | None) -> str:
-        return "none" if rpm is None else "any" if rpm == inf else number_text(self._shaft_turns_per_cam_turn * rpm)
-
     def _shaft_speed_gain_text(self, gain: float | None) -> str:
         return "" if gain is None else f"{self._shaft_turns_per_cam_turn * gain:.4g}".replace("-", "−")
-
-    def _gain_text(self, limit: SpeedLimit) -> str:
-        if limit.rpm_per_unit is None:
-            return ""
-        gain = from_shown_unit(limit.rpm_per_unit, limit.unit)
-        return f"{self._shaft_speed_gain_text(gain)} per {unit_in_shown_system(limit.unit) or 'unit'}"
 
 
 def fastest(scene: SceneSource) -> Fastest:
@@ -293,14 +291,14 @@ def fastest(scene: SceneSource) -> Fastest:
     return Fastest(scene, common, tuple(limits))
 
 
-def _limits_held_at_each_speed(searches: "Sequence[SpeedSearch]", speeds_rpm: FloatArray) -> Any:
+def _limits_held_at_each_speed(searches: "Sequence[SpeedSearch]", speeds_rpm: FloatArray) -> BoolArray:
     """Which limits are held at which speeds (limits, speeds)."""
     return np.array([search.excesses(speeds_rpm) <= 0.0 for search in searches]).reshape(
         len(searches), len(speeds_rpm)
     )
 
 
-def _lowest_speed_that_holds_limits(speeds_rpm: FloatArray, held: Any) -> float | None:
+def _lowest_speed_that_holds_limits(speeds_rpm: FloatArray, held: BoolArray) -> float | None:
     """The first of some speeds at which limits are held."""
     return float(speeds_rpm[np.argmax(held)]) if held.any() else None
 
@@ -337,10 +335,8 @@ class SpeedSearch:
 
     def designs_at(self, speeds_rpm: Sequence[float] | FloatArray) -> Designs:
         """The design at some speeds."""
-        design = self.problem.design
-        return design.take(np.zeros(len(speeds_rpm), dtype=int)).with_values(
-            {SPEED_KEY: np.asarray(speeds_rpm, float)}
-        )
+        designs = self.problem.design.take(np.zeros(len(speeds_rpm), dtype=int))
+        return designs.with_values({SPEED_KEY: np.asarray(speeds_rpm, float)})
 
     def excesses(self, speeds_rpm: Sequence[float] | FloatArray) -> FloatArray:
         """Relative excess over the limit at some speeds: the largest of the cams with errors."""

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import and_, or_
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from camopt.core.numerics import LEAST, BoolArray, FloatArray, IndexArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.piecewise import state_at_node, table_as_columns
 from camopt.model.effects import Effect, EvaluationBlock
-from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes, Question
+from camopt.model.effects.known_extremes import NOTHING_KNOWN, KnownExtremes
 from camopt.model.effects.peak import CLEAR_SHARE, MotionDerivative, Variant
 from camopt.model.mechanisms import Designs
 from camopt.scene.problem.constraints import Constraint, merge_constraints_over_stroke_kinds
@@ -77,7 +77,7 @@ def _first_nodes_that_most_designs_exceed(exceeds: BoolArray) -> Iterator[int]:
         exceeds = exceeds & ~exceeds[node]
 
 
-def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray, designs: Designs) -> Any:
+def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray, designs: Designs) -> BoolArray:
     """Which values of a constraint's curve are clearly beyond its bound."""
     allowed = constraint.upper_bound_of_each_side()
     room = BROKEN_BEYOND * (abs(allowed) or constraint.unit(designs))
@@ -87,35 +87,23 @@ def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray,
 def known_extremes_with_limited_curve(
     case: EvaluationBlock, constraints: Sequence[Constraint], quantity_curve_variants: Iterable[Variant]
 ) -> KnownExtremes:
-    """Known extremes of the designs, with those of the curve of some constraints added.
+    """Known extremes of the designs, with those of the curve of some constraints added by the fewest questions.
 
     ``quantity_curve_variants`` are curves of quantities with their kinds of piece. Kinds that they
     treat separately have separate questions.
     """
-    curve = constraints[0].curve
-    questions = _fewest_extreme_questions(
-        case, constraints, [kinds for make, kinds in quantity_curve_variants if make is curve]
-    )
-    return case.known_extremes.with_extremes(curve, questions, case.extremes(curve, questions))
-
-
-def _fewest_extreme_questions(
-    case: EvaluationBlock, constraints: Sequence[Constraint], separate_kinds: Sequence[int]
-) -> list[Question]:
-    """Fewest questions about extremes that decide all constraints.
-
-    Stroke kinds under the same constraints share one question.
-    """
-    questions: dict[tuple[int, ...], int] = {}
+    curve, kinds_by_members = constraints[0].curve, dict[tuple[int, ...], int]()
+    separate_kinds = [kinds for make, kinds in quantity_curve_variants if make is curve]
     for goal in dict.fromkeys(constraint.goal for constraint in constraints):
         constrained = [constraint.kinds for constraint in constraints if constraint.goal == goal]
         remaining = reduce(or_, constrained) & case.programme.kinds
         while remaining:
-            bit = remaining & -remaining  # the lowest kind
+            bit = remaining & -remaining  # the lowest kind; kinds under the same constraints share one question
             members = (goal, *(bool(bit & kinds) for kinds in (*constrained, *separate_kinds)))
-            questions[members] = questions.get(members, 0) | bit
+            kinds_by_members[members] = kinds_by_members.get(members, 0) | bit
             remaining -= bit
-    return [(kinds, goal) for (goal, *_), kinds in questions.items()]
+    questions = [(kinds, goal) for (goal, *_), kinds in kinds_by_members.items()]
+    return case.known_extremes.with_extremes(curve, questions, case.extremes(curve, questions))
 
 
 def may_hold_and_holds_by_extremes(
@@ -273,7 +261,7 @@ def filter_designs(problem: Problem, designs: Designs, wanted_quantities: frozen
 
 
 def filter_by_pitch_curve_limits(
-    candidates: Candidates, wanted_quantities: frozenset[str], deferred_limits: tuple[Limit, ...] = ()
+    candidates: Candidates, wanted_quantities: frozenset[str], deferred_limits: tuple[Limit, ...]
 ) -> Candidates:
     """Filter candidates of one design for each pitch curve by the limits that pitch curves decide.
 

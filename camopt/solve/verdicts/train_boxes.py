@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray
+from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray, Number
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
@@ -68,7 +68,7 @@ def is_tool_derivative(curve: Any) -> bool:
 
 
 def limit_verdict_over_trains(
-    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget = UNLIMITED
+    problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget
 ) -> BoxVerdict:
     """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
     constraints = [
@@ -170,7 +170,7 @@ class TrainConstraintSearch(ConstraintSearch):
         table = self.tool_programme.table
         place = middle_place * table.half_width[parts.panel]
 
-        def load_over_parts(load: ExternalLoad) -> tuple[Any, Any]:
+        def load_over_parts(load: ExternalLoad) -> tuple[Number, Number]:
             value, slope = load.load_and_slope(table.centre[parts.panel] + place)
             error = UNIT_ROUNDOFF * (LOAD_ERRORS * load.largest_load_magnitude + ANGLE_ERRORS * np.abs(slope))
             straight = Interval(value - slope * place - error, value - slope * place + error)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from camopt.core.numerics import FloatArray
-from camopt.core.numerics.budget import UNLIMITED, Budget
+from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.quadrature import GaussRule, integrate_with_rising_order
@@ -30,7 +30,6 @@ from camopt.solve.verdicts.constraint_boxes import (
     BoxParts,
     BoxVerdict,
     NumberRanges,
-    box_and_middle_designs,
     whole_turn_parts,
 )
 from camopt.solve.verdicts.driven_boxes import MOTION_TERMS, ToolPlaces, driven_motion_at_places
@@ -48,7 +47,7 @@ def mean_verdict_over_trains(
     constraint: TurnMeanConstraint,
     design: Designs,
     number_ranges: NumberRanges,
-    budget: Budget = UNLIMITED,
+    budget: Budget,
 ) -> BoxVerdict:
     """Verdict on a constraint on a mean for all designs and trains whose numbers lie between ``number_ranges``.
 
@@ -104,7 +103,7 @@ class TrainMeanSearch(TrainConstraintSearch):
             for end in ("low", "high")
         )
         motion = self.enclose_motion(BoxParts(turn.panel[index], turn.side[index], low, high, parts.whole))
-        designs, inside, like = box_and_middle_designs(self.design, self.names, parts)
+        designs, inside, like = self.box_and_middle_designs(parts)
         shares = [
             self._mean_range_and_slopes_of_curve(motion, make, kinds, count)
             for make, kinds in self.constraint.mean.curves

@@ -39,7 +39,7 @@ from camopt.scene.problem.limits import LOAD_LIMITS
 from camopt.scene.problem.problem import resolve, with_rounding_relative_error
 from camopt.scene.problem.space import grid_space
 from camopt.solve.front.table_certificate import certify_table
-from camopt.solve.verdicts.certify import certify_limits, certify_limits_and_self_crossing
+from camopt.solve.verdicts.certify import certify_limits
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box
 from camopt.solve.verdicts.limit_verdicts import evaluate_with_verdicts, evaluate_with_verdicts_and_effort
 from camopt.solve.verdicts.verdict_words import worst_verdict
@@ -249,7 +249,7 @@ def test_corners_break_curvature_limits():
 def test_a_design_that_cannot_be_assembled_is_broken():
     problem = resolve(find_scene("roller-1000rpm"))
     design = replace(problem.design, offset=np.array([80.0]))
-    assert certify_limits_and_self_crossing(problem, design) == {"assembly": "broken"}
+    assert certify_limits(problem, design) == {"assembly": "broken"}
 
 
 def test_a_face_that_swings_faster_than_the_cam_turns_is_broken_everywhere():
