@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, BoolArray, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, BoolArray, FloatArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_quotient, as_sloped_interval
@@ -81,7 +81,7 @@ class BoxCosts(NamedTuple):
     """Relative change of the costs across each free field (free, n)."""
     inside: Designs
     """A design of each box that can be assembled."""
-    exists: Any
+    exists: BoolArray
     """Whether there is such a design (n,)."""
 
     def take(self, index: Any) -> "BoxCosts":
@@ -158,7 +158,7 @@ class BoxBounds(NamedTuple):
 
     def _bound_size_or_motion_cost_and_change(
         self, objective: str, cost_sign: float, box: Designs, inside: Designs
-    ) -> tuple[Any, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """The least cost of an objective of sizes or the motion alone, and its relative change.
 
         A value that is equal for all designs has the digits of each design. Sums of sizes are exact; other
@@ -182,7 +182,7 @@ class BoxBounds(NamedTuple):
 
     def _bound_curve_cost_and_change(
         self, objective: str, cost_sign: float, box: Designs, inside: Designs
-    ) -> tuple[Any, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """The least cost of an objective that is the peak or mean of curves, and its relative change."""
         form = peak_or_mean_bounding_cost(objective, cost_sign, self.problem.setup)
         if isinstance(form, Peak):
@@ -214,7 +214,7 @@ class BoxBounds(NamedTuple):
 
     def _bound_peak_cost_and_change(
         self, peak: Peak, cost_sign: float, box: Designs, inside: Designs
-    ) -> tuple[Any, FloatArray]:
+    ) -> tuple[FloatArray, FloatArray]:
         """The least cost of an objective that is an extreme of curves, and its relative change."""
         extreme = np.full(len(box), 0.0 if peak.goal == LARGEST_MAGNITUDE else -np.inf)
         change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _box_widths(box, self.free)
@@ -269,7 +269,7 @@ class BoxBounds(NamedTuple):
 
     def _enclose_curve_at_angles(
         self, curve: Any, angle: FloatArray, box: Designs, inside: Designs
-    ) -> tuple[Any, Designs, SlopedInterval]:
+    ) -> tuple[Number, Designs, SlopedInterval]:
         """A curve over boxes, each at its own cam angle, and the boxes as designs of sloped intervals."""
         designs, like = designs_of_sloped_intervals(box, inside, self.free, 1)
         state = state_enclosing_rounding(self.problem.programme.state(angle), self.problem.programme)

@@ -135,8 +135,9 @@ class CurveVerdicts:
         objectives, setup = self._problem.objectives, self._problem.setup
         others = [name for name in objectives if name not in self._columns]
         effects = [find_effect(name, setup) for name in others if name != self._problem.size_quantity_name]
-        of_motion = all(effect is not None and effect.is_of_motion(setup) for effect in effects)
-        of_size_alone = not effects or (of_motion and not setup.free)
+        of_size_alone = all(
+            effect is not None and effect.is_of_motion(setup) and not setup.free for effect in effects
+        )
         return self._costs if self._exact and len(objectives) - len(others) <= 1 and of_size_alone else None
 
     def _non_dominated_cost_ceilings(self, least_costs: FloatArray, size_slice: slice) -> FloatArray:
@@ -174,12 +175,8 @@ class CurveVerdicts:
         self, curve_designs: CurveDesigns, held: BoolArray, pending_limits: tuple[Limit, ...], names: frozenset[str]
     ) -> FilteredRows:
         """The feasible ones of some designs, with the needed quantities from their pitch curves."""
-        designs, count, places = (
-            self._space.designs(curve_designs.designs),
-            len(curve_designs),
-            curve_designs.places,
-        )
-        no_rows = DesignRows({}, count)
+        (numbers, places), count = curve_designs, len(curve_designs)
+        designs, no_rows = self._space.designs(numbers), DesignRows({}, count)
         candidates = Candidates(self._problem, designs, np.arange(count), no_rows, held, pending_limits)
         plan, setup = candidates.plan_of_pending_effects(names), self._problem.setup
         needed = {name for _, quantities in plan for name in quantities}

@@ -13,7 +13,7 @@ seconds, and keeps nothing on disk (``front_search``).
 
 import os
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import asdict, replace
 from math import isinf
 from pathlib import Path
@@ -171,20 +171,7 @@ def run_and_publish_sweep(
     """The result of a search, written to a folder if there is one; a store keeps finished work there."""
     scene, space, store = plan.scene, plan.space, None
     with ExitStack() as stack:
-        question = None if out is None else plan.sweep_key().sweep_manifest_entry
-        unit = (
-            None
-            if out is None
-            else stack.enter_context(
-                publication(
-                    out,
-                    SWEEP_COMMAND,
-                    sweep_file_names(plan),
-                    question=question,
-                    kept_patterns=(BATCH_FILES, QUESTION_FILE),
-                )
-            )
-        )
+        unit = None if out is None else stack.enter_context(_sweep_publication(out, plan))
         store = open_store(unit.staging) if unit and open_store else None
         stack.enter_context(save_batches_on_early_end(store))
         tables = _open_tables(stack, unit, plan)
@@ -216,7 +203,7 @@ def run_and_publish_sweep(
             decided_by_boxes=space_result.decided,
             every_cam=every_cam,
             _rows={name: table for name, table in tables.items() if isinstance(table, TableInMemory)},
-            _question=question,
+            _question=plan.sweep_key().sweep_manifest_entry if unit else None,
         )
         counts = {"evaluated": space_result.evaluated, "decided_by_boxes": space_result.decided}
         tables["pareto"].add_metadata_text("camopt_sweep", to_json({"designs": len(space)} | counts))
@@ -237,6 +224,17 @@ def _reason_designs_do_not_assemble(space: DesignSpace, any_assembled: bool) -> 
     if reasons := [mechanism.assembly for mechanism in mechanisms if mechanism.has_no_assembly]:
         return f"{len(reasons)} of {len(mechanisms)} motions through a train, such as {reasons[0]}"
     return "" if any_assembled else space.problem.setup.mechanism.assembly
+
+
+def _sweep_publication(out: str | os.PathLike[str], plan: SweepPlan) -> AbstractContextManager[Publication]:
+    """The publication that writes a sweep's files, and keeps finished work if the sweep ends early."""
+    return publication(
+        out,
+        SWEEP_COMMAND,
+        sweep_file_names(plan),
+        question=plan.sweep_key().sweep_manifest_entry,
+        kept_patterns=(BATCH_FILES, QUESTION_FILE),
+    )
 
 
 def published_sweep(plan: SweepPlan, out: str | os.PathLike[str], tell: MessageSink | None) -> Sweep | None:

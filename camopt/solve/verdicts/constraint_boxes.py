@@ -99,10 +99,10 @@ def constraint_verdict_over_box(
         return BoxVerdict(HELD)
     mechanism = problem.setup.mechanism
     if (
-        isinstance(constraint, Constraint)
-        and constraint.curve in (mechanism.curvature, mechanism.profile_radius)
+        not number_ranges
         and problem.profile
-        and not number_ranges
+        and isinstance(constraint, Constraint)
+        and constraint.curve in (mechanism.curvature, mechanism.profile_radius)
     ):
         excesses = scaled_curvature_excesses_on_arcs(problem, constraint, design)
         return BoxVerdict(BROKEN if any(excess > 0 for excess in excesses) else HELD)

@@ -74,7 +74,7 @@ class TrainLinks:
     follower: Taylor
     load: ExternalLoad | TrainLoad | None
     load_at: LoadAt
-    ways: Any
+    ways: Number
     """Directions in which followers move: 1 out, −1 in, 0 at rest."""
 
     def transmission_angle(self, link: int) -> Number:
@@ -115,10 +115,10 @@ class DrivenMotion:
     tool: Programme
     load: ExternalLoad | TrainLoad | None
     state: State
-    lift: Any
-    moved: Any
+    lift: Number
+    moved: Number
     """Displacement of the follower as the tool moves from its lowest to its highest position."""
-    sense: Any
+    sense: Number
     """1 if the follower moves out with the tool, −1 if against it; 0 if a box has trains of both kinds."""
     links: TrainLinks
     """Links of all the trains."""

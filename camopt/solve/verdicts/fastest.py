@@ -183,14 +183,11 @@ class Fastest(Result):
         note = f"Speeds are those of {whose} in rev/min. Gains are derivatives, for small changes of the bound."
         rows, turns = list[dict[str, str]](), self._shaft_turns_per_cam_turn
         for limit in self.limits:
+            speed = "none" if limit.rpm is None else "any" if limit.rpm == inf else number_text(turns * limit.rpm)
             row = {
                 "limit": limit.limit,
                 "value": f"{limit.relation} {with_unit(limit.bound, limit.unit)}" if limit.relation else "",
-                "highest speed": "none"
-                if limit.rpm is None
-                else "any"
-                if limit.rpm == inf
-                else number_text(turns * limit.rpm),
+                "highest speed": speed,
                 "gain": "",
                 "gain per 1 %": self._shaft_speed_gain_text(limit.rpm_per_percent),
                 "proof": limit.proof,
