@@ -87,21 +87,16 @@ class FrontSearch:
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.take_front()
-        rows = self.replace_design_numbers_by_sizes(
-            rows.take_and_release(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1])
-        )
-        return SpaceResult(
-            rows, rows, self.effort, self.reached, self.evaluated, boxes=self.bounded_count, decided=self.decided
-        )
-
-    def replace_design_numbers_by_sizes(self, rows: DesignRows) -> DesignRows:
-        """The rows in the order of the space, with the sizes of their designs instead of the numbers."""
+        rows = rows.take_and_release(np.unique(rows.column(DESIGN_NUMBER), return_index=True)[1])
+        # the sizes of designs replace their numbers
         motion, number = np.divmod(rows.column(DESIGN_NUMBER), self.space.designs_per_problem)
         motions, firsts = np.unique(motion if rows.count else [0], return_index=True)
         sizes = scatter_rows(self._sizes_by_motion(motions, number, [*firsts, rows.count]), rows.count)
         columns = rows.columns | sizes.columns
-        return DesignRows(
-            {name: columns[name] for name in in_column_order(columns.keys() & set(self.names))}, rows.count
+        names = in_column_order(columns.keys() & set(self.names))
+        rows = DesignRows({name: columns[name] for name in names}, rows.count)
+        return SpaceResult(
+            rows, rows, self.effort, self.reached, self.evaluated, boxes=self.bounded_count, decided=self.decided
         )
 
     def _sizes_by_motion(

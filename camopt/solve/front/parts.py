@@ -383,12 +383,9 @@ def _read_parts(
 
 def _files_cover_all_blocks_once(names: Iterable[str], block_numbers: range) -> bool:
     """Whether files of batches cover all blocks, each once."""
-    position = block_numbers.start
-    for blocks, _ in sorted_batch_files(map(Path, names)):
-        if blocks.start != position:
-            return False
-        position = blocks.stop
-    return position == block_numbers.stop
+    ranges = [blocks for blocks, _ in sorted_batch_files(map(Path, names))]
+    starts, ends = [blocks.start for blocks in ranges], [blocks.stop for blocks in ranges]
+    return [*starts, block_numbers.stop] == [block_numbers.start, *ends]
 
 
 def _plan_or_fault(key: SweepKey) -> SweepPlan | str:

@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from camopt.core.mistakes import NOT_REACHED, NOTHING_FEASIBLE
 from camopt.core.quantities.display import Drawable
 from camopt.scene.machine import Clearance, Machine, MachineSource, machine_from
 from camopt.solve.machine.clearances import ClearanceResult, clearances_of_machine
@@ -15,6 +14,7 @@ from camopt.solve.machine.shaft import MotorUse, Shaft, motor_uses, shaft_of_mac
 from camopt.solve.machine.stations import ResolvedStation, clearance_unit, resolve_stations
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import Result, Table, table_of
+from camopt.solve.verdicts.certify import exit_code_of_verdicts
 from camopt.solve.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, worst_verdict
 
@@ -66,7 +66,7 @@ class MachineEvaluation(Result, Drawable):
     @property
     def exit_code(self) -> int:
         """Exit code of the command: 0 all held, 1 a limit or clearance is broken, 4 one is undecided."""
-        return {HELD: 0, BROKEN: NOTHING_FEASIBLE, UNDECIDED: NOT_REACHED}[self.verdict]
+        return exit_code_of_verdicts([self.verdict])
 
     @property
     def notes(self) -> Iterator[str]:

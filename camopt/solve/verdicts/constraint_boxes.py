@@ -180,8 +180,7 @@ class BoxParts:
             np.repeat(self.low[:, None], CONSTRAINT_PART_CUTS, axis=1),
             np.repeat(self.high[:, None], CONSTRAINT_PART_CUTS, axis=1),
         )
-        for number in range(CONSTRAINT_PART_CUTS):
-            low[which, number, every], high[which, number, every] = ends[number], ends[number + 1]
+        low[which, :, every], high[which, :, every] = ends[:-1].T, ends[1:].T
         sides, shape = len(self.low), CONSTRAINT_PART_CUTS * self.size
         return replace(
             self,

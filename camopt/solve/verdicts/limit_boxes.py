@@ -35,7 +35,7 @@ from camopt.solve.verdicts.train_boxes import (
     limit_verdict_over_trains,
 )
 from camopt.solve.verdicts.train_means import mean_verdict_over_trains
-from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, WORST_FIRST
 
 BODY_FIELDS = ("size", SECOND_SIZE)
 """Sizes of cams: if a circle fits within the smallest base circle, it fits within all."""
@@ -95,10 +95,7 @@ def limit_verdict_over_box(
         constraint_verdict_over_box(problem, constraint, design, number_ranges, budget)
         for constraint in constraints
     ]
-    broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
-    if broken:
-        return broken[0]
-    return BoxVerdict(HELD if verdicts and all(each.verdict == HELD for each in verdicts) else UNDECIDED)
+    return min(verdicts, key=lambda each: WORST_FIRST.index(each.verdict), default=BoxVerdict(UNDECIDED))
 
 
 def _self_crossing_verdict(

@@ -47,7 +47,7 @@ from camopt.solve.verdicts.constraint_boxes import (
     relative_excess,
 )
 from camopt.solve.verdicts.driven_boxes import DrivenMotion, LoadAt, motion_of_driven_followers
-from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
+from camopt.solve.verdicts.verdict_words import HELD, UNDECIDED, WORST_FIRST
 
 MOST_ORDER = 2
 """Highest derivative of the follower's motion that is known over boxes."""
@@ -81,9 +81,7 @@ def limit_verdict_over_trains(
         constraint_verdict_over_trains(problem, constraint, design, number_ranges, budget, of_train)
         for constraint, of_train in constraints
     ]
-    broken = [verdict for verdict in verdicts if verdict.verdict == BROKEN]
-    held = all(verdict.verdict == HELD for verdict in verdicts)
-    return broken[0] if broken else BoxVerdict(HELD if held else UNDECIDED)
+    return min(verdicts, key=lambda each: WORST_FIRST.index(each.verdict))
 
 
 def constraint_verdict_over_trains(
