@@ -7,6 +7,7 @@ meet.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class PatternSearch:
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
-    def are_feasible_under_ceilings(self, designs: Designs, cost_ceilings: FloatArray) -> BoolArray:
+    def are_feasible_under_ceilings(self, designs: Designs, cost_ceilings: FloatArray) -> Any:
         """Which designs are feasible and cost no more than their ceilings."""
         costs, held = self.worst_costs_and_feasibility(designs)
         return held & np.all(costs <= cost_ceilings, axis=1)

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import BoolArray, FloatArray, IntArray, Number
+from camopt.core.numerics import FloatArray, IntArray, Number
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
@@ -191,7 +191,7 @@ class BoxParts:
         )
 
     @property
-    def too_narrow_to_cut(self) -> BoolArray:
+    def too_narrow_to_cut(self) -> Any:
         """Which parts are too narrow to be cut."""
         return np.all(self.high - self.low <= LEAST_PART_SHARE * self.whole, axis=0)
 

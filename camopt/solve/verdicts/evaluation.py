@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, NamedTuple, overload
+from typing import Any, overload
 from warnings import warn
 
 import numpy as np
@@ -41,6 +41,8 @@ PROOFS = {
     "undecided": "not proved",
 }
 """The status of a verdict in words."""
+TIE_SHARE = 1e-9
+"""Relative difference below which two contacts are reported together."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,8 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
     def tightest(self) -> str:
         """The contact nearest to its limit or furthest beyond it, for a follower with two contacts; else empty."""
         problem = with_rounding_relative_error(resolve_design(self.scene))
-        case, contacts = EvaluationBlock(problem.setup, problem.programme, problem.design), list[ContactExcess]()
+        case = EvaluationBlock(problem.setup, problem.programme, problem.design)
+        contacts: list[tuple[float, str, str, str]] = []  # relative excess, limit, place, values in words
         for limit in problem.limits:
             if not (
                 isinstance(limit, QuantityLimit)
@@ -181,15 +184,13 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
             for place, peak in zip(CONTACT_NAMES, (limit.peak_or_mean, *limit.further_peaks), strict=True):
                 value = float(np.squeeze(peak_column(case, peak).value))
                 excess = quantity.limit_sign * (value - limit.bound) / (abs(limit.bound) or 1.0)
-                words = f"{with_unit(value, quantity.unit)}, {bound}"
-                contacts.append(ContactExcess(excess, limit.key, place, words))
+                contacts.append((excess, limit.key, place, f"{with_unit(value, quantity.unit)}, {bound}"))
         if not contacts:
             return ""
-        most = max(contacts)
-        others = [contact for contact in contacts if contact != most and contact.limit == most.limit]
-        alike = any(abs(contact.excess - most.excess) <= TIE_SHARE for contact in others)
-        place = "both contacts" if alike else f"the {most.place} contact"
-        return f"{most.limit} at {place}: {most.words}"
+        most, tightest, place, words = max(contacts)
+        tied = [excess for excess, key, *_ in contacts if key == tightest and abs(excess - most) <= TIE_SHARE]
+        where = "both contacts" if len(tied) > 1 else f"the {place} contact"
+        return f"{tightest} at {where}: {words}"
 
     def to_json(self) -> dict[str, Any]:
         """Deprecated name of ``to_dict``."""
@@ -346,17 +347,3 @@ def _infinity_reason(name: str, problem: Problem) -> str:
     if not corners:
         return "no part of the profile is convex"
     return f"the pitch curve has corners where the velocity jumps, at {corners}"
-
-
-TIE_SHARE = 1e-9
-"""Relative difference below which two contacts are reported together."""
-
-
-class ContactExcess(NamedTuple):
-    """A contact of the follower, with its excess over a limit."""
-
-    excess: float
-    """Relative; below 0 the limit is held."""
-    limit: str
-    place: str
-    words: str

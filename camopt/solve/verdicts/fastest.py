@@ -295,7 +295,7 @@ def _limits_held_at_each_speed(searches: "Sequence[SpeedSearch]", speeds_rpm: Fl
     )
 
 
-def _lowest_speed_that_holds_limits(speeds_rpm: FloatArray, held: BoolArray) -> float | None:
+def _lowest_speed_that_holds_limits(speeds_rpm: FloatArray, held: Any) -> float | None:
     """The first of some speeds at which limits are held."""
     return float(speeds_rpm[np.argmax(held)]) if held.any() else None
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import and_, or_
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def _first_nodes_that_most_designs_exceed(exceeds: BoolArray) -> Iterator[int]:
         exceeds = exceeds & ~exceeds[node]
 
 
-def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray, designs: Designs) -> BoolArray:
+def _exceeds_constraint(constraint: Constraint, side: float, values: FloatArray, designs: Designs) -> Any:
     """Which values of a constraint's curve are clearly beyond its bound."""
     allowed = constraint.upper_bound_of_each_side()
     room = BROKEN_BEYOND * (abs(allowed) or constraint.unit(designs))
