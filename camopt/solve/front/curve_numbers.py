@@ -3,7 +3,7 @@
 from functools import cached_property, reduce
 from math import frexp, ldexp, prod
 from operator import or_
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,15 +21,9 @@ CURVES_AT_ONCE = 2**16  # most pitch curves searched together
 BLOCKS_KEPT = 16  # blocks whose curves are kept from one motion to the next
 
 
-class BlockCurves(NamedTuple):
-    """The pitch curves of a block of designs."""
-
-    curves: IntArray
-    """The number of each design's pitch curve."""
-    bodies: FloatArray
-    """The radius of each design's body on that curve, or another distance between curve and profile, mm."""
-    parts: IntArray
-    """The parts of all curves in which these curves are."""
+BlockCurves = tuple[IntArray, FloatArray, IntArray]
+"""The pitch curves of a block: the number of each design's curve, the radius of its body on that curve or another
+distance between curve and profile [mm], and the parts of all curves in which these curves are."""
 
 
 class CurveParts:
@@ -140,7 +134,7 @@ class CurveNumbers(CurveParts):
         curves, bodies = (array[first - skipped - low : last - skipped - low] for array in arrays)
         low, high = int(curves.min()) // self.part, int(curves.max()) // self.part
         parts = np.arange(low, high + 1) if high - low < 2 else np.flatnonzero(np.bincount(curves // self.part))
-        return BlockCurves(curves, bodies, parts)
+        return curves, bodies, parts
 
     def _design_number_contributions(self, strides: IntArray, axes: list[int]) -> IntArray:
         """The contributions of some axes to the number of a design, for all combinations of their places."""
@@ -168,7 +162,7 @@ class OwnCurves(CurveParts):
     def pitch_curves_of_block(self, first: int, last: int) -> BlockCurves:
         """The pitch curves of all designs, whatever the block."""
         count = len(self)
-        return BlockCurves(np.arange(count), self._radii, np.arange(-(-count // self.part)))
+        return np.arange(count), self._radii, np.arange(-(-count // self.part))
 
 
 def _sizes_summed_in_pitch_curve(mechanism: Mechanism) -> tuple[str, ...]:

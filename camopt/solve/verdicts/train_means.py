@@ -85,16 +85,6 @@ class TrainMeanSearch(TrainConstraintSearch):
         low, high = ends[:-1].reshape(1, -1), ends[1:].reshape(1, -1)
         return BoxParts(np.tile(whole.panel, self.cuts), np.tile(whole.side, self.cuts), low, high, whole.whole)
 
-    @cached_property
-    def turn_share_of_each_part(self) -> FloatArray:
-        """Share of the turn of each part."""
-        half = self.tool_programme.table.half_width[self.equal_parts_of_smooth_pieces.panel]
-        return np.asarray(
-            half
-            * (self.equal_parts_of_smooth_pieces.high[0] - self.equal_parts_of_smooth_pieces.low[0])
-            / (2.0 * np.pi)
-        )
-
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
         turn, count = self.equal_parts_of_smooth_pieces, parts.size
         index = np.repeat(np.arange(turn.size), count)
@@ -132,10 +122,11 @@ class TrainMeanSearch(TrainConstraintSearch):
         value = curve_value(make_curve(motion.designs, motion.driven), ..., motion.driven.state)
         sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, motion.angle)
         power = np.square(sloped) if self.constraint.mean.power == 2 else sloped
-        chosen = is_of_chosen_stroke_kind(
-            self.panel_stroke_kinds[self.equal_parts_of_smooth_pieces.panel], stroke_kinds, self.follower_sense
-        )
-        weights = np.repeat(np.where(chosen, self.turn_share_of_each_part, 0.0)[:, None], box_count, axis=1)
+        turn = self.equal_parts_of_smooth_pieces
+        chosen = is_of_chosen_stroke_kind(self.panel_stroke_kinds[turn.panel], stroke_kinds, self.follower_sense)
+        # the share of the turn of each part
+        share = self.tool_programme.table.half_width[turn.panel] * (turn.high[0] - turn.low[0]) / (2.0 * np.pi)
+        weights = np.repeat(np.where(chosen, share, 0.0)[:, None], box_count, axis=1)
         return enclose_weighted_sums(weights, power.value), enclose_weighted_sums(weights, power.slopes)
 
 
