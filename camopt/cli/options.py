@@ -154,9 +154,10 @@ class Command(click.Command):
             return super().invoke(ctx)
         except BadInput as error:
             spellings = {
-                name: parameter_name_in_help(param)
+                name: spelling  # the library names a parameter as its function does, or as the help (SCENE: scene)
                 for param in self.params
-                for name in _library_parameter_names(param)
+                for spelling in (parameter_name_in_help(param),)
+                for name in (param.name, spelling.lower().removeprefix("--").replace("-", "_"))
             }
             raise BadInput(
                 replace(m, key=spellings.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
@@ -166,11 +167,6 @@ class Command(click.Command):
 def parameter_name_in_help(param: click.Parameter) -> str:
     """The name of an option or argument in the help of its command."""
     return param.opts[0] if isinstance(param, click.Option) else param.human_readable_name.rstrip(".")
-
-
-def _library_parameter_names(param: click.Parameter) -> tuple[str | None, str]:
-    """The names that the library may use: that of the command's function, and that in the help (SCENE: scene)."""
-    return param.name, parameter_name_in_help(param).lower().removeprefix("--").replace("-", "_")
 
 
 def refuse_options_without(option: str, dependent_options: dict[str, Any]) -> None:

@@ -24,7 +24,8 @@ class Mistake:
     bare: bool = False
 
     def __str__(self) -> str:
-        shown = "" if self.value is None else f" = {shorten(_shortened_repr(self.value))}"
+        value = shorten(self.value, 2 * LONGEST_SHOWN) if isinstance(self.value, str) else self.value
+        shown = "" if value is None else f" = {shorten(repr(value))}"
         place = f"{shorten(self.file, LONGEST_NAME)}: {shorten(self.key, LONGEST_NAME)}"
         return to_terminal_line(f"{place}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
 
@@ -51,13 +52,6 @@ def join_words(words: Sequence[Any], most_listed: int = MOST_LISTED) -> str:
     """Words joined by commas; after ``most_listed`` words, the number of the rest."""
     more = f" and {len(words) - most_listed:,} more" if len(words) > most_listed else ""
     return ", ".join(shorten(str(word)) for word in words[:most_listed]) + more
-
-
-def _shortened_repr(value: Any) -> str:
-    """A value as Python writes it; a long text loses its middle."""
-    if isinstance(value, str) and len(value) > 2 * LONGEST_SHOWN:
-        value = shorten(value, 2 * LONGEST_SHOWN)
-    return repr(value)
 
 
 class CamoptError(Exception):

@@ -1,6 +1,6 @@
 """Choices of ``[search]``, each a range or a list of values for a number of the scene."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
@@ -97,7 +97,14 @@ def _read_search_choice(number_type: Any, value: Any, choice_key: str) -> Any:
         choice = _choice_validator().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
     except ValidationError as error:
         raise BadInput(mistakes_from_pydantic(error, NumberRange, choice_key)) from None
-    if mistakes := list(_out_of_bounds_mistakes(TypeAdapter(number_type), choice, choice_key)):
+    number, mistakes = TypeAdapter(number_type), list[Mistake]()
+    ends = choice.model_dump(include={"start", "stop"}) if isinstance(choice, StepRange) else {}
+    for name, each in ends.items() or enumerate(choice, start=1):
+        try:
+            number.validate_python(each)
+        except ValidationError as error:
+            mistakes += mistakes_from_pydantic(error, NumberRange, f"{choice_key}.{name}")
+    if mistakes:
         raise BadInput(mistakes)
     return choice
 
@@ -205,13 +212,3 @@ def _number_type_in(hint: Any) -> Any:
     if get_origin(hint) is Annotated and get_args(hint)[0] is float:
         return hint
     return next((found for each in get_args(hint) if (found := _number_type_in(each)) is not None), None)
-
-
-def _out_of_bounds_mistakes(number_type: TypeAdapter[Any], choice: Any, where: str) -> Iterator[Mistake]:
-    """A mistake for each value of a choice that the number may not have."""
-    ends = choice.model_dump(include={"start", "stop"}) if isinstance(choice, StepRange) else {}
-    for name, value in ends.items() or enumerate(choice, start=1):
-        try:
-            number_type.validate_python(value)
-        except ValidationError as error:
-            yield from mistakes_from_pydantic(error, NumberRange, f"{where}.{name}")

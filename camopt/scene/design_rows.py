@@ -64,7 +64,15 @@ def check_design_row(scene: "Scene", values: Mapping[str, Any]) -> None:
     known = (*columns.values(), *LAW_NAME_COLUMNS, ANGLES_COLUMN)
     if not values.keys() & {*known}:
         raise design_column_error(values, known, ROW_WORD)
-    if mistakes := [*_missing_value_mistakes(scene, columns, values), *_unknown_law_mistakes(scene, values)]:
+    # a number that the scene lacks may be missing: a table of several scenes has columns of all of them
+    given, sizes = scene.numbers(columns), scene.size_fields
+    required = [name for key, name in columns.items() if key in sizes or given[key] is not None]
+    mistakes = [
+        Mistake(ROW_WORD, name, None, "missing", bare=True)
+        for name in (*required, *LAW_NAME_COLUMNS)
+        if name in values and is_missing(values[name])
+    ]
+    if mistakes := [*mistakes, *_unknown_law_mistakes(scene, values)]:
         raise BadInput(mistakes)
     angles: Any = values.get(ANGLES_COLUMN)
     count, shape = len(scene.motion), np.asarray(angles, dtype=object).shape
@@ -111,20 +119,6 @@ def warn_of_unknown_columns(
         f"{n} (did you mean {like}?)" if like and like not in present_columns else n for n, like in likes.items()
     ]
     warnings.warn(f"{file}: camopt ignores {join_words(shown)}: {NO_DESIGN}", stacklevel=3)
-
-
-def _missing_value_mistakes(
-    scene: "Scene", columns: Mapping[str, str], values: Mapping[str, Any]
-) -> Iterator[Mistake]:
-    """Mistakes for missing sizes and laws, and for missing numbers that the scene gives a value.
-
-    A number that the scene lacks may be missing: a table of several scenes has columns of all of them.
-    """
-    given, sizes = scene.numbers(columns), scene.size_fields
-    required = [name for key, name in columns.items() if key in sizes or given[key] is not None]
-    for name in (*required, *LAW_NAME_COLUMNS):
-        if name in values and is_missing(values[name]):
-            yield Mistake(ROW_WORD, name, None, "missing", bare=True)
 
 
 def _unknown_law_mistakes(scene: "Scene", values: Mapping[str, Any]) -> Iterator[Mistake]:

@@ -102,7 +102,8 @@ def read_dxf_outlines(
         If the file cannot be read.
     """
     ensure_home_folder()
-    from ezdxf import disassemble, upright
+    from ezdxf import disassemble, units, upright
+    from ezdxf.enums import InsertUnits
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFError
 
@@ -111,7 +112,10 @@ def read_dxf_outlines(
         _check_block_nesting(document)
         entities: list[Any] = [*disassemble.recursive_decompose(document.modelspace())]
         upright.upright_all(entities)
-        drawn, unit_mm = _entities_on_layer(entities, layer), _unit_in_mm(document.units)
+        drawn, unit_mm = _entities_on_layer(entities, layer), None
+        if document.units:
+            factor = units.conversion_factor(InsertUnits(document.units), InsertUnits.Millimeters)
+            unit_mm = float(f"{factor:.9g}")
         outlines = [
             each
             for each in _closed_outlines(drawn, with_splines, unit_mm or 1.0)
@@ -179,15 +183,6 @@ def _count_entities_vertices_and_points(entity: Any) -> int:
     if entity.dxftype() == "SPLINE":
         return max(1, int(entity.control_point_count()), int(entity.fit_point_count()))
     return len(entity) if "POLYLINE" in entity.dxftype() else 1
-
-
-def _unit_in_mm(unit_code: int) -> float | None:
-    """Length of the drawing's unit [mm]; None if it has none."""
-    from ezdxf import units
-    from ezdxf.enums import InsertUnits
-
-    named = InsertUnits(unit_code), InsertUnits(units.MM)
-    return float(f"{units.conversion_factor(*named):.9g}") if unit_code else None
 
 
 def _closed_outlines(entities: Iterable[Any], with_splines: bool, unit_mm: float) -> Iterator[LayerOutline]:

@@ -8,11 +8,11 @@ Source: DIN 6885-1 (parallel keys, deep pattern).
 
 import re
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import positive_length_or_none, value_at_key
+from camopt.scene.mapping import finite_number_or_none, value_at_key
 
 FIT = r"[A-Z]{1,2}\d{1,2}"
 SHAFT_FIT = FIT.replace("A-Z", "a-z")
@@ -53,17 +53,13 @@ def split_bore_into_diameter_and_fit(data: dict[str, Any]) -> None:
 def expand_standard_keyway(data: dict[str, Any]) -> Iterator[Fault]:
     """Replace ``keyway`` by the sizes of the standard keyway for the bore, in ``data`` itself."""
     part = data.get("part")
-    if isinstance(part, dict) and part.get("keyway") == STANDARD_KEYWAY and not isinstance(part.get("bore"), str):
-        yield from _set_standard_keyway_sizes(data, part)
-
-
-def _set_standard_keyway_sizes(data: Mapping[str, Any], part: dict[str, Any]) -> Iterator[Fault]:
+    if not isinstance(part, dict) or part.get("keyway") != STANDARD_KEYWAY or isinstance(part.get("bore"), str):
+        return
     for key in ("keyway_width", "keyway_depth"):
         if part.get(key) is not None:
             yield f"part.{key}", part[key], f"part.keyway = {STANDARD_KEYWAY!r} sets it: leave one of them out"
-    bore = positive_length_or_none(
-        data, "part.bore" if value_at_key(data, "part.bore") is not None else "cam.shaft_diameter"
-    )
+    own_bore, shaft = (value_at_key(data, key) for key in ("part.bore", "cam.shaft_diameter"))
+    bore = finite_number_or_none(shaft if own_bore is None else own_bore)
     if bore is None or not SMALLEST_BORE < bore <= max(KEYWAYS):
         why = f"needs a bore above {SMALLEST_BORE:g} mm, at most {max(KEYWAYS):g} mm"
         yield "part.keyway", part["keyway"], f"{why} (part.bore, or cam.shaft_diameter)"

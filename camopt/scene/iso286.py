@@ -79,45 +79,30 @@ def limit_deviations(tolerance_class: str, size: float) -> Deviations:
 
     Raises a ValueError that says what is allowed, for a class or a size outside the tables.
     """
-    letter, grade = _letter_and_grade_of_class(tolerance_class)
+    parts = CLASS_PATTERN.fullmatch(tolerance_class)
+    letter, grade = (parts[1], int(parts[2])) if parts else ("", 0)
+    if letter.lower() not in ZONE_LETTERS or grade not in GRADE_WIDTHS:
+        letters = f"a letter ({', '.join(ZONE_LETTERS)}, in capitals for holes)"
+        raise ValueError(f"must be a tolerance class of ISO 286: {letters} and a grade, 1 to 18")
     if not 0.0 < size <= LARGEST_SIZE:
         raise ValueError(f"is for sizes above 0 and up to {LARGEST_SIZE:g} mm, not for {size:g} mm")
     width = _value_for_size_step(GRADE_WIDTHS[grade], size)
     if letter.lower() == CENTRED_LETTER:
         return Deviations(-width / 2e3, width / 2e3)
-    if letter.islower():
-        lower = (
-            _shaft_lower_deviation(letter, grade, size)
-            if letter in SHAFT_LOWER_DEVIATIONS
-            else -_value_for_size_step(SHAFT_UPPER_DEVIATIONS[letter], size) - width
-        )
-    else:
+    if letter.isupper():
         lower = _hole_lower_deviation(letter.lower(), grade, size)
+    elif letter in SHAFT_UPPER_DEVIATIONS:
+        lower = -_value_for_size_step(SHAFT_UPPER_DEVIATIONS[letter], size) - width
+    elif letter == "k" and not 4 <= grade <= 7:
+        lower = 0.0
+    else:
+        lower = _value_for_size_step(SHAFT_LOWER_DEVIATIONS[letter], size)
     return Deviations(lower / 1e3, (lower + width) / 1e3)
-
-
-def _letter_and_grade_of_class(tolerance_class: str) -> tuple[str, int]:
-    """Letter and grade of a class."""
-    parts = CLASS_PATTERN.fullmatch(tolerance_class)
-    letter, grade = (parts[1], int(parts[2])) if parts else ("", 0)
-    if letter.lower() not in ZONE_LETTERS or grade not in GRADE_WIDTHS:
-        known = ", ".join(ZONE_LETTERS)
-        raise ValueError(
-            f"must be a tolerance class of ISO 286: a letter ({known}, in capitals for holes) and a grade, 1 to 18"
-        )
-    return letter, grade
 
 
 def _value_for_size_step(values: tuple[float, ...], size: float) -> float:
     """The value in a row of a table for a size."""
     return values[bisect_left(SIZE_STEPS if len(values) == len(SIZE_STEPS) else HALF_SIZE_STEPS, size)]
-
-
-def _shaft_lower_deviation(letter: str, grade: int, size: float) -> float:
-    """Lower deviation of a shaft from k on [µm]; that of k is 0 except in grades 4 to 7."""
-    return (
-        0.0 if letter == "k" and not 4 <= grade <= 7 else _value_for_size_step(SHAFT_LOWER_DEVIATIONS[letter], size)
-    )
 
 
 def _hole_lower_deviation(letter: str, grade: int, size: float) -> float:

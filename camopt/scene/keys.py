@@ -91,7 +91,9 @@ def allowed_values_in_words(schema: dict[str, Any]) -> str:
             listed = [kind for kind in kinds if "pattern" not in kind and not (free and "enum" in kind)]
             return " or ".join(map(allowed_values_in_words, listed))
         case {"enum": [_, *_] as values}:
-            return quoted_names(values)
+            if len(values) > MOST_QUOTED_NAMES:
+                return f"one of {len(values)} names"
+            return ", ".join(f'"{value}"' for value in values)
         case {"$ref": target} | {"allOf": [{"$ref": target}]}:
             return "a range" if target.endswith("Range") else "a table"
         case {"type": "array", "items": item, "maxItems": 2}:
@@ -110,25 +112,13 @@ def allowed_values_in_words(schema: dict[str, Any]) -> str:
 MOST_QUOTED_NAMES = 12
 
 
-def quoted_names(values: list[str]) -> str:
-    """The words that a key may have, or their number if there are many."""
-    if len(values) > MOST_QUOTED_NAMES:
-        return f"one of {len(values)} names"
-    return ", ".join(f'"{value}"' for value in values)
-
-
 def bounds_in_words(schema: dict[str, Any]) -> str:
     """The bounds of a number in words."""
     least, most, below = map(schema.get, ("minimum", "maximum", "exclusiveMaximum"))
-    words = [f"from {short_number_text(least)}"] if least is not None else []
-    words += (
-        [f"to {short_number_text(most)}"]
-        if most is not None
-        else [f"below {short_number_text(below)}"]
-        if below is not None
-        else []
-    )
-    return " ".join(["", *words])
+    start = "" if least is None else f" from {short_number_text(least)}"
+    if most is not None:
+        return f"{start} to {short_number_text(most)}"
+    return start if below is None else f"{start} below {short_number_text(below)}"
 
 
 def short_number_text(value: float) -> str:

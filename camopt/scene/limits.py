@@ -4,22 +4,20 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict
 
-from camopt.core.quantities import AT_LEAST, BOUNDED_QUANTITIES, Quantity
+from camopt.core.quantities import AT_LEAST, BOUNDED_QUANTITIES
 from camopt.core.quantities.key import NO_UNIT, Key
 from camopt.core.quantities.limit_keys import LIMIT_KEYS
 from camopt.scene.tables import BoundedNumber, Positive, SignedNumber, TableOfRecords, with_optional_keys
 
-
-def _limit_key(quantity: Quantity) -> Key:
-    """The key of a limit on a quantity by its name."""
-    words = "Least allowed" if quantity.relation_to_limit == AT_LEAST else "Largest allowed"
-    return Key(f"{words} `{quantity.name}`", quantity.unit or NO_UNIT)
-
-
 LIMIT_TABLE_KEYS: dict[str, tuple[Any, Key]] = {
     key: (Annotated[float, BoundedNumber(**each.allowed)], each) for key, each in LIMIT_KEYS.items()
 } | {
-    name: (SignedNumber if each.signed else Positive, _limit_key(each))
+    name: (
+        SignedNumber if each.signed else Positive,
+        Key(
+            f"{'Least' if each.relation_to_limit == AT_LEAST else 'Largest'} allowed `{name}`", each.unit or NO_UNIT
+        ),
+    )
     for name, each in BOUNDED_QUANTITIES.items()
     if name not in LIMIT_KEYS
 }

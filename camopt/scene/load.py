@@ -74,7 +74,8 @@ def _check_load_rows(key: str, rows: tuple[Any, ...]) -> Iterator[Fault]:
         yield key, None, f"has {len(rows)} rows; it must have 1 to {MOST_SPANS}"
         return
     for number, row in enumerate(rows, start=1):
-        if not isinstance(row, tuple) or len(row) != 2 or not all(map(_is_finite_number, row)):
+        is_pair = isinstance(row, tuple) and len(row) == 2 and bool not in map(type, row)
+        if not is_pair or not all(isinstance(value, (int, float)) and abs(value) < inf for value in row):
             yield f"{key}.{number}", VALUE_IN_SCENE, ROW_MESSAGE
             return
         angle, load = row
@@ -106,7 +107,3 @@ def _check_angle_order(key: str, angles: list[float]) -> Iterator[Fault]:
         if wrapped.count(angle) > 2:
             yield f"{key}.{number}", angle, "more than two rows have this cam angle; a jump has two"
             return
-
-
-def _is_finite_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < inf

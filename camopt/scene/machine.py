@@ -6,7 +6,7 @@ its scenes included.
 """
 
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -481,10 +481,11 @@ def _scene_of_station(scene_or_path: Any, place: str, file: str, folder: Path | 
     try:
         return find_scene(path if path.suffix == ".toml" or path.is_file() else scene_or_path)
     except BadInput as error:
-        missing = [each.file == "camopt" and each.key == "scene" for each in error.mistakes]
         raise BadInput(
-            Mistake(file, place, scene_or_path, each.allowed) if is_missing else each
-            for each, is_missing in zip(error.mistakes, missing, strict=True)
+            Mistake(file, place, scene_or_path, each.allowed)
+            if (each.file, each.key) == ("camopt", "scene")
+            else each
+            for each in error.mistakes
         ) from None
 
 
@@ -512,7 +513,7 @@ def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) ->
     """Every fault that involves more than one table."""
     stations = {each.name: each for each in machine.station}
     bodies = {each.name: each for each in machine.body}
-    yield from _repeated_names([*machine.station, *machine.body])
+    yield from _repeated_names(machine)
     for number, (station, scene) in enumerate(zip(machine.station, scenes, strict=True), start=1):
         if station.outline is not None and scene:
             turns = scene.tool_turns
@@ -531,16 +532,14 @@ def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) ->
             yield f"search.phase.{name}", None, f"not a station; {suggest_names(name, stations)}"
 
 
-def _repeated_names(tables: Iterable[Station | Body]) -> Iterator[Fault]:
+def _repeated_names(machine: Machine) -> Iterator[Fault]:
     """A fault for each name that a station or body has already."""
     known = set[str]()
-    numbers = {"Station": 0, "Body": 0}
-    for table in tables:
-        kind = type(table).__name__
-        numbers[kind] += 1
-        if table.name in known:
-            yield f"{kind.lower()}.{numbers[kind]}.name", table.name, "another station or body has this name"
-        known.add(table.name)
+    for kind in ("station", "body"):
+        for number, table in enumerate(getattr(machine, kind), start=1):
+            if table.name in known:
+                yield f"{kind}.{number}.name", table.name, "another station or body has this name"
+            known.add(table.name)
 
 
 def _faults_of_clearance(

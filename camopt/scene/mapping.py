@@ -29,12 +29,6 @@ def finite_number_or_none(value: Any) -> float | None:
         return None
 
 
-def positive_length_or_none(data: Mapping[str, Any], key: str) -> float | None:
-    """A size [mm]; None if it is missing or wrong."""
-    size = finite_number_or_none(value_at_key(data, key))
-    return size if size and size > 0.0 else None
-
-
 def tables_in_list(value: Any) -> list[Mapping[str, Any]]:
     """The tables in a list; any other item counts as an empty table."""
     rows = value if isinstance(value, (list, tuple)) else ()

@@ -15,7 +15,7 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MOVE, MotionSegment, segment_positions
 from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, SOLVER_TOLERANCE, Stroke, required_range
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
-from camopt.scene.own_laws import has_faultless_laws, make_own_law, make_own_law_from_values, own_law_values_by_name
+from camopt.scene.own_laws import check_laws, make_own_law, make_own_law_from_values, own_law_values_by_name
 from camopt.scene.tables import Segment
 
 if TYPE_CHECKING:
@@ -39,7 +39,10 @@ def check_moves(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[F
 def has_faultless_named_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> bool:
     """Whether all laws that segments name exist, and the laws of the scene have no faults."""
     names = (segment.law for segment in segments if segment.law is not None)
-    return all(name in LAWS or name in scene.laws for name in names) and has_faultless_laws(scene)
+    if scene.has_refused_value("laws") or not all(name in LAWS or name in scene.laws for name in names):
+        return False
+    laws = own_law_values_by_name(scene)
+    return all(law["file"] is None for law in laws.values()) and not any(check_laws({"laws": laws}))
 
 
 def programme_in_scene_units(scene: "Scene", segments: Sequence[MotionSegment]) -> Programme:

@@ -156,13 +156,6 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield from _check_law(name, law)
 
 
-def has_faultless_laws(scene: "Scene") -> bool:
-    """Whether the values and files of a scene's own laws have no fault."""
-    laws = own_law_values_by_name(scene)
-    named = any(law["file"] is not None for law in laws.values())
-    return not (scene.has_refused_value("laws") or named or any(check_laws({"laws": laws})))
-
-
 def _check_law(name: str, law: LawValues) -> Iterator[Fault]:
     key = f"laws.{name}"
     if law.get("file") is not None:  # replace_law_files reported a file that it could not read

@@ -19,13 +19,10 @@ from camopt.model.mechanisms import Mechanism
 from camopt.model.mechanisms.elements import DISC, EVERY_BODY, Body
 from camopt.scene.fits import FIT, SHAFT_FIT
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.materials import MATERIALS
 from camopt.scene.sizes import known_number_or_none
 from camopt.scene.tables import (
     BoundedNumber,
-    Cam,
     Length,
-    Materials,
     Positive,
     SceneTable,
     SignedNumber,
@@ -221,26 +218,6 @@ class Part(SceneTable):
 def bore_or_keyway_reach(bore: float, width: float, depth: float) -> float:
     """Distance from the axis to the corners of the keyway, or to the bore's surface without one [mm]."""
     return hypot(bore / 2 + depth, width / 2) if width else bore / 2
-
-
-def complete_part(
-    part: Part, title: str, cam: Cam, materials: Materials, profile_tolerance: float | None, has_two_discs: bool
-) -> Part:
-    """The part, completed from other tables of the scene; ``has_two_discs`` for two discs.
-
-    The bore comes from the shaft, material and density from ``[materials]``, the name from the scene.
-    """
-    listed = MATERIALS[materials.cam] if materials.cam else None
-    defaults = {
-        "bore": cam.shaft_diameter,
-        "material": materials.cam,
-        "density": listed and listed.density,
-        "name": title,
-        "profile_tolerance": profile_tolerance,
-        "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
-        "disc_gap": USUAL_GAP * part.thickness if has_two_discs and part.thickness else None,
-    }
-    return part.model_copy(update={key: v for key, v in defaults.items() if getattr(part, key) is None})
 
 
 def check_part(

@@ -44,21 +44,14 @@ def set_base_radius_from_profile(data: dict[str, Any]) -> None:
                 cam["base_radius"] = least
 
 
-def profile_programme(scene: "Scene", load: ExternalLoad | None = None) -> Programme:
-    """The motion of the follower on a given profile.
+def profile_programme_if_known(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
+    """The motion of the follower on a given profile; None if a number is missing or wrong.
 
     Raises
     ------
     ProfileFault
         If the arcs and lines make no profile, or the follower cannot run on it.
     """
-    programme = profile_programme_if_known(scene, load)
-    assert programme is not None, "a scene has the sizes of its follower"
-    return programme
-
-
-def profile_programme_if_known(scene: "Scene", load: ExternalLoad | None = None) -> Programme | None:
-    """As ``profile_programme``; None if a number is missing or wrong."""
     elements = (
         None if scene.has_refused_value("profile") else _element_specs_or_none(scene.profile, scene.cam.rotation)
     )
@@ -132,15 +125,13 @@ def _check_element(row: tables.ProfileElement, key: str) -> Iterator[Fault]:
 
 def _element_specs_or_none(rows: Sequence[tables.ProfileElement], rotation: Any) -> list[ElementSpec] | None:
     """The elements in the form of ``model.motion``; None if one has a fault."""
-    faults = any(any(_check_element(row, "")) for row in rows)
-    return None if faults else [_element_spec(row, rotation) for row in rows]
-
-
-def _element_spec(row: tables.ProfileElement, rotation: str) -> ElementSpec:
-    """An element in the form of ``model.motion``: mirrored unless the cam turns cw."""
-    if row.x is None or row.y is None:
-        return ElementSpec(row.radius)
-    return ElementSpec(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
+    if any(any(_check_element(row, "")) for row in rows):
+        return None
+    side = 1.0 if rotation == "cw" else -1.0  # mirrored unless the cam turns cw
+    return [
+        ElementSpec(row.radius, None if row.x is None or row.y is None else complex(row.x, side * row.y))
+        for row in rows
+    ]
 
 
 def _profile_contact(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> ProfileContact | None:

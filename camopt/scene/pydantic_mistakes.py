@@ -85,20 +85,15 @@ def _mistake_from_error(
 
 
 def unknown_key_message(name: str, model: type[BaseModel], further_known_keys: Iterable[str] = ()) -> str:
-    """The message for a key that a table does not have; ``further_known_keys`` are further known keys."""
-    other = _unique_key_with_last_part(name)
-    meant = f"did you mean {other}?" if other else suggest_names(name, (*model.model_fields, *further_known_keys))
+    """The message for a key that a table does not have; ``further_known_keys`` are further known keys.
+
+    It names the only key with this last part, outside tables that repeat names of others.
+    """
+    tables = [place for place in KNOWN_TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
+    same = [f"{place}.{name}" for place in tables if name in KNOWN_TABLES[place].model_fields]
+    known = (*model.model_fields, *further_known_keys)
+    meant = f"did you mean {same[0]}?" if len(same) == 1 else suggest_names(name, known)
     why = f"not a known key; {meant}"
     if "." in name and name.partition(".")[0] in model.model_fields:  # a dotted key that ``nest_dotted_keys`` left
         why = "is given twice: leave one of them out"
     return str(getattr(model, "elsewhere", {}).get(name, why))
-
-
-def _unique_key_with_last_part(name: str) -> str | None:
-    """The only key with this last part, outside search, synthesis and train; None without one, or with several.
-
-    Search and train repeat names of other tables.
-    """
-    tables = [place for place in KNOWN_TABLES if place.split(".")[0] not in ("", "search", "synthesis", "train")]
-    keys = [f"{place}.{name}" for place in tables if name in KNOWN_TABLES[place].model_fields]
-    return keys[0] if len(keys) == 1 else None

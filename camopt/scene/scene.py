@@ -33,9 +33,10 @@ from camopt.scene.law_forms import VALUE_IN_SCENE
 from camopt.scene.limits import Limits
 from camopt.scene.load import replace_load_files
 from camopt.scene.mapping import is_motion_given_at_follower, value_at_key
+from camopt.scene.materials import MATERIALS
 from camopt.scene.own_laws import own_law_tables, replace_law_files, with_canonical_law_names
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, expand_own_quantities
-from camopt.scene.part import Part, complete_part
+from camopt.scene.part import TOWARDS_FOLLOWER, USUAL_GAP, Part
 from camopt.scene.profile import set_base_radius_from_profile
 from camopt.scene.pydantic_mistakes import KNOWN_TABLES, mistakes_from_pydantic
 from camopt.scene.search import Search, nest_dotted_keys
@@ -287,10 +288,17 @@ class Scene(HasHtml, Drawable, SceneTable):
     @property
     def whole_part(self) -> Part:
         """The part, completed from other tables of the scene: bore, material, density, name."""
-        paired = bool(self.mechanism.second_contact_size_keys)
-        return complete_part(
-            self.part, self.name, self.cam, self.materials, self.tolerances.profile or None, paired
-        )
+        part, paired = self.part, bool(self.mechanism.second_contact_size_keys)
+        defaults = {
+            "bore": self.cam.shaft_diameter,
+            "material": self.materials.cam,
+            "density": MATERIALS[self.materials.cam].density if self.materials.cam else None,
+            "name": self.name,
+            "profile_tolerance": self.tolerances.profile or None,
+            "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
+            "disc_gap": USUAL_GAP * part.thickness if paired and part.thickness else None,
+        }
+        return part.model_copy(update={key: v for key, v in defaults.items() if getattr(part, key) is None})
 
     @property
     def with_profile_tolerance_moved(self) -> "Scene":

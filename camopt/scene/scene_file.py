@@ -25,19 +25,15 @@ def write_scene(path: Path, scene: Scene) -> None:
 def text_of_scene(scene: Scene) -> str:
     """The scene as TOML text that reads back as an equal scene, with the order and comments of its file."""
     with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails on some tables out of order
-        source = _scene_source_text(scene.file)
+        if scene.file in shipped_scenes():
+            source = shipped_toml(scene.file)
+        else:
+            source = decode_user_text(read_bytes(scene.file)) if Path(scene.file).suffix == ".toml" else ""
         if 0 < len(source) <= LONGEST_TEXT:
             text = _scene_text_with_new_values(source, find_scene(scene.file), scene)
             if Scene.embedded(text, scene.file).to_dict() == scene.to_dict():
                 return text
     return scene.to_toml()
-
-
-def _scene_source_text(file: str) -> str:
-    """The text of a scene file or shipped scene by name; empty if there is none."""
-    if file in shipped_scenes():
-        return shipped_toml(file)
-    return decode_user_text(read_bytes(file)) if Path(file).suffix == ".toml" else ""
 
 
 def _scene_text_with_new_values(source: str, before: Scene, after: Scene) -> str:

@@ -1,7 +1,7 @@
 """The JSON Schema of scenes, made from the tables and the records of their keys, for editors of TOML."""
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from pydantic import TypeAdapter
 
@@ -30,23 +30,20 @@ def scene_schema(site: str = SITE) -> dict[str, Any]:
         for name, each in schema.pop("$defs").items()
     }
     for table, choice in (("Search", NumberChoice), ("Tolerances", GivenTolerance)):
-        writer = _NumberTableSchema(table.lower(), choice, sizes=table == "Tolerances", site=site)
+        own: dict[str, Any] = {"value_type": choice, "sizes": table == "Tolerances", "site": site}
         for name in ("cam", "follower", "drive", "materials"):
-            tables[table]["properties"][name] |= writer.numbers_schema(SCENE_TABLES[name], name)
-        rows = {
-            "additionalProperties": False,
-            "patternProperties": {ROW_PATTERN: writer.numbers_schema(SCENE_TABLES["train"], "train")},
-        }
-        tables[table]["properties"]["train"] |= rows
+            tables[table]["properties"][name] |= _numbers_schema(SCENE_TABLES[name], name, **own)
+        rows = {ROW_PATTERN: _numbers_schema(SCENE_TABLES["train"], "train", **own)}
+        tables[table]["properties"]["train"] |= {"additionalProperties": False, "patternProperties": rows}
     tables["NumberRange"] = _add_key_descriptions(
         _convert_schema_dialect(NumberRange.model_json_schema()), "search.KEY", NumberRange, site
     )
     top = _add_key_descriptions(_convert_schema_dialect(schema), *MODELS_BY_NAME["Scene"], site)
-    about = {"$schema": DIALECT, "title": "camopt scene"}
     known = {"properties": dict.fromkeys(tables["Limits"]["properties"], True), "additionalProperties": False}
     top |= {"if": {"required": ["quantities"]}, "else": {"properties": {"limits": known}}}  # else only known limits
     return {
-        **about,
+        "$schema": DIALECT,
+        "title": "camopt scene",
         **top,
         "description": "A cam, its follower, their motion and their limits.",
         "definitions": tables,
@@ -121,24 +118,20 @@ def _add_key_description(schema: dict[str, Any], model: type[SceneTable], name: 
         schema["x-taplo"] = {"links": {"key": page}}
 
 
-class _NumberTableSchema(NamedTuple):
-    """A table such as ``[search]``, with values for the numbers of other tables."""
+def _numbers_schema(
+    table: type[SceneTable], place: str, *, value_type: Any, sizes: bool, site: str
+) -> dict[str, Any]:
+    """The schema of values for the numbers of a table, in a table such as ``[search]``.
 
-    place: str
-    value_type: Any
-    """The type of a value for a number."""
-    sizes: bool
-    """Whether it has values for sizes here too."""
-    site: str
-
-    def numbers_schema(self, table: type[SceneTable], place: str) -> dict[str, Any]:
-        """The schema of the values for the numbers of another table."""
-        choice = _convert_schema_dialect(TypeAdapter(self.value_type).json_schema())
-        properties: dict[str, Any] = {}
-        for name, inner in searchable_number_types(table, sizes=self.sizes).items():
-            nested = isinstance(inner, type) and issubclass(inner, SceneTable)
-            properties[name] = (
-                self.numbers_schema(inner, f"{place}.{name}") if nested else {"anyOf": [*choice["anyOf"]]}
-            )
-            _add_key_description(properties[name], table, name, f"{place}.{name}", self.site)
-        return {"type": "object", "additionalProperties": False, "properties": properties}
+    ``value_type`` is the type of a value; ``sizes`` says whether sizes have values here too.
+    """
+    choice = _convert_schema_dialect(TypeAdapter(value_type).json_schema())
+    properties: dict[str, Any] = {}
+    for name, inner in searchable_number_types(table, sizes=sizes).items():
+        key = f"{place}.{name}"
+        if isinstance(inner, type) and issubclass(inner, SceneTable):
+            properties[name] = _numbers_schema(inner, key, value_type=value_type, sizes=sizes, site=site)
+        else:
+            properties[name] = {"anyOf": [*choice["anyOf"]]}
+        _add_key_description(properties[name], table, name, key, site)
+    return {"type": "object", "additionalProperties": False, "properties": properties}

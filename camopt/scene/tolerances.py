@@ -298,10 +298,10 @@ def replace_measured_error_files(data: dict[str, Any], folder: Path | None) -> I
 
     Paths are relative to ``folder``; None if the scene may not name files.
     """
-    for place, given in (
-        *_number_tolerances_in(data.get("tolerances")),
-        *_angle_tolerances_in(data.get("tolerances")),
-    ):
+    table = data.get("tolerances")
+    if not isinstance(table, Mapping):
+        return
+    for place, given in (*_number_tolerances_in(table), *((key, table.get(key)) for key in ANGLE_TOLERANCES)):
         named = given.get("values") if isinstance(given, dict) else None
         if not isinstance(named, str):
             continue
@@ -314,19 +314,14 @@ def replace_measured_error_files(data: dict[str, Any], folder: Path | None) -> I
             yield f"tolerances.{place}.values", named, str(trouble)
 
 
-def _number_tolerances_in(table: Any) -> Iterator[tuple[str, Any]]:
+def _number_tolerances_in(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The tolerances of numbers in the plain table, by key of the scene."""
-    for name in NUMBER_TABLES if isinstance(table, Mapping) else ():
+    for name in NUMBER_TABLES:
         given = table.get(name)
         for key, value in given.items() if isinstance(given, Mapping) else ():
             nested = isinstance(value, Mapping) and (name == "train" or key == "dynamics")
             for last, each in value.items() if nested else [("", value)]:
                 yield ".".join(filter(None, (name, str(key), str(last)))), each
-
-
-def _angle_tolerances_in(table: Any) -> Iterator[tuple[str, Any]]:
-    for key in ANGLE_TOLERANCES if isinstance(table, Mapping) else ():
-        yield key, table.get(key)
 
 
 # ----------------------------------------------------------------------------------------------------- checks

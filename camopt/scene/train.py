@@ -129,11 +129,8 @@ def _link_kind_and_sizes(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]
 
 
 def _train_with_stage_masses_and_forces(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
-    return replace(train, carried=tuple(_masses_and_forces_of_stages(stages, train)))
-
-
-def _masses_and_forces_of_stages(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[CarriedLoad]:
-    """The mass of each stage, and the constant forces on it."""
+    """The train with the mass of each stage, and the constant forces on it."""
+    carried = []
     for number, stage in enumerate(stages, start=1):
         joint, turns, unit = _output_joint_turns_and_unit(train, number)
         if ("mass" if turns else "inertia") in stage:
@@ -146,11 +143,12 @@ def _masses_and_forces_of_stages(stages: Sequence[Mapping[str, Any]], train: Tra
         force = constant + stage.get("preload", 0.0) * unit + mass * 1e3 * stage.get("gravity", 0.0)
         stiffness, friction = (stage.get(name, 0.0) * unit for name in ("spring_rate", "friction_force"))
         if changing or any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
-            yield CarriedLoad(joint, mass, stiffness, force, friction)
+            carried.append(CarriedLoad(joint, mass, stiffness, force, friction))
         if "arm_inertia" in stage:
             if train.stages.count(number) == 1:
                 raise StageFault(number, "it has no arm of its own: arm_inertia goes with an input_arm")
-            yield CarriedLoad(joint - 1, stage["arm_inertia"] * 1e3)
+            carried.append(CarriedLoad(joint - 1, stage["arm_inertia"] * 1e3))
+    return replace(train, carried=tuple(carried))
 
 
 def _output_joint_turns_and_unit(train: Train, stage_number: int) -> tuple[int, bool, float]:

@@ -1,6 +1,6 @@
 """Checks of the segments of a scene's turn."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from math import hypot, isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -183,14 +183,9 @@ def set_first_searched_laws(data: dict[str, Any]) -> None:
     """Set the law of each rise and return without one to the first law of ``[search]``, in ``data`` itself."""
     for row in data["motion"] if isinstance(data.get("motion"), list) else ():
         if isinstance(row, dict) and row.get("segment") in ("rise", "return") and row.get("law") is None:
-            laws = laws_of_search(data, row["segment"])
+            named = [value_at_key(data, f"search.{key}") for key in ("law", f"law_{row['segment']}")]
+            laws = [law for each in named if each for law in (each if isinstance(each, list) else [each])]
             row |= {"law": laws[0]} if laws and laws[0] in stroke_law_names(own_law_tables(data)) else {}
-
-
-def laws_of_search(data: Mapping[str, Any], kind: str) -> list[Any]:
-    """The laws in ``[search]`` for rises or for returns."""
-    named = [value_at_key(data, f"search.{key}") for key in ("law", f"law_{kind}")]
-    return [law for each in named if each for law in (each if isinstance(each, list) else [each])]
 
 
 def _check_stroke(scene: "Scene", row: tables.Segment, key: str) -> Iterator[Fault]:

@@ -45,38 +45,32 @@ def replace_unit_texts(
     tables: dict[str, Any], models: TableModels, file: str
 ) -> tuple[dict[str, Any], list[Mistake]]:
     """The tables of a scene with numbers in place of texts with units, and a mistake for each wrong unit."""
-    pair = mechanism_and_tip_of_tables(tables)
-    angular = bool(pair and pair[0].motion.angular)
-    reader = _UnitReader(models, file, angular, tables)
-    return reader.convert_table(tables, models[TOP_TABLE], "", ""), reader.mistakes
+    reader = _UnitReader(tables, models, file)
+    return reader.convert_scene(), reader.mistakes
 
 
 def tables_in_shown_units(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     """The tables of a scene with their numbers in the units of results."""
-    return _convert_tables(_ShownUnitConverter, tables, models)
+    return _ShownUnitConverter(tables, models).convert_scene()
 
 
 def tables_with_units_for_numbers(tables: dict[str, Any], models: TableModels) -> dict[str, Any]:
     """The tables of a scene with the unit of results in place of each number, "" without a unit."""
-    return _convert_tables(_UnitNamer, tables, models)
-
-
-def _convert_tables(
-    reader_class: "type[_UnitReader]", tables: dict[str, Any], models: TableModels
-) -> dict[str, Any]:
-    pair = mechanism_and_tip_of_tables(tables)
-    return reader_class(models, "", bool(pair and pair[0].motion.angular), tables).convert_table(
-        tables, models[TOP_TABLE], "", ""
-    )
+    return _UnitNamer(tables, models).convert_scene()
 
 
 class _UnitReader:
     """Goes through the tables of a scene and converts texts with units."""
 
-    def __init__(self, models: TableModels, file: str, angular: bool, scene: Mapping[str, Any]) -> None:
-        self.models, self.file, self.angular, self.scene = models, file, angular, scene
-        self.stages = train_stages_in(scene)
+    def __init__(self, scene: dict[str, Any], models: TableModels, file: str = "") -> None:
+        pair = mechanism_and_tip_of_tables(scene)
+        self.scene, self.models, self.file = scene, models, file
+        self.angular, self.stages = bool(pair and pair[0].motion.angular), train_stages_in(scene)
         self.mistakes: list[Mistake] = []
+
+    def convert_scene(self) -> dict[str, Any]:
+        """All tables of the scene, converted."""
+        return self.convert_table(self.scene, self.models[TOP_TABLE], "", "")
 
     def convert_table(
         self, given: Mapping[str, Any], model: type[SceneTable], place: str, kind_of_table: str

@@ -26,6 +26,7 @@ from camopt.cli.options import (
     refuse_to_overwrite_scene_in_folder,
     scene_options,
     set_option,
+    split_at_commas,
 )
 from camopt.core.mistakes import BadInput, Mistake
 
@@ -246,10 +247,13 @@ def _print_inspection(
 )
 @click.option(
     "--segments",
+    callback=split_at_commas,
     help="Order of strokes and dwells, such as rise,dwell,return,dwell; by default found from the points.",
 )
 @click.option("--layer", help="Layer of the profile, if FILE is a drawing (DXF) with several curves.")
-@click.option("--columns", help="Names or numbers of the two columns to read, such as 1,3.")
+@click.option(
+    "--columns", callback=split_at_commas, help="Names or numbers of the two columns to read, such as 1,3."
+)
 @click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
 @click.option(
     "--lift-unit",
@@ -268,8 +272,6 @@ def fit(
     target: str | None,
     rpm: float | None,
     settings: tuple[tuple[str, Any], ...],
-    columns: str | None,
-    segments: str | None,
     out: Path,
     picture: Path | None,
     as_json: bool,
@@ -294,11 +296,10 @@ def fit(
         scene = cli.read_scene(target, None, changes, allowed_words=library.SCENE_WORDS)
     else:
         scene = library.nest_dotted_keys(changed_values_by_key(changes)) or None
-    chosen, order = (names and [name.strip() for name in names.split(",")] for names in (columns, segments))
     points = camopt.MeasuredProfile(file, profile or "xy", probe or 0.0, layer) if is_profile else file
     sizes = {"cam.base_radius": "--base-radius", "follower.roller_radius": "--roller-radius"}
     with name_options_in_mistakes({**changes, **{key: (option, None) for key, option in sizes.items()}}):
-        result = camopt.fit(points, scene, columns=chosen, segments=order, **options)
+        result = camopt.fit(points, scene, **options)
     library.write_scene(out, result.scene)
     if picture:
         camopt.plot(result, picture)

@@ -274,6 +274,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 @output_options
 @click.option(
     "--axes",
+    callback=split_at_commas,
     default="size,acceleration",
     show_default=True,
     help="Two or three quantities to trade off: terms of synthesis.minimise, or loads with an upper limit.",
@@ -304,7 +305,7 @@ def frontier(
     scene: Any,
     as_json: bool,
     quiet: bool,
-    axes: str,
+    axes: list[str],
     points: int,
     out: Path,
     workers: int | None,
@@ -314,8 +315,6 @@ def frontier(
 
     Each point is a new motion law. --axes chooses other quantities, such as jerk or contact force.
     """
-    names = [axis.strip() for axis in axes.split(",")]
-    tell = None if quiet else cli.print_note
     if not quiet:
         cli.print_notes(library.dropped_ramps_in_words(scene))
     with (
@@ -323,7 +322,13 @@ def frontier(
         cli.progress(quiet, "points") as advance,
     ):
         result = camopt.frontier(
-            scene, names, points=points, workers=workers, progress=advance, engine=engine, tell=tell
+            scene,
+            axes,
+            points=points,
+            workers=workers,
+            progress=advance,
+            engine=engine,
+            tell=None if quiet else cli.print_note,
         )
         library.write_frontier(result, unit.staging)
         camopt.plot(result, unit.staged_path(library.FRONTIER_FILES[1]))

@@ -63,7 +63,9 @@ class Processes:
                 result = self._run_item_in_new_processes(work, item)
                 later = zip(futures[number + 1 :], items[number + 1 :], strict=True)
                 futures[number + 1 :] = [
-                    future if has_result_or_own_error(future) else self._submit(work, other)
+                    future
+                    if future.done() and not isinstance(future.exception(), BrokenProcessPool)
+                    else self._submit(work, other)
                     for future, other in later
                 ]
             yield result
@@ -106,11 +108,6 @@ class Processes:
         return ProcessPoolExecutor(
             self.workers, initializer=exit_after_parent, initargs=(self._alive_receiver,), env=environment
         )
-
-
-def has_result_or_own_error(future: "Future[Any]") -> bool:
-    """Whether an item has a result or an error of its own, and not that of a dead process."""
-    return future.done() and not isinstance(future.exception(), BrokenProcessPool)
 
 
 def exit_after_parent(alive_receiver: Any) -> None:

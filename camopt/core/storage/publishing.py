@@ -181,19 +181,12 @@ def _locked_work_folder(folder: Path) -> Iterator[Path]:
         finally:
             lock.release()
     finally:
-        if new_folders and _holds_only_lock(folder, work):
-            with suppress(OSError):
+        with suppress(OSError):
+            left = {*os.listdir(folder)} - {WORK_FOLDER} | {*os.listdir(work)} - {LOCK_FILE}
+            if new_folders and not left:
                 (work / LOCK_FILE).unlink(missing_ok=True)
                 for new in (work, *new_folders):
                     new.rmdir()
-
-
-def _holds_only_lock(folder: Path, work_folder: Path) -> bool:
-    """Whether a folder holds nothing but the lock."""
-    try:
-        return {*os.listdir(folder)} <= {WORK_FOLDER} and {*os.listdir(work_folder)} <= {LOCK_FILE}
-    except OSError:
-        return False
 
 
 def _remove_unfinished(staging: Path, kept_patterns: tuple[str, ...]) -> None:

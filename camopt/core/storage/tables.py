@@ -56,20 +56,15 @@ class TableFile:
             self._parquet = pq.ParquetFile(file, page_checksum_verification=True)
             self.layout: pa.Schema = self._parquet.schema_arrow
             self.count: int = self._parquet.metadata.num_rows
-            if VERSION_KEY not in (self.layout.metadata or {}):
-                raise not_a_table_error(path, self._foreign_writer_text)
+            metadata = self.layout.metadata or {}
+            if VERSION_KEY not in metadata:
+                why = f"another program ({self._parquet.metadata.created_by}) wrote this"
+                if b'"scene"' in metadata.get(PANDAS_KEY, b""):
+                    how = "read it with pandas.read_parquet, and give the frame in place of the path"
+                    why = f"pandas wrote this: {how}"
+                raise not_a_table_error(path, why)
             if why := _schema_fault(self.layout):  # checked before the data are read
                 raise not_a_table_error(path, why)
-
-    @property
-    def _foreign_writer_text(self) -> str:
-        """Message about a table that camopt did not write: the program that did.
-
-        For rows saved by pandas, how to read them.
-        """
-        if b'"scene"' in (self.layout.metadata or {}).get(PANDAS_KEY, b""):
-            return "pandas wrote this: read it with pandas.read_parquet, and give the frame in place of the path"
-        return f"another program ({self._parquet.metadata.created_by}) wrote this"
 
     def read(self, columns: list[str] | None = None) -> pa.Table:
         """Read some columns, or all."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, TrainPeak, unit_weight
+from camopt.model.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unit_weight
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.stroke import ALL_STROKES
 
@@ -96,11 +96,6 @@ def constraints_on_peak(peak: Peak, bound: float) -> tuple[Constraint, ...]:
     )
 
 
-def contact_keeping_constraints_of_peak(peak: Peak) -> tuple[Constraint, ...]:
-    """The constraints that keep the contact for a quantity whose curves do not show its loss."""
-    return tuple(Constraint(make, kinds, LEAST, ConstantBound(LEAST_CONTACT_FORCE)) for make, kinds in peak.forces)
-
-
 def merge_constraints_over_stroke_kinds(constraints: Iterable[Constraint]) -> list[Constraint]:
     """Merge constraints that differ only in their kinds of stroke."""
     merged: dict[Any, Constraint] = {}
@@ -110,13 +105,6 @@ def merge_constraints_over_stroke_kinds(constraints: Iterable[Constraint]) -> li
             constraint._replace(kinds=constraint.kinds | merged[key].kinds) if key in merged else constraint
         )
     return list(merged.values())
-
-
-def constraints_on_train_peak(peak: TrainPeak, bound: float) -> tuple[Constraint, ...]:
-    """The constraints on the curves of a train behind a quantity, from a bound on the quantity."""
-    return tuple(
-        Constraint(curve, ALL_STROKES, peak.goal, QuantityBound(peak.scale, bound)) for curve in peak.curves
-    )
 
 
 class TurnMeanConstraint(NamedTuple):
@@ -148,8 +136,3 @@ class TurnMeanConstraint(NamedTuple):
 
 
 AnyConstraint = Constraint | TurnMeanConstraint
-
-
-def constraint_on_mean(mean: Mean, bound: float, bound_sign: float) -> TurnMeanConstraint:
-    """The constraint on the mean behind a quantity, from a bound on the quantity."""
-    return TurnMeanConstraint(mean, bound, -bound_sign if mean.scale.is_decreasing else bound_sign)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.core.quantities import AT_LEAST, AT_MOST, QUANTITIES, Quantity
 from camopt.core.quantities.own_quantity import OwnQuantity
 from camopt.model.effects import (
@@ -35,13 +35,14 @@ from camopt.model.effects.peak_columns import peak_extremes
 from camopt.model.effects.self_crossing import proved_uncrossed_roller_radius, self_crossing_verdict
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
+from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.constraints import (
+    LEAST_CONTACT_FORCE,
+    ConstantBound,
     Constraint,
+    QuantityBound,
     TurnMeanConstraint,
-    constraint_on_mean,
     constraints_on_peak,
-    constraints_on_train_peak,
-    contact_keeping_constraints_of_peak,
 )
 from camopt.scene.problem.rows import QuantityColumns
 
@@ -296,7 +297,11 @@ class QuantityLimit(Limit):
     @cached_property
     def contact_keeping_constraints(self) -> tuple[Constraint, ...]:
         peaks = (self.peak_or_mean, *self.further_peaks) if isinstance(self.peak_or_mean, Peak) else ()
-        return tuple(constraint for peak in peaks for constraint in contact_keeping_constraints_of_peak(peak))
+        return tuple(
+            Constraint(make, kinds, LEAST, ConstantBound(LEAST_CONTACT_FORCE))
+            for peak in peaks
+            for make, kinds in peak.forces
+        )
 
     def constraints_at_contact(self, contact_number: int) -> tuple[Constraint, ...]:
         if not (self.further_peaks and isinstance(self.peak_or_mean, Peak)):
@@ -305,19 +310,18 @@ class QuantityLimit(Limit):
 
     @cached_property
     def mean_constraint(self) -> TurnMeanConstraint | None:
-        return (
-            constraint_on_mean(self.peak_or_mean, self.bound, self.bound_sign)
-            if isinstance(self.peak_or_mean, Mean)
-            else None
-        )
+        if not isinstance(self.peak_or_mean, Mean):
+            return None
+        side = -self.bound_sign if self.peak_or_mean.scale.is_decreasing else self.bound_sign
+        return TurnMeanConstraint(self.peak_or_mean, self.bound, side)
 
     @cached_property
     def train_constraints(self) -> tuple[Constraint, ...]:
-        return (
-            constraints_on_train_peak(self.peak_or_mean, self.bound)
-            if isinstance(self.peak_or_mean, TrainPeak)
-            else ()
-        )
+        peak = self.peak_or_mean
+        if not isinstance(peak, TrainPeak):
+            return ()
+        bound = QuantityBound(peak.scale, self.bound)
+        return tuple(Constraint(curve, ALL_STROKES, peak.goal, bound) for curve in peak.curves)
 
     def is_infinite_on_motion(self, programme: Programme) -> bool:
         return self.peak_or_mean is not None and any(
@@ -331,8 +335,12 @@ class QuantityLimit(Limit):
 
     def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
         peak = self.peak_or_mean
-        excess = self._extreme_excess(peak, columns, designs) if isinstance(peak, Peak) and peak.extremes else None
-        if excess is None:
+        if isinstance(peak, Peak) and peak.extremes:  # from the weighted extreme, relative to its allowed value
+            extreme = self._extreme_as_share_of_allowed(peak, columns, designs)
+            weight = peak.scale.curve_weight_by_design(self.bound)(designs)
+            finite = np.isfinite(extreme)
+            excess = np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
+        else:
             values = [columns[name] for name in self.quantities]
             value = values[0] if len(values) == 1 else reduce(np.maximum, map(np.abs, values))
             with np.errstate(over="ignore"):  # for a bound near 0
@@ -346,15 +354,6 @@ class QuantityLimit(Limit):
         if self.bound or not isinstance(self.peak_or_mean, Peak) or self.peak_or_mean.unit is None:
             return abs(self.bound) or 1.0
         return self.peak_or_mean.unit(designs)
-
-    def _extreme_excess(self, peak: Peak, columns: QuantityColumns, designs: Designs) -> FloatArray:
-        """The excess from the weighted extreme of the curve, relative to its allowed value."""
-        extreme, weight = (
-            self._extreme_as_share_of_allowed(peak, columns, designs),
-            peak.scale.curve_weight_by_design(self.bound)(designs),
-        )
-        finite = np.isfinite(extreme)
-        return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
 
     @cached_property
     def deciding_pitch_curve_quantities(self) -> tuple[str, ...] | None:

@@ -21,8 +21,7 @@ from camopt.model.effects import (
 )
 from camopt.model.effects.contacts import contact_peaks
 from camopt.model.effects.curvature import CONVEX_RADIUS, CUTTER_RADIUS
-from camopt.model.effects.mean import Mean
-from camopt.model.effects.peak import Peak, TrainPeak
+from camopt.model.effects.peak import Peak
 from camopt.model.motion.stroke import ALL_STROKES, DWELL, RISE
 from camopt.scene.problem.constraints import ConstantBound, Constraint
 from camopt.scene.problem.limit import (
@@ -67,23 +66,18 @@ def peak_at_first_contact(quantity: str, setup: Setup) -> Peak | None:
     return next(iter(peaks_of_quantity(quantity, setup)), None)
 
 
-def mean_or_train_peak(quantity: str, setup: Setup) -> Mean | TrainPeak | None:
-    """The mean behind a quantity, or the peak of a train; None if it is neither."""
-    effect = require_effect(quantity, setup)
-    return effect.means(setup).get(quantity) or effect.train_peaks(setup).get(quantity)
-
-
 def quantity_limit(name: str, bound: float, setup: Setup, *quantities: str) -> QuantityLimit:
     """The limit on a quantity, or on the largest magnitude of several."""
     peaks = peaks_of_quantity(quantities[0], setup)
-    form = peaks[0] if peaks else mean_or_train_peak(quantities[0], setup)
+    effect = require_effect(quantities[0], setup)
+    mean_or_train_peak = effect.means(setup).get(quantities[0]) or effect.train_peaks(setup).get(quantities[0])
     others = tuple(_jump_speed_constraints(quantities[0], bound, setup))
     return QuantityLimit(
         name,
         bound,
         setup,
         quantities=quantities,
-        peak_or_mean=form,
+        peak_or_mean=peaks[0] if peaks else mean_or_train_peak,
         other_constraints=others,
         further_peaks=peaks[1:],
     )
@@ -152,13 +146,6 @@ def pressure_angle_limits(setup: Setup, on_rise: float | None, on_return: float 
         yield quantity_limit("pressure_angle_return", on_return, setup, returns)
 
 
-def _face_reach_limits(bound: float, setup: Setup) -> Iterator[Limit]:
-    """The limit on the reach along a flat face, to either side."""
-    ends = ("face_reach_max_mm", "face_reach_min_mm")
-    if peak_at_first_contact(ends[0], setup) is not None:
-        yield quantity_limit("face_reach", bound, setup, *ends).with_changed_peaks(Peak.as_magnitude)
-
-
 def limits_of_scene(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     """The limits of a scene and those of every cam; limits that are checked last come last."""
     given, mechanism = scene.limits, setup.mechanism
@@ -177,7 +164,10 @@ def limits_of_scene(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     on_return = given.pressure_angle if given.pressure_angle_return is None else given.pressure_angle_return
     for limit in pressure_angle_limits(setup, given.pressure_angle, on_return):
         limits.append(limit if limit.name in named else replace(limit, bound_key="limits.pressure_angle"))
-    limits += [] if given.face_reach is None else _face_reach_limits(given.face_reach, setup)
+    reaches = ("face_reach_max_mm", "face_reach_min_mm")  # along a flat face, to either side
+    if given.face_reach is not None and peak_at_first_contact(reaches[0], setup) is not None:
+        reach = quantity_limit("face_reach", given.face_reach, setup, *reaches)
+        limits.append(reach.with_changed_peaks(Peak.as_magnitude))
     limits += limits_on_given_keys({"outer_radius": outline.OUTER_RADIUS} if mechanism.outline is not None else {})
     limits += limits_on_given_keys({"curvature_radius": CONVEX_RADIUS})
     limits += limits_on_given_keys(

@@ -3,7 +3,7 @@
 ``resolve`` makes a problem from a scene. Solvers, reports and pictures read the problem, not the scene.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, nan
@@ -50,11 +50,11 @@ from camopt.scene.problem.unavailable_quantities import (
     yoke_motion_mistakes,
 )
 from camopt.scene.problem.variables import Variable, is_train_key, variables_of_scene
-from camopt.scene.profile import profile_programme
+from camopt.scene.profile import profile_programme_if_known
 from camopt.scene.scene import Scene
 from camopt.scene.segments import motion_segments_of_rows
 from camopt.scene.tolerances import ToleranceZone
-from camopt.scene.train import build_trains, follower_load_with_train
+from camopt.scene.train import build_trains
 
 MISSING_SIZE = (
     "missing; only commands that find sizes work without it: optimise, serve, effects, and sweep if [search] has it"
@@ -95,7 +95,8 @@ class Problem:
     """The variables that the scene leaves to its search."""
     accuracy: float
     """Largest relative error of reported values; that of the setup may be smaller."""
-    scene_values: "SceneValues"
+    _scene: Scene
+    """The scene behind the problem, to make setup and limits for other values; only this module reads it."""
     zones: Mapping[str, ToleranceZone] = field(default_factory=dict)
     """Tolerance zones of a robust search, by field of designs or key of the train: cams in them meet the limits."""
     robust_errors: tuple[NumberErrors, ...] = ()
@@ -177,15 +178,15 @@ class Problem:
         """The problem with other numbers of the scene, by key; sizes and relative error stay."""
         if not numbers:
             return self
-        values = self.scene_values.with_values(numbers)
+        scene = self._scene.with_values(numbers)
         changes_train = any(map(is_train_key, numbers))
-        if changes_train and (why := values.train_fault):
+        if changes_train and (why := train_fault(scene)):
             named = ", ".join(f"{key} = {value:.6g}" for key, value in numbers.items())
             return replace(self, setup=self.setup.with_numbers(numbers)).with_no_assembly(f"{why} (with {named})")
         setup = replace(
-            values.setup, relative_error=self.setup.relative_error, free=self.setup.free - numbers.keys()
+            setup_of(scene), relative_error=self.setup.relative_error, free=self.setup.free - numbers.keys()
         )
-        changed = replace(self, scene_values=values, setup=setup, limits=values.limits(setup))
+        changed = replace(self, _scene=scene, setup=setup, limits=limits_of_scene(scene, setup))
         return changed.with_given_motion(self.given_motion) if changes_train else changed
 
     def with_given_motion(self, given_motion: Programme) -> "Problem":
@@ -208,12 +209,16 @@ class Problem:
             return self
         setup = self.with_numbers(largest_values).setup
         setup = replace(setup, free=setup.free | largest_values.keys())
-        return replace(self, setup=setup, limits=self.scene_values.limits(setup))
+        return replace(self, setup=setup, limits=self.limits_with_setup(setup))
 
     def with_keys_per_design(self, keys: Collection[str]) -> "Problem":
         """The problem whose designs have numbers of their own, by key; its own numbers stay."""
         setup = replace(self.setup, free=self.setup.free.union(keys))
-        return replace(self, setup=setup, limits=self.scene_values.limits(setup))
+        return replace(self, setup=setup, limits=self.limits_with_setup(setup))
+
+    def limits_with_setup(self, setup: Setup) -> tuple[Limit, ...]:
+        """The limits of the scene on designs of another setup."""
+        return limits_of_scene(self._scene, setup)
 
     def absorb_design_numbers(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem with the numbers of one design as its own, and the design without them."""
@@ -263,11 +268,11 @@ class Problem:
         BadInput
             If the tool goes beyond a dead point of the train.
         """
-        return self.scene_values.follower_motion(given_motion, self.setup, self.segments)
+        return follower_motion_through_train(given_motion, self.segments, self._scene, self.setup.train)
 
     def trains_with_numbers(self, numbers: Mapping[str, Any]) -> Train:
         """Trains with other numbers, by key of the scene: arrays, or ranges with slopes."""
-        return self.scene_values.trains_with_numbers(numbers, angular=self.setup.angular)
+        return build_trains(self._scene.train, numbers, angular=self.setup.angular)
 
     def train_with_errors(self, errors: Mapping[str, Any]) -> Train:
         """The train with errors of its numbers, by key and in units of the scene; other errors are ignored."""
@@ -366,43 +371,6 @@ def _with_relative_error(setup: Setup, relative_error: float) -> Setup:
     return replace(setup, relative_error=relative_error)
 
 
-@dataclass(frozen=True)
-class SceneValues:
-    """The scene behind a problem, to make setup and limits for other values; only this module reads it."""
-
-    _scene: Scene
-
-    def with_values(self, values: Mapping[str, float | None]) -> "SceneValues":
-        """A copy with other values by key of the scene, already checked; None removes a value."""
-        return SceneValues(self._scene.with_values(values))
-
-    @property
-    def setup(self) -> Setup:
-        """The setup of the scene."""
-        return setup_of(self._scene)
-
-    @property
-    def train_fault(self) -> str:
-        """Why the train cannot perform the given motion; empty if it can."""
-        return train_fault(self._scene)
-
-    def follower_motion(
-        self, given_motion: Programme, setup: Setup, segments: Sequence[MotionSegment]
-    ) -> Programme:
-        """The motion of the follower that gives the follower or the tool a motion, under the scene's load."""
-        _, load = split_constant_and_changing_load(*external_load_and_its_unit(self._scene))
-        total_load = follower_load_with_train(self._scene.train, setup.train, load)
-        return follower_motion_through_train(given_motion, segments, self._scene, setup.train, total_load)
-
-    def trains_with_numbers(self, numbers: Mapping[str, Any], *, angular: bool) -> Train:
-        """Trains with other numbers; ``angular`` says whether the follower turns."""
-        return build_trains(self._scene.train, numbers, angular=angular)
-
-    def limits(self, setup: Setup) -> tuple[Limit, ...]:
-        """The limits of the scene on designs of a setup."""
-        return limits_of_scene(self._scene, setup)
-
-
 def resolve(scene: Scene) -> Problem:
     """Convert a checked scene to a problem in inside units: mm, s, rad.
 
@@ -444,13 +412,12 @@ def _cached_problem(scene: Scene) -> Problem:
     if mistakes := [*unavailable_outputs(scene, setup), *unavailable_limits(scene, setup)]:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: make_own_law(name, law) for name, law in scene.laws.items()}}
-    values, (_, load) = SceneValues(scene), split_constant_and_changing_load(*external_load_and_its_unit(scene))
+    _, load = split_constant_and_changing_load(*external_load_and_its_unit(scene))
     turn = motion_segments_of_rows(scene.motion, scene.cam.rpm)
-    if scene.profile:
-        motion = profile_programme(scene, load)
-    else:
+    motion = profile_programme_if_known(scene, load) if scene.profile else None
+    if motion is None:
         motion = Programme.from_segments(turn, angular=scene.given_motion_is_angle, laws=laws, load=load)
-    programme = values.follower_motion(motion, setup, turn)
+    programme = follower_motion_through_train(motion, turn, scene, setup.train)
     if mistakes := yoke_motion_mistakes(scene, programme):
         raise BadInput(mistakes)
     return Problem(
@@ -468,7 +435,7 @@ def _cached_problem(scene: Scene) -> Problem:
         variables=variables,
         missing_variables=tuple(missing),
         accuracy=scene.accuracy.relative_error,
-        scene_values=values,
+        _scene=scene,
         zones=(
             zones := tolerance_zones_of_robust_search(
                 scene, variables, collect_nominal_numbers(variables, design, setup.given.values)

@@ -4,7 +4,7 @@ Designs carry most numbers that a search varies, as they carry their sizes. Numb
 list of limits are shared by all designs of a problem; a setting is one choice of these.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -102,21 +102,17 @@ def _with_numbers_per_design(problem: Problem, range_ends_by_key: Mapping[str, t
 def problems_in_settings(problem: Problem, settings: Iterable[NumberSetting]) -> list[Problem]:
     """The problem in each setting; raises as ``problems_by_motion_and_setting``."""
     problems = [problem.with_numbers(setting) for setting in settings]
-    if mistakes := list(_zero_number_mistakes(problem, problems)):
-        raise BadInput(mistakes)
-    return problems
-
-
-def _zero_number_mistakes(problem: Problem, problems: Iterable[Problem]) -> Iterator[Mistake]:
-    """A mistake for each number that is 0 in a setting although a quantity, such as jamming, needs it."""
     wanted, names_by_key = problem.evaluated_quantities, dict[str, set[str]]()
     for each in problems:
         for name, keys in missing_keys_by_quantity(each.setup).items():
-            for key in keys if name in wanted else ():
+            for key in keys if name in wanted else ():  # 0 in this setting, although a quantity needs it
                 names_by_key.setdefault(key, set()).add(name)
-    for key, names in names_by_key.items():
-        needed = f"{', '.join(sorted(names))} {'need' if len(names) > 1 else 'needs'} it"
-        yield Mistake(problem.file, f"search.{key}", 0.0, f"above 0: {needed}")
+    needs = {
+        key: f"{', '.join(sorted(n))} {'need' if len(n) > 1 else 'needs'} it" for key, n in names_by_key.items()
+    }
+    if needs:
+        raise BadInput(Mistake(problem.file, f"search.{key}", 0.0, f"above 0: {why}") for key, why in needs.items())
+    return problems
 
 
 def too_many_settings_mistakes(problem: Problem, count: int) -> list[Mistake]:

@@ -22,13 +22,26 @@ from camopt.scene.train import build_train, build_trains
 
 def setup_of(scene: Scene) -> Setup:
     """The setup of a scene."""
-    angular = scene.mechanism.motion.angular
+    angular, part = scene.mechanism.motion.angular, scene.whole_part
     return Setup(
         mechanism=scene.mechanism,
         tip=scene.tip,
         relative_error=scene.accuracy.relative_error,
         given=SceneNumbers(_setup_numbers(scene), angular, scene.tool_turns),
-        solid=_solid_of_part(scene),
+        solid=SolidSizes(
+            thickness=part.thickness,
+            density=None if part.density is None else part.density * 1e-12,  # kg/m³ to t/mm³
+            bore_radius=(part.bore or 0.0) / 2,
+            bore_reach=part.bore_reach,
+            keyway_width=part.keyway_width or 0.0,
+            keyway_depth=part.keyway_depth or 0.0,
+            keyway_angle=radians(part.keyway_angle or 0.0),
+            hub_radius=(part.hub_diameter or 0.0) / 2,
+            hub_length=part.hub_length or 0.0,
+            groove_depth=part.groove_depth,
+            rib_height=part.rib_height,
+            outer_diameter=part.outer_diameter,
+        ),
         train=build_train(scene.train, angular=angular),
         errors=_error_bands_from_tolerances(scene),
         own_quantities=own_quantities(scene.quantities),
@@ -107,22 +120,3 @@ def external_load_and_its_unit(scene: Scene) -> tuple[Any, float]:
     """The external load in the scene's unit, and that unit in N (N·mm)."""
     given = scene.follower.dynamics
     return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0
-
-
-def _solid_of_part(scene: Scene) -> SolidSizes:
-    """The cam as a solid, completed from other tables of the scene."""
-    part = scene.whole_part
-    return SolidSizes(
-        thickness=part.thickness,
-        density=None if part.density is None else part.density * 1e-12,  # kg/m³ to t/mm³
-        bore_radius=(part.bore or 0.0) / 2,
-        bore_reach=part.bore_reach,
-        keyway_width=part.keyway_width or 0.0,
-        keyway_depth=part.keyway_depth or 0.0,
-        keyway_angle=radians(part.keyway_angle or 0.0),
-        hub_radius=(part.hub_diameter or 0.0) / 2,
-        hub_length=part.hub_length or 0.0,
-        groove_depth=part.groove_depth,
-        rib_height=part.rib_height,
-        outer_diameter=part.outer_diameter,
-    )

@@ -4,13 +4,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.model.motion.load import ExternalLoad, TrainLoad
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment, start_position
 from camopt.model.motion.tool_drive import follower_programme, programme_with_tool
 from camopt.model.trains.train import StageFault, Train
 from camopt.scene.checks import faults_across_tables
+from camopt.scene.load import split_constant_and_changing_load
+from camopt.scene.problem.setup import external_load_and_its_unit
 from camopt.scene.scene import Scene
+from camopt.scene.train import follower_load_with_train
 
 
 def follower_motion_through_train(
@@ -18,9 +20,8 @@ def follower_motion_through_train(
     segments: Sequence[MotionSegment],
     scene: Scene,
     train: Train | None,
-    load: ExternalLoad | TrainLoad | None,
 ) -> Programme:
-    """The motion of the follower of a scene, under a load; without a train it is the given motion.
+    """The motion of the follower of a scene, under its load; without a train it is the given motion.
 
     If the scene gives the motion of the follower, or its profile, the result has the motion of the tool added.
 
@@ -33,6 +34,8 @@ def follower_motion_through_train(
         return given_motion
     zero = (start_position(segments) - given_motion.start) * given_motion.unit_in_mm_or_rad
     drive = programme_with_tool if scene.given_at_follower else follower_programme
+    _, external_load = split_constant_and_changing_load(*external_load_and_its_unit(scene))
+    load = follower_load_with_train(scene.train, train, external_load)
     try:
         return drive(replace(given_motion, load=None), train, zero, load)
     except StageFault as fault:

@@ -70,7 +70,7 @@ class PricedTolerance:
         if self.field in zones:
             zones[self.field] = ToleranceZone(band.low, band.high, zones[self.field].deviation)
             zones = {field: zone for field, zone in zones.items() if zone.lower or zone.upper}
-        new = {limit.name: limit for limit in problem.scene_values.limits(setup)}
+        new = {limit.name: limit for limit in problem.limits_with_setup(setup)}
         limits = tuple(replace(new[each.name], bound=each.bound) for each in problem.limits)
         return replace(problem, setup=setup, limits=limits, zones=zones, robust_errors=initial_robust_errors(zones))
 
