@@ -9,12 +9,12 @@ question; the tree is one of bounding boxes.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from camopt.core.kernels.compile import compiled_once_it_pays
-from camopt.core.numerics import BoolArray, FloatArray, IntArray
+from camopt.core.numerics import BoolArray, FloatArray, IndexArray, IntArray
 
 TREE_BRANCHES = 8
 REBUILD_SHARE = 0.25  # share of new points at which the large tree is built again
@@ -116,7 +116,7 @@ class PointTree:
         none = np.empty((0, objectives))
         self._most, self._recent, self._count = Dominators(none), [none], 0
 
-    def add_and_find_dominated(self, costs: FloatArray) -> Any:
+    def add_and_find_dominated(self, costs: FloatArray) -> BoolArray:
         """Add points (n, objectives); return a mask (n,) of those that a point of the large tree dominates."""
         dominated = self._most.mask_dominated_points(costs)
         self._recent.append(costs[~dominated])
@@ -141,14 +141,14 @@ class TreePair(NamedTuple):
     most: Dominators
     recent: Dominators
 
-    def mask_dominated_points(self, costs: FloatArray) -> Any:
+    def mask_dominated_points(self, costs: FloatArray) -> BoolArray:
         """Which points a known point dominates; see ``Dominators``."""
         dominated = self.most.mask_dominated_points(costs)
         dominated[~dominated] = self.recent.mask_dominated_points(costs[~dominated])
         return dominated
 
 
-def neighbour_order(costs: FloatArray) -> Any:
+def neighbour_order(costs: FloatArray) -> IndexArray:
     """Order of points in which the points of a branch are near each other.
 
     The points are sorted by the objective in which their ranks have the largest spread. Then each half is sorted in

@@ -52,8 +52,7 @@ def _divide_intervals(a: "Interval", b: "Interval") -> "Interval":
     if not np.logical_or.reduce(through_zero, axis=None):
         return _multiply_intervals(a, Interval(1.0 / b.high, 1.0 / b.low))
     least = np.where(through_zero & ((b.low < 0.0) | (b.high == 0.0)), -np.inf, 1.0 / b.high)
-    inverse = Interval(least, np.where(through_zero, np.inf, 1.0 / b.low))
-    return _multiply_intervals(a, inverse)
+    return _multiply_intervals(a, Interval(least, np.where(through_zero, np.inf, 1.0 / b.low)))
 
 
 def widen(x: "Interval", relative: float = INPUT_ROUNDOFF) -> "Interval":

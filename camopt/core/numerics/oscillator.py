@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.core.numerics import FloatArray, IntArray
+from camopt.core.numerics import FloatArray, IntArray, Number
 
 SERIES_PHASE = (
     2.0  # radians of free vibration to each side of a panel's centre, below which the power series is used
@@ -36,7 +36,7 @@ LEFT_END = np.array([-1.0])
 WHOLE_NUMBER = 4e-15  # relative distance below which r is a whole number but for rounding
 
 
-def damped_frequency_ratio(damping: Any) -> Any:
+def damped_frequency_ratio(damping: Any) -> Number:
     """w = √(1 − ζ²), the damped frequency divided by the undamped one."""
     return np.sqrt((1.0 - damping) * (1.0 + damping))
 
@@ -72,8 +72,7 @@ class Wave(NamedTuple):
 
     def times(self, factor: FloatArray | float) -> "Wave":
         """The wave multiplied by a factor (rows, 1)."""
-        parts = (self.polynomial * factor, self.cosine * factor, self.sine * factor)
-        return Wave(*parts, *self[3:])
+        return Wave(self.polynomial * factor, self.cosine * factor, self.sine * factor, *self[3:])
 
     def plus(self, other: "Wave") -> "Wave":
         """The sum with another wave on the same panels."""

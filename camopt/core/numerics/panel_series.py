@@ -5,12 +5,11 @@ programme. Sums, products and integrals of series are series, so nothing here is
 """
 
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.piecewise import MotionTable, halve_bernstein, powers_to_bernstein_matrix
 from camopt.core.numerics.stable_functions import matrix_product
 
@@ -45,13 +44,13 @@ def integrate_series(half_width: FloatArray, series: FloatArray) -> FloatArray:
     return np.asarray(integral)
 
 
-def turn_integral(half_width: FloatArray, series: FloatArray) -> Any:
+def turn_integral(half_width: FloatArray, series: FloatArray) -> Number:
     """Integral over the whole turn, (settings,) if the series has settings; only even powers contribute."""
     even = series[::2]
     return matrix_product(matrix_product(2.0 / np.arange(1, 2 * len(even), 2), even), half_width)[()]
 
 
-def largest_value_of_series(series: FloatArray) -> Any:
+def largest_value_of_series(series: FloatArray) -> Number:
     """Largest value of a series, (settings,) if it has settings, to WORK_ERROR of its largest magnitude.
 
     Bernstein coefficients enclose a polynomial; the first and the last are its values at the ends. Parts of panels

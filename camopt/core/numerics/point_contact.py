@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels
-from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray
+from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, Number
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.interval import Interval, widen
 from camopt.core.numerics.jet import Jet, select
@@ -35,7 +35,7 @@ BOUND_SLACK = 1.0 + 1e-9  # factor on bounds of derivatives: the table's third d
 ITERATIONS = 24  # each reduces the error to less than a seventh
 
 
-def carlson_integrals(ellipticity: Any) -> tuple[Any, Any]:
+def carlson_integrals(ellipticity: Any) -> tuple[Number, Number]:
     """Carlson's integrals B and D of μ."""
     from scipy.special import elliprd
 
@@ -115,7 +115,7 @@ def pressure_factor_of_jet(t, table):
 
 
 @singledispatch
-def pressure_factor_and_derivative(t: Any, table: FloatArray) -> tuple[Any, Any]:
+def pressure_factor_and_derivative(t: Any, table: FloatArray) -> tuple[Number, Number]:
     """h and h' of numbers, jets, intervals or dual numbers.
 
     A number outside the table has the h of the table's nearest end.
@@ -125,12 +125,12 @@ def pressure_factor_and_derivative(t: Any, table: FloatArray) -> tuple[Any, Any]
 
 
 @pressure_factor_and_derivative.register
-def _pressure_factor_pair_of_jet(t: Jet, table: FloatArray) -> tuple[Any, Any]:
+def _pressure_factor_pair_of_jet(t: Jet, table: FloatArray) -> tuple[Number, Number]:
     return pressure_factor_of_jet(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf)
 
 
 @pressure_factor_and_derivative.register
-def _pressure_factor_and_derivative_of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
+def _pressure_factor_and_derivative_of_interval(t: Interval, table: FloatArray) -> tuple[Interval, Interval]:
     (high, steep, *_), (low, gentle, *_) = (
         pressure_factor_derivatives(t.low, table),
         pressure_factor_derivatives(t.high, table),
@@ -142,7 +142,7 @@ def _pressure_factor_and_derivative_of_interval(t: Interval, table: FloatArray) 
 
 
 @pressure_factor_and_derivative.register
-def _pressure_factor_pair_of_sloped(t: SlopedInterval, table: FloatArray) -> tuple[Any, Any]:
+def _pressure_factor_pair_of_sloped(t: SlopedInterval, table: FloatArray) -> tuple[SlopedInterval, SlopedInterval]:
     (value, slope), (h, h1) = (
         _pressure_factor_and_derivative_of_interval(t.value, table),
         _pressure_factor_and_derivative_of_interval(t.at, table),
@@ -153,7 +153,7 @@ def _pressure_factor_pair_of_sloped(t: SlopedInterval, table: FloatArray) -> tup
 
 
 @pressure_factor_and_derivative.register
-def _pressure_factor_pair_of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
+def _pressure_factor_pair_of_quotient(t: Quotient, table: FloatArray) -> tuple[Number, Number]:
     return pressure_factor_and_derivative(t.divide(), table)
 
 

@@ -22,11 +22,7 @@ def constrained_least_squares(
     ``rounding_scale`` is the size of the numbers from which ``lower_limits`` was computed: it gives the rounding.
     """
     if not factor.shape[1]:
-        return (
-            np.empty(0)
-            if np.all(lower_limits <= _allowed_violation(rows, lower_limits, np.empty(0), rounding_scale))
-            else None
-        )
+        return np.empty(0) if _holds_limits(rows, lower_limits, np.empty(0), rounding_scale) else None
     turned, root = np.linalg.qr(factor)  # with z = U·(x − bottom) the norm is |z|, up to a constant
     bottom = np.asarray(np.linalg.solve(root, -(turned.T @ offset)), dtype=float)
     if _holds_limits(rows, lower_limits, bottom, rounding_scale):
@@ -54,7 +50,7 @@ def constrained_least_squares(
 
 
 def shortest_solution_and_null_space(
-    rows: FloatArray, values: FloatArray, rounding_scale: float = 0.0
+    rows: FloatArray, values: FloatArray, rounding_scale: float
 ) -> tuple[FloatArray, FloatArray] | None:
     """The shortest x with rows·x = values, and the directions of all other solutions; None if there is none.
 
@@ -68,8 +64,7 @@ def shortest_solution_and_null_space(
     left, sizes, right = np.linalg.svd(rows / lengths[:, None])
     rank = int((sizes > RANK_TOLERANCE * sizes[0]).sum())
     shortest = right[:rank].T @ ((left.T[:rank] @ (values / lengths)) / sizes[:rank])
-    residual = np.abs(rows @ shortest - values)
-    if np.any(residual > _allowed_violation(rows, values, shortest, rounding_scale)):
+    if np.any(np.abs(rows @ shortest - values) > _allowed_violation(rows, values, shortest, rounding_scale)):
         return None
     return shortest, right[rank:].T
 

@@ -39,8 +39,7 @@ def gauss_rule(order: int) -> GaussRule:
     """Gauss's rule with n points, exact for polynomials of degree 2n − 1."""
     nodes, weights = np.array([_legendre_root_and_weight(order, k) for k in reversed(range(order))]).T.copy()
     share = (-1.0) ** np.arange(order) * np.sqrt((1.0 - nodes**2) * weights)  # barycentric
-    distance = nodes[:, None] - nodes + np.eye(order)
-    derivative = share / share[:, None] / distance
+    derivative = share / share[:, None] / (nodes[:, None] - nodes + np.eye(order))
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     return GaussRule(nodes, weights, derivative)

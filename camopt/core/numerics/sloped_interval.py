@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from camopt.core.numerics import INPUT_ROUNDOFF, FloatArray
+from camopt.core.numerics import INPUT_ROUNDOFF, FloatArray, Number
 from camopt.core.numerics.interval import (
     INTERVAL_OPERANDS,
     INTERVAL_RULES,
@@ -192,7 +192,7 @@ def _sign_derivative(a: Interval) -> Interval:
     return Interval(np.zeros_like(a.low), np.where(constant, 0.0, np.inf))
 
 
-def _arctan2_partials(value: Interval, y: Interval, x: Interval) -> tuple[Any, ...]:
+def _arctan2_partials(value: Interval, y: Interval, x: Interval) -> tuple[Interval, ...]:
     square = y * y + x * x
     return x / square, -y / square
 
@@ -273,7 +273,7 @@ def choose_form_or_hull(one: SlopedInterval, other: SlopedInterval, use_one: Any
     return one.quantity_over_same_boxes(value, at, slopes)
 
 
-def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
+def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Number, Number]:
     """A positive fraction to the power of a number."""
     over, under = (a.above, a.below) if exponent.above > 0.0 else (a.below, a.above)
     size = abs(exponent.above)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.interval import Interval, as_interval, widen
 from camopt.core.numerics.sloped_interval import SlopedInterval, apply_chain_rule, range_of, value_at_box_point
 
@@ -25,7 +25,7 @@ def angle_minus_sine(t: FloatArray) -> FloatArray:
     return np.where(t < 0.5, total, t - np.sin(t))
 
 
-def compensated_sum(*terms: Any) -> Any:
+def compensated_sum(*terms: Any) -> Number:
     """A sum that is right to its last digits even if its terms cancel (Ogita, Rump and Oishi 2005, Sum2).
 
     The rounding error of each addition is computed exactly and added at the end. Ranges are added by their ends.
@@ -56,7 +56,7 @@ def matrix_product(a: Any, b: Any) -> FloatArray:
     return total
 
 
-def triangle_angle(first_side: Any, second_side: Any, *opposite_terms: Any) -> Any:
+def triangle_angle(first_side: Any, second_side: Any, *opposite_terms: Any) -> Number:
     """Angle between two sides of a triangle [rad], from the third side as a sum of terms.
 
     The half-angle form keeps all digits of a flat triangle, where the law of cosines loses them (W. Kahan,
@@ -75,14 +75,14 @@ def triangle_angle(first_side: Any, second_side: Any, *opposite_terms: Any) -> A
     return 2.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
 
 
-def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
+def exact_sum(a: Any, b: Any) -> tuple[Number, Number]:
     """a + b, and its rounding error (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
-def difference_of_squares_root(a: Any, b: Any, added_to_a: Any = 0.0) -> Any:
+def difference_of_squares_root(a: Any, b: Any, added_to_a: Any = 0.0) -> Number:
     """√((a + more)² − b²) as the root of its factors, for a + more ≥ 0; 0 where |b| is larger.
 
     It rises with a and falls with |b|, so its ends are exact for intervals. The product of its factors would be

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.core.numerics import Number
+
 
 class Taylor:
     """The truncated series f + f'·t + f''/2·t² + …; its terms are numbers, arrays of one shape, or intervals."""
@@ -25,7 +27,7 @@ class Taylor:
     def __init__(self, terms: Sequence[Any]) -> None:
         self.terms = tuple(terms)
 
-    def derivative(self, order: int) -> Any:
+    def derivative(self, order: int) -> Number:
         """The derivative of some order at the centre of the series."""
         return self.terms[order] * factorial(order)
 
@@ -91,7 +93,7 @@ def _constant_series(x: Any, template: Any) -> Taylor:
     return x if isinstance(x, Taylor) else template * 0.0 + x
 
 
-def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Number:
     """a₀·b₀ + a₁·b₁ + …, with at least one product."""
     return reduce(add, map(mul, a, b))
 

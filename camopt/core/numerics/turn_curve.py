@@ -7,8 +7,9 @@ found from polynomials and never sampled. A curve may jump between panels; both 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from math import inf, pi, sqrt
+from operator import add
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -218,8 +219,7 @@ class TurnCurve:
         last = np.clip(np.searchsorted(self.ends, after, side="left") - 1, 0, count - 1)
         last = np.where(high > TURN, last + count, np.maximum(last, first))
         one = self._range_over_part(first, low, np.where(first == last, high, inf))
-        end_panel = last % count
-        two = self._range_over_part(end_panel, np.where(first == last, low, -inf), after)
+        two = self._range_over_part(last % count, np.where(first == last, low, -inf), after)
         least, most = np.minimum(one.low, two.low), np.maximum(one.high, two.high)
         between = last - first - 1
         lows, highs = self._ranges_of_panel_runs
@@ -322,7 +322,4 @@ def on_common_panels(curves: Sequence[TurnCurve]) -> list[TurnCurve]:
 
 def sum_curves(curves: Sequence[TurnCurve]) -> TurnCurve:
     """The sum of curves; 0 without any."""
-    total = TurnCurve.constant(0.0)
-    for curve in curves:
-        total = total + curve
-    return total
+    return reduce(add, curves, TurnCurve.constant(0.0))
