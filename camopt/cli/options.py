@@ -233,8 +233,7 @@ def pop_overrides_as_changes(options: dict[str, Any]) -> dict[str, tuple[str, An
     for key, value in options.pop("settings", ()):
         option = f"--set {key}"
         if key in changes:
-            why = f"is already set by {changes[key][0]}"
-            raise BadInput([Mistake("camopt", option, value, why, bare=True)])
+            raise BadInput([Mistake("camopt", option, value, f"is already set by {changes[key][0]}", bare=True)])
         changes[key] = option, value
     if given["max_pressure"] is not None:  # one limit for all strokes: it clears the scene's limit for returns
         changes.setdefault(OVERRIDE_KEYS["max_pressure_return"], (option_spelling("max_pressure"), None))

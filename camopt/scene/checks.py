@@ -4,9 +4,11 @@ They read a typed scene without its wrong values (``scene.faultless_tables``). A
 yields nothing. Each fault is (key, value, what is wrong).
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from math import degrees, isnan
+from operator import gt, le, lt
 from typing import TYPE_CHECKING, Any
 
 from camopt.core.quantities.scene_numbers import NUMBERS, SPRING_AT
@@ -59,8 +61,7 @@ def faults_across_tables(scene: "Scene", data: Mapping[str, Any]) -> Iterator[Fa
         yield from check_turn(scene)
         yield from _check_searched_angles(scene)
     yield from check_train(scene)
-    yield from _check_searched_laws(scene, stroke_law_names(own_law_values_by_name(scene)))
-    yield from _check_synthesis(scene, stroke_law_names(own_law_values_by_name(scene)))
+    yield from _check_search_and_synthesis(scene)
     follower = scene.follower
     if pair := mechanism_and_tip_named(scene.cam.form, follower.motion, follower.contact, scene.drive.kind):
         mechanism, tip = pair
@@ -103,10 +104,16 @@ def _refuse_motion_search_with_profile(scene: "Scene") -> Iterator[Fault]:
             yield f"search.{key}", None, why
 
 
-def _check_searched_laws(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
+def _check_search_and_synthesis(scene: "Scene") -> Iterator[Fault]:
+    """Check that the named laws exist, and that computed laws are not smoother than their degree allows."""
+    laws, given = stroke_law_names(own_law_values_by_name(scene)), scene.synthesis
     for key in LAW_KEYS:
         for place, law in enumerate(getattr(scene.search, key), start=1):
             yield from check_law_exists(law, f"search.{key}.{place}", laws)
+    for key in ("peak_velocity", "peak_acceleration", "peak_jerk"):
+        yield from check_law_exists(getattr(given, key), f"synthesis.{key}", laws)
+    if isinstance(given.continuity, int) and given.continuity >= given.degree:
+        yield "synthesis.continuity", float(given.continuity), f"must be below the degree ({given.degree:g})"
 
 
 def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
@@ -149,14 +156,6 @@ def _check_searched_angles(scene: "Scene") -> Iterator[Fault]:
         yield first, None, shared
 
 
-def _check_synthesis(scene: "Scene", laws: tuple[str, ...]) -> Iterator[Fault]:
-    given = scene.synthesis
-    for key in ("peak_velocity", "peak_acceleration", "peak_jerk"):
-        yield from check_law_exists(getattr(given, key), f"synthesis.{key}", laws)
-    if isinstance(given.continuity, int) and given.continuity >= given.degree:
-        yield "synthesis.continuity", float(given.continuity), f"must be below the degree ({given.degree:g})"
-
-
 def _mechanism_words(mechanism: Mechanism, tip: Tip) -> str:
     return f"{mechanism.body.words} with {mechanism.motion.words} {tip.name} follower"
 
@@ -176,8 +175,7 @@ def _check_follower_drive(scene: "Scene", mechanism: Mechanism, tip: Tip) -> Ite
         yield "drive.kind", kind, f"must be {drives} on a {_mechanism_words(mechanism, tip)}"
         return
     for key in (name for name in Drive.model_fields if name not in ("kind", *own.keys)):
-        for place in _given_and_searched_value_by_key(scene, f"drive.{key}"):
-            yield place, VALUE_IN_SCENE, _message_for_key_the_drive_lacks(key, mechanism)
+        yield from _refuse_number(scene, f"drive.{key}", _message_for_key_the_drive_lacks(key, mechanism))
     yield from _check_clearance_and_interference(scene, mechanism)
     if mechanism.further_contacts:
         yield from _refuse_values_with_two_contacts(scene, mechanism)
@@ -194,9 +192,8 @@ def _check_clearance_and_interference(scene: "Scene", mechanism: Mechanism) -> I
             continue
         most = degrees(LARGEST_PLAY * size / arm) if swung and arm else LARGEST_PLAY * size
         why = f"must be at most a tenth of the {words}{' at the end of the arm' if swung else ''}"
-        for place, choice in _given_and_searched_value_by_key(scene, f"drive.{key}").items():
-            if any(each > most for each in _known_choice_values(choice, "stop")):
-                yield place, VALUE_IN_SCENE, f"{why} ({most:.4g}{' deg' if swung else ''})"
+        why += f" ({most:.4g}{' deg' if swung else ''})"
+        yield from _refuse_number(scene, f"drive.{key}", why, partial(lt, most), "stop")
 
 
 def _message_for_key_the_drive_lacks(key: str, mechanism: Mechanism) -> str:
@@ -214,20 +211,16 @@ def _refuse_values_with_two_contacts(scene: "Scene", mechanism: Mechanism) -> It
     if scene.profile:
         yield "profile", None, f"{words} is given by the [[motion]] of its follower"
     for name in (each for each in GUIDE_KEYS if each in mechanism.motion.own_dynamics_keys):
-        for place in _given_and_searched_value_by_key(scene, f"follower.dynamics.{name}"):
-            why = f"camopt does not compute the guide of {words}: the share of each contact is unknown"
-            yield place, VALUE_IN_SCENE, why
+        why = f"camopt does not compute the guide of {words}: the share of each contact is unknown"
+        yield from _refuse_number(scene, f"follower.dynamics.{name}", why)
     for key, other in (PRELOAD, PRELOAD[::-1]):
-        for place in _given_and_searched_value_by_key(scene, f"drive.{key}"):
-            if not _given_and_searched_value_by_key(scene, f"drive.{other}"):
-                why = f"needs drive.{other}, which is missing: together they make a preload"
-                yield place, VALUE_IN_SCENE, why
-    for place in (
-        _given_and_searched_value_by_key(scene, "drive.clearance") if "clearance" in mechanism.drive.keys else ()
-    ):
-        if any(_given_and_searched_value_by_key(scene, f"drive.{PRELOAD[0]}").values()):
-            why = "contacts with an interference have no clearance: leave one of them out"
-            yield place, VALUE_IN_SCENE, why
+        if not _given_and_searched_value_by_key(scene, f"drive.{other}"):
+            why = f"needs drive.{other}, which is missing: together they make a preload"
+            yield from _refuse_number(scene, f"drive.{key}", why)
+    interference = _given_and_searched_value_by_key(scene, f"drive.{PRELOAD[0]}")
+    if "clearance" in mechanism.drive.keys and any(interference.values()):
+        why = "contacts with an interference have no clearance: leave one of them out"
+        yield from _refuse_number(scene, "drive.clearance", why)
     if mechanism.drive.one_disc and scene.follower.offset not in (None, 0.0):
         yield "follower.offset", VALUE_IN_SCENE, f"must be 0 with {words}"
 
@@ -260,23 +253,15 @@ def _check_dynamics_keys_and_guide(
 ) -> Iterator[Fault]:
     """Check that the follower has only keys of its motion, and that the guide never reaches the trace point."""
     motion, table = mechanism.motion, "follower.dynamics"
+    why = f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.own_dynamics_keys)}"
     for name in (key for other in MOTIONS.values() if other != motion for key in other.own_dynamics_keys):
-        for place in _given_and_searched_value_by_key(scene, f"{table}.{name}"):
-            yield (
-                place,
-                VALUE_IN_SCENE,
-                f"a {_mechanism_words(mechanism, tip)} has none; it has {', '.join(motion.own_dynamics_keys)}",
-            )
+        yield from _refuse_number(scene, f"{table}.{name}", why)
     lever = _given_and_searched_value_by_key(scene, SPRING_AT) if motion.angular else {}
     if lever and not any(_given_and_searched_value_by_key(scene, key) for key in SPRING_NUMBERS):
         yield next(iter(lever)), VALUE_IN_SCENE, "needs spring_rate in N/mm or preload in N, which are missing"
-    for place, choice in (
-        _given_and_searched_value_by_key(scene, f"{table}.overhang")
-        if "overhang" in motion.own_dynamics_keys
-        else {}
-    ).items():
-        if lift is not None and any(each < lift for each in _known_choice_values(choice)):
-            yield place, VALUE_IN_SCENE, f"must be at least the lift ({lift:g}), by which the rise shortens it"
+    if lift is not None and "overhang" in motion.own_dynamics_keys:
+        why = f"must be at least the lift ({lift:g}), by which the rise shortens it"
+        yield from _refuse_number(scene, f"{table}.overhang", why, partial(gt, lift))
     loads = _given_and_searched_value_by_key(scene, f"{table}.load")
     if isinstance(loads.get(f"{table}.load"), tuple) and f"search.{table}.load" in loads:
         why = f"{table}.load changes over the turn; a single number cannot replace it"
@@ -286,9 +271,9 @@ def _check_dynamics_keys_and_guide(
 def _check_lash(scene: "Scene", lift: float | None) -> Iterator[Fault]:
     """Check that a lash is smaller than the lift, and its variation at most the lash."""
     key = "follower.dynamics.lash"
-    for place, choice in _given_and_searched_value_by_key(scene, key).items():
-        if lift is not None and any(each >= lift for each in _known_choice_values(choice)):
-            yield place, VALUE_IN_SCENE, f"must be below the lift ({lift:g}), or the driven part would never move"
+    if lift is not None:
+        why = f"must be below the lift ({lift:g}), or the driven part would never move"
+        yield from _refuse_number(scene, key, why, partial(le, lift))
     lash, varies = map(known_number_or_none, scene.numbers((key, f"{key}_variation")).values())
     if lash is not None and varies is not None and varies > lash:
         yield f"{key}_variation", varies, f"must be at most the lash ({lash:g})"
@@ -300,8 +285,17 @@ def _given_and_searched_value_by_key(scene: "Scene", key: str) -> dict[str, Any]
     return {place: value for place, value in both.items() if value is not None}
 
 
+def _refuse_number(
+    scene: "Scene", key: str, why: str, is_wrong: Callable[[float], bool] | None = None, range_end: str = "start"
+) -> Iterator[Fault]:
+    """A fault for each place that gives a number; with ``is_wrong``, only if it holds for a value or range end."""
+    for place, choice in _given_and_searched_value_by_key(scene, key).items():
+        if is_wrong is None or any(map(is_wrong, _known_choice_values(choice, range_end))):
+            yield place, VALUE_IN_SCENE, why
+
+
 def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
-    """Check that the mechanism can be assembled at its lowest and its highest position."""
+    """Check that the mechanism, and a second contact with sizes of its own, can be assembled at both ends."""
     base, shaft = known_number_or_none(scene.cam.base_radius), known_number_or_none(scene.cam.shaft_diameter)
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
@@ -310,21 +304,17 @@ def _check_assembly(scene: "Scene", lift: float | None, mechanism: Mechanism, ti
         if misfit := mechanism.misfit(sizes):
             yield misfit
             return
-    yield from _check_second_contact_assembly(scene, mechanism, sizes, shaft)
-
-
-def _check_second_contact_assembly(
-    scene: "Scene", mechanism: Mechanism, sizes: Mapping[str, float], shaft_diameter: float | None
-) -> Iterator[Fault]:
-    """Check that a second contact with sizes of its own can be assembled."""
     given = {
         key: known_number_or_none(value) for key, value in scene.numbers(mechanism.second_contact_size_keys).items()
     }
-    own = {key: size for key, size in given.items() if size is not None}
+    own = {key: size for key, size in given.items() if size is not None}  # of a second contact
     base = own.get("drive.base_radius")
-    if base and shaft_diameter and shaft_diameter / 2 > base:
-        why = f"must be at most twice the base radius of the second disc ({2 * base:g})"
-        yield "cam.shaft_diameter", shaft_diameter, why
+    if base and shaft and shaft / 2 > base:
+        yield (
+            "cam.shaft_diameter",
+            shaft,
+            f"must be at most twice the base radius of the second disc ({2 * base:g})",
+        )
     seen = {SECOND_FIELDS[key].removeprefix("second_"): size for key, size in own.items()}
     with suppress(KeyError):
         if own and (misfit := mechanism.misfit({**sizes, **seen})):

@@ -1,10 +1,9 @@
 """Choices of ``[search]``, each a range or a list of values for a number of the scene."""
 
 from collections.abc import Callable, Mapping
-from functools import cache
 from typing import Annotated, Any, NamedTuple, Self, get_args, get_origin
 
-from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
 
 from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities.key import Key
@@ -55,10 +54,6 @@ CheckedChoice = StepRange | tuple[float, ...]
 """A choice after its checks."""
 
 
-def _discriminator_of_choice(value: Any) -> str:
-    return "range/" if isinstance(value, (dict, StepRange)) else "values/"
-
-
 def _value_as_list(value: Any) -> Any:
     """A value or a list of values, as a list."""
     if isinstance(value, str):
@@ -66,27 +61,23 @@ def _value_as_list(value: Any) -> Any:
     return single_value_as_list(value)
 
 
+CHOICE_KIND = Discriminator(lambda value: "range/" if isinstance(value, (dict, StepRange)) else "values/")
 ListedValues = Annotated[tuple[SignedNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
 Choice = (
     Annotated[
         Annotated[InnerTable[StepRange], Tag("range/")] | Annotated[ListedValues, Tag("values/")],
-        Discriminator(_discriminator_of_choice),
+        CHOICE_KIND,
     ]
     | None
 )
 ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
-    Discriminator(_discriminator_of_choice),
+    CHOICE_KIND,
 ]
 
 
-@cache
-def _choice_validator() -> TypeAdapter[Any]:
-    """The validator of a choice, built on first use since that takes milliseconds."""
-    return TypeAdapter(NumberChoice)
-
-
+CHOICE_VALIDATOR = TypeAdapter[Any](NumberChoice, config=ConfigDict(defer_build=True))  # milliseconds to build
 NumberReader = Callable[[Any, Any, str], Any]
 """From (type of a number, value, place in the scene) to the checked value; raises BadInput."""
 
@@ -94,7 +85,7 @@ NumberReader = Callable[[Any, Any, str], Any]
 def _read_search_choice(number_type: Any, value: Any, choice_key: str) -> Any:
     """The choice of ``[search]`` for one number."""
     try:
-        choice = _choice_validator().validate_python(value.model_dump() if isinstance(value, StepRange) else value)
+        choice = CHOICE_VALIDATOR.validate_python(value.model_dump() if isinstance(value, StepRange) else value)
     except ValidationError as error:
         raise BadInput(mistakes_from_pydantic(error, NumberRange, choice_key)) from None
     number, mistakes = TypeAdapter(number_type), list[Mistake]()
@@ -133,15 +124,9 @@ def read_number_choices(
     table_key = table_key or table.__name__
     if not isinstance(given_choices, Mapping):
         raise BadInput([Mistake("", table_key, given_choices, "a table")])
-    chosen: dict[str, Any] = {}
-    mistakes: list[Mistake] = []
-    for key, value in given_choices.items():
-        try:
-            chosen[key] = _read_number_choice(table, key, value, f"{table_key}.{key}", reader)
-        except BadInput as error:
-            mistakes += error.mistakes
-    if mistakes:
-        raise BadInput(mistakes)
+    chosen = _read_each(
+        given_choices, lambda key, value: _read_number_choice(table, key, value, f"{table_key}.{key}", reader)
+    )
     return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
@@ -156,19 +141,27 @@ def read_row_choices(table: type[SceneTable], given_choices: Any, reader: Reader
     where = table.__name__
     if not isinstance(given_choices, Mapping):
         raise BadInput([Mistake("", where, given_choices, f"a table, such as {{ 1 = {{ {where.lower()} = 3 }} }}")])
-    chosen: dict[str, Any] = {}
-    mistakes: list[Mistake] = []
-    for row, values in given_choices.items():
+
+    def read_row(row: str, values: Any) -> dict[str, Any]:
+        if not (row.isdecimal() and row == str(int(row)) != "0"):
+            why = "not the number of a row, counted from 1"
+            raise BadInput([Mistake("", f"{where}.{row}", values, why, bare=True)])
+        return read_number_choices(table, values, f"{where}.{row}", reader)
+
+    return _read_each(given_choices, read_row)
+
+
+def _read_each(values_by_key: Mapping[str, Any], read: Callable[[str, Any], Any]) -> dict[str, Any]:
+    """What ``read`` makes of each key and value; one BadInput with the mistakes in all of them."""
+    results, mistakes = dict[str, Any](), list[Mistake]()
+    for key, value in values_by_key.items():
         try:
-            if not (row.isdecimal() and row == str(int(row)) != "0"):
-                why = "not the number of a row, counted from 1"
-                raise BadInput([Mistake("", f"{where}.{row}", values, why, bare=True)])
-            chosen[row] = read_number_choices(table, values, f"{where}.{row}", reader)
+            results[key] = read(key, value)
         except BadInput as error:
             mistakes += error.mistakes
     if mistakes:
         raise BadInput(mistakes)
-    return chosen
+    return results
 
 
 def _read_number_choice(table: type[SceneTable], key: str, value: Any, where: str, reader: Reader) -> Any:

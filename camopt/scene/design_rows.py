@@ -1,7 +1,7 @@
 """Rows of tables as designs: the columns that a scene reads, and the checks of their values."""
 
 import warnings
-from collections.abc import Collection, Container, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from math import isnan
 from numbers import Real
 from typing import TYPE_CHECKING, Any
@@ -72,7 +72,12 @@ def check_design_row(scene: "Scene", values: Mapping[str, Any]) -> None:
         for name in (*required, *LAW_NAME_COLUMNS)
         if name in values and is_missing(values[name])
     ]
-    if mistakes := [*mistakes, *_unknown_law_mistakes(scene, values)]:
+    laws = (*LAWS, *scene.laws)
+    for name in LAW_NAME_COLUMNS:
+        law = values.get(name)
+        if not is_missing(law) and law not in laws and law not in _law_column_texts_of_scene_motion(scene):
+            mistakes.append(Mistake(ROW_WORD, name, law, f"a motion law; {suggest_names(str(law), laws)}"))
+    if mistakes:
         raise BadInput(mistakes)
     angles: Any = values.get(ANGLES_COLUMN)
     count, shape = len(scene.motion), np.asarray(angles, dtype=object).shape
@@ -104,9 +109,9 @@ def unknown_columns(scene: "Scene", names: Collection[str]) -> list[str]:
         *LAW_NAME_COLUMNS,
         *scene.quantities,
         *scene.row_columns.values(),
+        *scene.mechanism.size_quantity_by_field.values(),
+        *(name for name, each in QUANTITIES.items() if each.effect != "sizes"),
     }
-    known |= {*scene.mechanism.size_quantity_by_field.values()}
-    known |= {name for name, each in QUANTITIES.items() if each.effect != "sizes"}
     return [name for name in names if name not in known and not name.startswith(EXCESS_PREFIX)]
 
 
@@ -119,15 +124,6 @@ def warn_of_unknown_columns(
         f"{n} (did you mean {like}?)" if like and like not in present_columns else n for n, like in likes.items()
     ]
     warnings.warn(f"{file}: camopt ignores {join_words(shown)}: {NO_DESIGN}", stacklevel=3)
-
-
-def _unknown_law_mistakes(scene: "Scene", values: Mapping[str, Any]) -> Iterator[Mistake]:
-    """Mistakes for laws that the scene does not have; the joined names of its own motion's laws are allowed."""
-    known = (*LAWS, *scene.laws)
-    for name in LAW_NAME_COLUMNS:
-        law = values.get(name)
-        if not is_missing(law) and law not in known and law not in _law_column_texts_of_scene_motion(scene):
-            yield Mistake(ROW_WORD, name, law, f"a motion law; {suggest_names(str(law), known)}")
 
 
 def _law_column_texts_of_scene_motion(scene: "Scene") -> tuple[str, ...]:

@@ -10,7 +10,7 @@ A line follows from the arcs beside it.
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -64,13 +64,15 @@ def profile_elements_of_outline(outline: DrawnOutline, clockwise: bool) -> list[
         jump = np.degrees(outline.corner_angles[sharpest])
         raise ValueError(f"it has a corner of {jump:.3g}° at {_point_text(outline.vertices[sharpest])}")
     outline = outline if (outline.signed_area > 0.0) == clockwise else outline.reversed_outline
-    arcs = _outline_arcs(outline, 1.0 if clockwise else -1.0)
-    starts = _differs_from_previous_arc(arcs)
+    radii, centres = _arc_radii_and_centres(outline, 1.0 if clockwise else -1.0)
+    starts = _differs_from_previous_arc(radii, centres)
     if starts.sum() > MOST_SEGMENTS:
         raise ValueError(f"its profile has {starts.sum():,} arcs and lines; at most {MOST_SEGMENTS:,} are allowed")
-    radii, centres = _tangent_radii_and_centres(arcs.radii[starts], arcs.centres[starts])
-    given = ((float(r), complex(c)) for r, c in zip(radii, centres, strict=True))
-    elements = [ElementSpec(None) if np.isinf(r) else ElementSpec(r, c) for r, c in given]
+    radii, centres = _tangent_radii_and_centres(radii[starts], centres[starts])
+    elements = [
+        ElementSpec(None) if np.isinf(r) else ElementSpec(float(r), complex(c))
+        for r, c in zip(radii, centres, strict=True)
+    ]
     _check_elements_meet_vertices(elements, outline.vertices, np.cumsum(starts) - 1, clockwise)
     return [
         {"element": "line"}
@@ -80,30 +82,26 @@ def profile_elements_of_outline(outline: DrawnOutline, clockwise: bool) -> list[
     ]
 
 
-class _Arcs(NamedTuple):
-    """Radii [mm] (positive where convex, infinite for lines) and centres (for lines the unit tangents)."""
+def _arc_radii_and_centres(outline: DrawnOutline, outline_sense: float) -> tuple[FloatArray, ComplexArray]:
+    """Radii [mm] and centres of the arcs of an outline, anticlockwise (``outline_sense`` 1) or clockwise (−1).
 
-    radii: FloatArray
-    centres: ComplexArray
-
-
-def _outline_arcs(outline: DrawnOutline, outline_sense: float) -> _Arcs:
-    """The arcs of an outline that runs anticlockwise (``outline_sense`` 1) or clockwise (−1)."""
+    A radius is positive where the outline is convex. Lines have an infinite radius, and the unit tangent as centre.
+    """
     chords, bulges = outline.chords, outline.bulges
     with np.errstate(divide="ignore", invalid="ignore"):
         radii = outline_sense * np.abs(chords) * (1.0 + bulges**2) / (4.0 * bulges)
         centres = outline.vertices + chords * (0.5 + 0.25j * (1.0 / bulges - bulges))
     lines = ~(np.abs(radii) < LARGEST_NUMBER)
-    return _Arcs(np.where(lines, np.inf, radii), np.where(lines, chords / np.abs(chords), centres))
+    return np.where(lines, np.inf, radii), np.where(lines, chords / np.abs(chords), centres)
 
 
-def _differs_from_previous_arc(arcs: _Arcs) -> BoolArray:
+def _differs_from_previous_arc(radii: FloatArray, centres: ComplexArray) -> BoolArray:
     """Whether each arc or line differs from the one before it."""
-    size = np.where(np.isinf(arcs.radii), SAME_LINE, SAME_ARC * np.abs(arcs.radii))
-    before = np.roll(arcs.radii, 1)
+    size = np.where(np.isinf(radii), SAME_LINE, SAME_ARC * np.abs(radii))
+    before = np.roll(radii, 1)
     with np.errstate(invalid="ignore"):
-        other = np.where(before == arcs.radii, 0.0, before - arcs.radii)  # lines have no difference
-    starts = np.abs(np.roll(arcs.centres, 1) - arcs.centres) + np.abs(other) > size
+        other = np.where(before == radii, 0.0, before - radii)  # lines have no difference
+    starts = np.abs(np.roll(centres, 1) - centres) + np.abs(other) > size
     if not starts.any():
         starts[0] = True  # a whole circle
     return starts

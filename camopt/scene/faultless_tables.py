@@ -30,8 +30,7 @@ def faultless_table(
         if value is OMITTED and field.is_required():
             value = table and faultless_table(table, {}, wrong_keys)
         values |= {} if value is OMITTED else {name: value}
-    extra = given if model.model_config.get("extra") == "allow" else {}
-    return model.model_construct(**{**extra, **values})
+    return model.model_construct(**{**(given if model.model_config.get("extra") == "allow" else {}), **values})
 
 
 @cache

@@ -1,6 +1,6 @@
 """The external loads of a scene: constant, or tables over the turn from rows or a CSV file."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import pairwise
 from math import inf
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.model.motion.load import ExternalLoad
 from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
 from camopt.scene.law_forms import LEAST_GAP, VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import tables_in_list
+from camopt.scene.mapping import tables_in_list, value_at_key
 from camopt.scene.own_laws import LARGEST_NUMBER
 
 if TYPE_CHECKING:
@@ -32,24 +32,15 @@ def split_constant_and_changing_load(load: Any, unit_in_N_or_N_mm: float) -> tup
     return 0.0, ExternalLoad(load, unit_in_N_or_N_mm)
 
 
-def _tables_that_may_have_load(data: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The tables that may have a load, by the key of the load: that of the follower, and stages of the train."""
-    follower = data.get("follower")
-    dynamics = follower.get("dynamics") if isinstance(follower, Mapping) else None
-    if isinstance(dynamics, dict):
-        yield "follower.dynamics.load", dynamics
-    for number, stage in enumerate(tables_in_list(data.get("train")), start=1):
-        if isinstance(stage, dict):
-            yield f"train.{number}.load", stage
-
-
 def replace_load_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
     """Replace each file that a load names by its rows, in ``data`` itself.
 
     Paths are relative to ``folder``; None if the scene may not name files.
     """
-    for key, table in _tables_that_may_have_load(data):
-        load = table.get("load")
+    tables = {"follower.dynamics.load": value_at_key(data, "follower.dynamics")}
+    tables |= {f"train.{k}.load": stage for k, stage in enumerate(tables_in_list(data.get("train")), start=1)}
+    for key, table in tables.items():
+        load = table.get("load") if isinstance(table, dict) else None
         if isinstance(load, str):
             try:
                 columns = read_csv_columns(folder, load, FILE_COLUMNS)

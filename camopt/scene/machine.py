@@ -42,6 +42,7 @@ from camopt.scene.tables import (
     check_one_line,
     check_two_numbers,
     check_whole_number,
+    type_validator,
 )
 from camopt.scene.toml_text import has_unit_text, parse_toml, plain_mappings_and_lists
 from camopt.scene.units import replace_unit_texts
@@ -52,7 +53,7 @@ STATION_TABLE = "station"
 """The table that makes a TOML file a machine."""
 
 
-def _check_outline(value: Any) -> Any:
+def _check_outline(value: Any) -> tuple[tuple[float, ...], ...]:
     """The points of an outline."""
     if not isinstance(value, (list, tuple)) or not 1 <= len(value) <= MOST_SPANS:
         raise ValueError(f"a list of 1 to {MOST_SPANS} points [x, y]")
@@ -62,7 +63,7 @@ def _check_outline(value: Any) -> Any:
     return points
 
 
-def _check_range_of_angles(value: Any) -> Any:
+def _check_range_of_angles(value: Any) -> tuple[float, float]:
     start, end = check_two_numbers(value)
     if not (
         isfinite(start) and isfinite(end) and 0.0 < end - start <= 360.0 + NEAR_END and abs(start) <= LARGEST_VALUE
@@ -71,13 +72,7 @@ def _check_range_of_angles(value: Any) -> Any:
     return start, end
 
 
-def _check_scene(value: Any) -> Any:
-    if not isinstance(value, (str, dict)):
-        raise ValueError("the path of a scene's TOML file, the name of a shipped scene, or a table")
-    return value
-
-
-def _check_coefficients(value: Any) -> Any:
+def _check_coefficients(value: Any) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)) or not value:
         raise ValueError("a list of numbers, one for each station in between")
     return tuple(check_number(each) for each in value)
@@ -111,7 +106,9 @@ class Station(SceneTable):
     name: Annotated[MachineName, Key("Name of the station")]
     scene: Annotated[
         str | dict[str, Any],
-        BeforeValidator(_check_scene),
+        BeforeValidator(
+            type_validator((str, dict), "the path of a scene's TOML file, the name of a shipped scene, or a table")
+        ),
         Key("The station's scene: the path of its file, relative to the machine's; a shipped scene; or a table"),
     ]
     phase: Annotated[
@@ -505,8 +502,9 @@ def _speed_notes(machine: Machine, scenes: Mapping[str, Scene]) -> Iterator[str]
 
 def scene_at_speed(scene: Scene, rpm: float) -> Scene:
     """A scene at another speed of its cam [rev/min], by the key that gives its speed."""
-    change = {CRANK_SPEED_KEY: TURNS_OF_CRANK * rpm} if scene.is_speed_of_crank else {"cam.rpm": rpm}
-    return scene.replace(**change)
+    return scene.replace(
+        **({CRANK_SPEED_KEY: TURNS_OF_CRANK * rpm} if scene.is_speed_of_crank else {"cam.rpm": rpm})
+    )
 
 
 def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) -> Iterator[Fault]:
@@ -516,9 +514,8 @@ def _faults_across_stations(machine: Machine, scenes: Sequence[Scene | None]) ->
     yield from _repeated_names(machine)
     for number, (station, scene) in enumerate(zip(machine.station, scenes, strict=True), start=1):
         if station.outline is not None and scene:
-            turns = scene.tool_turns
-            missing, other = ("pivot", "direction") if turns else ("direction", "pivot")
-            kind = "turns" if turns else "slides"
+            slides = ("direction", "pivot", "slides")
+            missing, other, kind = ("pivot", "direction", "turns") if scene.tool_turns else slides
             if getattr(station, missing) is None:
                 yield f"station.{number}.{missing}", None, f"missing: the tool {kind} and has an outline"
             if getattr(station, other) is not None:

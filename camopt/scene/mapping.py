@@ -29,6 +29,12 @@ def finite_number_or_none(value: Any) -> float | None:
         return None
 
 
+def table_named(tables: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """The table of a name; an empty one if it is missing or no table."""
+    table = tables.get(name)
+    return table if isinstance(table, Mapping) else {}
+
+
 def tables_in_list(value: Any) -> list[Mapping[str, Any]]:
     """The tables in a list; any other item counts as an empty table."""
     rows = value if isinstance(value, (list, tuple)) else ()

@@ -15,7 +15,7 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MOVE, MotionSegment, segment_positions
 from camopt.model.motion.stroke import ALL_STROKES, DERIVATIVE_NAMES, SOLVER_TOLERANCE, Stroke, required_range
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
-from camopt.scene.own_laws import check_laws, make_own_law, make_own_law_from_values, own_law_values_by_name
+from camopt.scene.own_laws import check_laws, laws_of_scene, make_own_law_from_values, own_law_values_by_name
 from camopt.scene.tables import Segment
 
 if TYPE_CHECKING:
@@ -33,7 +33,18 @@ def check_moves(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[F
         return
     if any(segment.law for segment in segments if segment.segment == MOVE):
         yield from _check_move_laws(scene, segments)
-    yield from _check_move_conditions_can_be_met(scene, segments)
+    if not any(segment.segment == MOVE and segment.law is None for segment in segments):
+        return
+    try:
+        if programme_in_scene_units(scene, segments).lift == 0.0:
+            yield "motion", None, "never moves: no position or condition differs from its start"
+    except InfeasibleMoves as contradiction:
+        first, *others = contradiction.keys
+        why = f"contradicts {join_words(others)}: {contradiction.headline}"
+        if not others:
+            others_text = "the segments next to the moves, or the positions at their ends (to)"
+            why = f"contradicts {others_text}: {contradiction.headline.replace('all of these', 'both')}"
+        yield first, None, f"{why}; leave one out, or give a wider range"
 
 
 def has_faultless_named_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> bool:
@@ -47,8 +58,7 @@ def has_faultless_named_laws(scene: "Scene", segments: Sequence[MotionSegment]) 
 
 def programme_in_scene_units(scene: "Scene", segments: Sequence[MotionSegment]) -> Programme:
     """The motion of faultless laws and segments, with displacements in the scene's unit."""
-    own = {name: make_own_law(name, law) for name, law in scene.laws.items()}
-    return Programme.from_segments(segments, angular=False, laws={**LAWS, **own})
+    return Programme.from_segments(segments, angular=False, laws=laws_of_scene(scene))
 
 
 def _check_move_laws(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
@@ -91,22 +101,6 @@ def _check_condition_angles_in_move(rows: Sequence[Segment]) -> Iterator[Fault]:
             elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
                 what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
                 yield f"{key}.angle", VALUE_IN_SCENE, what
-
-
-def _check_move_conditions_can_be_met(scene: "Scene", segments: Sequence[MotionSegment]) -> Iterator[Fault]:
-    """Check that the conditions on moves can be met."""
-    if not any(segment.segment == MOVE and segment.law is None for segment in segments):
-        return
-    try:
-        if programme_in_scene_units(scene, segments).lift == 0.0:
-            yield "motion", None, "never moves: no position or condition differs from its start"
-    except InfeasibleMoves as contradiction:
-        first, *others = contradiction.keys
-        why = f"contradicts {join_words(others)}: {contradiction.headline}"
-        if not others:
-            others_text = "the segments next to the moves, or the positions at their ends (to)"
-            why = f"contradicts {others_text}: {contradiction.headline.replace('all of these', 'both')}"
-        yield first, None, f"{why}; leave one out, or give a wider range"
 
 
 def _unmet_conditions(

@@ -23,6 +23,7 @@ from camopt.scene.law_forms import (
     law_form,
     overshoot_share_allowed_for_noise,
 )
+from camopt.scene.mapping import table_named
 from camopt.scene.tables import OwnLaw
 
 if TYPE_CHECKING:
@@ -64,9 +65,9 @@ def _canonical_law_names(value: Any, own_names: Container[str]) -> Any:
     return canonical_law_name(value) if isinstance(value, str) and value not in own_names else value
 
 
-def make_own_law(name: str, law: OwnLaw) -> Law:
-    """The law of a table of a scene; it starts at exactly 0 and ends at exactly 1."""
-    return make_own_law_from_values(name, vars(law))
+def laws_of_scene(scene: "Scene") -> dict[str, Law]:
+    """All laws that a scene can name: built-in ones, and its own, which start at exactly 0 and end at exactly 1."""
+    return {**LAWS, **{name: make_own_law_from_values(name, vars(law)) for name, law in scene.laws.items()}}
 
 
 def make_own_law_from_values(name: str, law: LawValues) -> Law:
@@ -112,12 +113,6 @@ def form_deciding_keys(law: LawValues) -> list[str]:
     ]
 
 
-def own_law_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The tables of the scene's own laws."""
-    laws = data.get("laws")
-    return laws if isinstance(laws, Mapping) else {}
-
-
 # ------------------------------------------------------------------------------------------------- from files
 
 
@@ -126,7 +121,7 @@ def replace_law_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fau
 
     Paths are relative to ``folder``; None if the scene may not name files.
     """
-    for name, law in own_law_tables(data).items():
+    for name, law in table_named(data, "laws").items():
         if not isinstance(law, dict) or not isinstance(law.get("file"), str):
             continue
         key = f"laws.{name}.file"
@@ -147,7 +142,7 @@ def replace_law_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fau
 
 def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault of a scene's own laws that involves more than one value."""
-    for name, law in own_law_tables(data).items():
+    for name, law in table_named(data, "laws").items():
         if name in LAWS:
             yield "laws", name, "is a built-in law; give yours another name"
         elif not name or not name.isprintable() or set(name) & set("+/"):
@@ -206,8 +201,7 @@ def _check_zero_crossing_can_be_moved(key: str, law: LawValues) -> Iterator[Faul
             f"the acceleration would cross zero at {_acceleration_zero_crossing(law):g}; it must be {room}",
         )
     elif not is_symmetric(law_form(law).make("", law, False)):
-        why = "is for a symmetric law, s(1 − x) = 1 − s(x); this law is not symmetric"
-        yield where, value, why
+        yield where, value, "is for a symmetric law, s(1 − x) = 1 − s(x); this law is not symmetric"
 
 
 def _check_mirror_changes_law(name: str, law: LawValues) -> Iterator[Fault]:

@@ -19,10 +19,10 @@ from camopt.core.quantities.function import (
     load_installed_quantity,
 )
 from camopt.core.quantities.key import Key
-from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity, own_quantity
+from camopt.core.quantities.own_quantity import OWN_EFFECT, OwnQuantity
 from camopt.scene.law_forms import Fault
 from camopt.scene.limits import Limits
-from camopt.scene.mapping import value_at_key
+from camopt.scene.mapping import table_named, value_at_key
 from camopt.scene.pydantic_mistakes import unknown_key_message
 from camopt.scene.tables import QUANTITY_SYNONYMS, ListOrItem, SceneTable, check_one_line, single_value_as_list
 
@@ -78,12 +78,6 @@ class QuantityExpression(SceneTable):
     ] = ""
 
 
-def own_quantity_tables(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The tables of quantities that the scene defines, by name."""
-    tables = data.get(OWN_EFFECT)
-    return tables if isinstance(tables, Mapping) else {}
-
-
 def expand_own_quantities(data: dict[str, Any]) -> None:
     """Replace each bare expression or function by a table, in ``data`` itself.
 
@@ -121,8 +115,7 @@ def _table_of_quantity_definition(definition: Any) -> Any:
 
 def _possible_quantity_names_in(data: Mapping[str, Any], tables: Mapping[str, Any]) -> Iterator[str]:
     """The names of quantities in a scene, among other words."""
-    limits = data.get("limits")
-    yield from (key for key in (limits if isinstance(limits, Mapping) else ()) if key not in Limits.model_fields)
+    yield from (key for key in table_named(data, "limits") if key not in Limits.model_fields)
     for key in ("search.minimise", "search.maximise", "outputs"):
         named = value_at_key(data, key)
         yield from (each for each in (named if isinstance(named, list) else [named]) if isinstance(each, str))
@@ -141,10 +134,11 @@ def _own_quantity(
     name: str, value: str | None, function: str | None, columns: tuple[str, ...], unit: str, sentence: str
 ) -> OwnQuantity:
     if value is not None:
-        return own_quantity(name, unit, sentence or value, parse_expression(value, lambda name: None))
+        tree: Any = parse_expression(value, lambda name: None)
+        return OwnQuantity(name, "", unit, OWN_EFFECT, sentence or value, tree=tree)
     assert function is not None
-    made_of = f"{function} of {', '.join(columns)}"
-    return own_quantity(name, unit, sentence or made_of, FunctionCall(name, function, columns))
+    made_of, tree = f"{function} of {', '.join(columns)}", FunctionCall(name, function, columns)
+    return OwnQuantity(name, "", unit, OWN_EFFECT, sentence or made_of, tree=tree)
 
 
 # ----------------------------------------------------------------------------------------------------- checks
@@ -152,7 +146,7 @@ def _own_quantity(
 
 def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault in the quantities that a scene defines, and in names that may refer to them."""
-    tables = own_quantity_tables(data)
+    tables = table_named(data, OWN_EFFECT)
     if len(tables) > MOST_QUANTITIES:
         yield OWN_EFFECT, None, f"has {len(tables):,} quantities; at most {MOST_QUANTITIES} are allowed"
         return
@@ -161,15 +155,8 @@ def check_own_quantities(data: Mapping[str, Any]) -> Iterator[Fault]:
         if why := _quantity_name_fault(name):
             yield OWN_EFFECT, name, why
         if isinstance(table, Mapping):
-            yield from _check_quantity_table(
-                f"{OWN_EFFECT}.{name}",
-                table,
-                partial(
-                    _refuse_name_unreadable_in_expression,
-                    earlier_quantities=names[:place],
-                    this_and_later_quantities=names[place:],
-                ),
-            )
+            check_name = partial(_refuse_name_unreadable_in_expression, names[:place], names[place:])
+            yield from _check_quantity_table(f"{OWN_EFFECT}.{name}", table, check_name)
     yield from _check_objective_and_output_names(data, names)
 
 
@@ -212,7 +199,7 @@ def _quantity_name_fault(name: str) -> str:
 
 
 def _refuse_name_unreadable_in_expression(
-    name: str, earlier_quantities: Collection[str], this_and_later_quantities: Collection[str]
+    earlier_quantities: Collection[str], this_and_later_quantities: Collection[str], name: str
 ) -> None:
     """Raise ValueError if an expression may not read a name: this quantity, a later one, or an unknown one."""
     if name in this_and_later_quantities:
@@ -230,12 +217,10 @@ def _refuse_name_unreadable_in_expression(
 
 def check_limit_keys(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Check that the key of each limit is a short key or the name of a quantity."""
-    limits, own = data.get("limits"), own_quantity_tables(data)
-    if not isinstance(limits, Mapping):
-        return
-    for key in limits:
+    own = table_named(data, OWN_EFFECT)
+    for key, bound in table_named(data, "limits").items():
         if key not in Limits.model_fields and key not in own:
-            yield f"limits.{key}", limits[key], unknown_key_message(str(key), Limits, own)
+            yield f"limits.{key}", bound, unknown_key_message(str(key), Limits, own)
 
 
 def _check_objective_and_output_names(

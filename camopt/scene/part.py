@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
 
-def _check_fit(value: Any, pattern: str, example: str) -> Any:
+def _check_fit(value: Any, pattern: str, example: str) -> str:
     if not isinstance(value, str) or not re.fullmatch(pattern, value):
         raise ValueError(f"a fit of ISO 286, such as {example}")
     return value
@@ -241,11 +241,8 @@ def check_part(
     hole = _Hole(scene)
     yield from _check_keyway(part, hole)
     if body.closed:
-        bases = [
-            known_number_or_none(getattr(scene.cam, body.size_key)),
-            known_number_or_none(scene.drive.base_radius),
-        ]
-        base = min((each for each in bases if each), default=None)
+        bases = map(known_number_or_none, (getattr(scene.cam, body.size_key), scene.drive.base_radius))
+        base = min(filter(None, bases), default=None)
         yield from (
             _check_hub(part, hole, base, 1 + bool(mechanism.second_contact_size_keys)) if body.bounded else ()
         )

@@ -6,7 +6,7 @@ mistakes, a line each.
 
 import os
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from numbers import Real
 from pathlib import Path
@@ -28,13 +28,12 @@ from camopt.scene.design_rows import check_design_row, is_missing, values_of_row
 from camopt.scene.drawn_profile import replace_drawing_by_elements
 from camopt.scene.faultless_tables import faultless_table
 from camopt.scene.fits import expand_standard_keyway, split_bore_into_diameter_and_fit
-from camopt.scene.former_keys import FORMER_KEYS, replace_former_keys
-from camopt.scene.law_forms import VALUE_IN_SCENE
+from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
 from camopt.scene.limits import Limits
 from camopt.scene.load import replace_load_files
-from camopt.scene.mapping import is_motion_given_at_follower, value_at_key
+from camopt.scene.mapping import is_motion_given_at_follower, table_named, value_at_key
 from camopt.scene.materials import MATERIALS
-from camopt.scene.own_laws import own_law_tables, replace_law_files, with_canonical_law_names
+from camopt.scene.own_laws import replace_law_files, with_canonical_law_names
 from camopt.scene.own_quantities import QuantityExpression, check_limit_keys, expand_own_quantities
 from camopt.scene.part import TOWARDS_FOLLOWER, USUAL_GAP, Part
 from camopt.scene.profile import set_base_radius_from_profile
@@ -77,6 +76,8 @@ if TYPE_CHECKING:
 SCENE_WORDS = "a TOML file or a shipped scene"
 RESULT_WORDS = "a TOML file, a shipped scene, a table of designs (.parquet) or a folder that a command wrote"
 
+FORMER_KEYS = {"accuracy.tolerance": "accuracy.relative_error"}
+"""The present key, by its former name, which scenes may still use."""
 KEYS_OF_ROWS = {
     "motion": {*Segment.model_fields, *Through.model_fields},
     "profile": {*ProfileElement.model_fields},
@@ -325,14 +326,14 @@ class Scene(HasHtml, Drawable, SceneTable):
             given["search"] = nest_dotted_keys(given["search"])
         if "tolerances" in given:
             given["tolerances"] = nest_dotted_keys(given["tolerances"])
-        unread = [*replace_former_keys(given)]
+        unread = [*_replace_former_keys(given)]
         expand_own_quantities(given)
         mistakes += replace_wrong_shapes(given, SCENE_TABLES, file)
         split_bore_into_diameter_and_fit(given)  # before units, since a fit is no unit
         if has_unit_text({key: value for key, value in given.items() if key != "name"}):
             given, unit_mistakes = replace_unit_texts(given, SCENE_TABLES, file)
             mistakes += unit_mistakes
-        tables = with_canonical_law_names(given, own_law_tables(given))
+        tables = with_canonical_law_names(given, table_named(given, "laws"))
         unread += expand_standard_keyway(tables)
         unread += [
             *replace_law_files(tables, folder),
@@ -355,8 +356,7 @@ class Scene(HasHtml, Drawable, SceneTable):
         keys = {mistake.key for mistake in mistakes}
         sound = self if is_sound else faultless_table(Scene, tables, keys)
         sound._wrong = frozenset(keys)
-        faults = (*unread, *faults_across_tables(sound, tables))
-        for key, value, why in faults:
+        for key, value, why in (*unread, *faults_across_tables(sound, tables)):
             row = key.startswith(("train.", "motion.")) and key.rpartition(".")[2].isdecimal()
             if key not in keys and not (row and any(each.startswith(f"{key}.") for each in keys)):
                 mistakes.append(
@@ -529,6 +529,19 @@ class Scene(HasHtml, Drawable, SceneTable):
 SCENE_TABLES = tables_by_place(Scene)
 """Every table by its place in a scene."""
 KNOWN_TABLES.update(SCENE_TABLES)  # messages about unknown keys name the table that has them
+
+
+def _replace_former_keys(tables: dict[str, Any]) -> Iterator[Fault]:
+    """Replace former keys by present ones, in ``tables`` itself; a fault where both are given."""
+    for former, key in FORMER_KEYS.items():
+        if (value := value_at_key(tables, former)) is None:
+            continue
+        if value_at_key(tables, key) is not None:
+            yield former, value, f"is the old name of {key}, which is given too: leave this one out"
+        place, _, name = former.rpartition(".")
+        table = tables[place]
+        del table[name]
+        table.setdefault(key.removeprefix(f"{place}."), value)
 
 
 def _apply_changes_to_tables(data: dict[str, Any], changes: Mapping[str, Any], file: str) -> list[Mistake]:

@@ -24,27 +24,22 @@ def write_scene(path: Path, scene: Scene) -> None:
 
 def text_of_scene(scene: Scene) -> str:
     """The scene as TOML text that reads back as an equal scene, with the order and comments of its file."""
+    import tomlkit  # noqa: PLC0415, most commands write no scene
+
     with suppress(BadInput, OSError, ValueError, LookupError):  # tomlkit fails on some tables out of order
         if scene.file in shipped_scenes():
             source = shipped_toml(scene.file)
         else:
             source = decode_user_text(read_bytes(scene.file)) if Path(scene.file).suffix == ".toml" else ""
         if 0 < len(source) <= LONGEST_TEXT:
-            text = _scene_text_with_new_values(source, find_scene(scene.file), scene)
-            if Scene.embedded(text, scene.file).to_dict() == scene.to_dict():
+            document = tomlkit.parse(source)
+            old, new = find_scene(scene.file).to_dict(), scene.to_dict()
+            document.setdefault("name", new["name"])
+            _update_table(document, old, new)
+            text = tomlkit.dumps(document).rstrip("\n") + "\n"
+            if Scene.embedded(text, scene.file).to_dict() == new:
                 return text
     return scene.to_toml()
-
-
-def _scene_text_with_new_values(source: str, before: Scene, after: Scene) -> str:
-    """The text of one scene with the values of another."""
-    import tomlkit  # noqa: PLC0415, most commands write no scene
-
-    document = tomlkit.parse(source)
-    old, new = before.to_dict(), after.to_dict()
-    document.setdefault("name", new["name"])
-    _update_table(document, old, new)
-    return tomlkit.dumps(document).rstrip("\n") + "\n"
 
 
 def _update_table(table: Any, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:

@@ -1,12 +1,10 @@
 """The mechanism and the sizes that a scene gives."""
 
-from collections.abc import Mapping
 from math import isnan
 from typing import Any
 
 from camopt.model.mechanisms import FIELDS, Mechanism, mechanism_for
 from camopt.model.mechanisms.elements import BODIES, DRIVES, MOTIONS, TIPS, Tip
-from camopt.scene.mapping import value_at_key
 from camopt.scene.tables import Cam, Follower
 
 FOLLOWER_SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
@@ -20,21 +18,12 @@ FORM_WORDS: tuple[dict[str, Any], ...] = (BODIES, MOTIONS, TIPS)
 """The words allowed for ``cam.form``, ``follower.motion`` and ``follower.contact``."""
 
 
-def mechanism_and_tip_of_tables(data: Mapping[str, Any]) -> tuple[Mechanism, Tip] | None:
-    """The mechanism and its tip, from the plain mapping of a scene; None if a word is wrong."""
-    return mechanism_and_tip_named(
-        *(value_at_key(data, key) for key in ("cam.form", "follower.motion", "follower.contact", "drive.kind"))
-    )
-
-
 def mechanism_and_tip_named(form: Any, motion: Any, contact: Any, drive: Any) -> tuple[Mechanism, Tip] | None:
     """The mechanism and its tip, by the words in a scene; None if a word is wrong."""
     named = form, motion, contact
-    if not all(isinstance(word, str) and word in words for word, words in zip(named, FORM_WORDS, strict=True)):
-        return None
-    if drive is not None and not (isinstance(drive, str) and drive in DRIVES):
-        return None
-    return mechanism_for(*named, drive), TIPS[contact]
+    known = all(isinstance(word, str) and word in words for word, words in zip(named, FORM_WORDS, strict=True))
+    known &= drive is None or (isinstance(drive, str) and drive in DRIVES)
+    return (mechanism_for(*named, drive), TIPS[contact]) if known else None
 
 
 def known_number_or_none(value: Any) -> float | None:

@@ -19,7 +19,7 @@ from camopt.scene.tables import (
 )
 
 
-def _check_peak_factor(value: Any) -> Any:
+def _check_peak_factor(value: Any) -> float | tuple[float, ...] | str:
     """A peak factor: a number for ±, a range around 0, or the name of a law with that peak."""
     if isinstance(value, str):
         return value

@@ -29,7 +29,7 @@ from camopt.scene.materials import MATERIALS
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 
 
-def check_number(value: Any) -> Any:
+def check_number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError("a number")
     try:
@@ -38,7 +38,7 @@ def check_number(value: Any) -> Any:
         raise ValueError("a finite number") from None
 
 
-def _check_number_and_keep_int(value: Any) -> Any:
+def _check_number_and_keep_int(value: Any) -> float:
     """The number; an int stays an int until its bounds are checked, so that mistakes show what the user wrote."""
     number = check_number(value)
     return value if type(value) is int else number
@@ -81,26 +81,18 @@ class Name:
         return {"anyOf": [known, {"type": "string"}]} if self.others else known
 
 
-def known_name_validator(names: Any, message_start: str) -> Name:
-    """A name out of ``names``; ``message_start`` begins the message for any other."""
+def known_name_validator(names: Any, message_start: str, others: bool = False) -> Name:
+    """A name out of ``names``; ``message_start`` begins the message for any other.
 
-    def check_known_name(value: Any) -> str:
-        if not isinstance(value, str) or value not in names:
+    With ``others``, any text passes here: the scene may define the name.
+    """
+
+    def check_name(value: Any) -> str:
+        if not isinstance(value, str) or not (others or value in names):
             raise ValueError(f"{message_start}; {suggest_names(str(value), names)}")
         return value
 
-    return Name(check_known_name, names)
-
-
-def known_or_own_name_validator(names: Any, message_start: str) -> Name:
-    """A name out of ``names``, or one that the scene defines: any text passes here."""
-
-    def check_name_is_text(value: Any) -> str:
-        if not isinstance(value, str):
-            raise ValueError(f"{message_start}; {suggest_names(str(value), names)}")
-        return value
-
-    return Name(check_name_is_text, names, others=True)
+    return Name(check_name, names, others)
 
 
 class ListOrItem:
@@ -123,26 +115,21 @@ def check_one_line(value: Any) -> Any:
     return value
 
 
-def check_whole_number(value: Any) -> Any:
+def check_whole_number(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise ValueError("a whole number")
     return int(value)
 
 
-def _check_law_name(value: Any) -> str:
-    if not isinstance(value, str):
-        raise ValueError("the name of a motion law")
-    return value
+def type_validator(kinds: type | tuple[type, ...], allowed: str) -> Callable[[Any], Any]:
+    """A check of the type of a value; ``allowed`` is the message for any other."""
 
+    def check_type(value: Any) -> Any:
+        if not isinstance(value, kinds):
+            raise ValueError(allowed)
+        return value
 
-def _check_true_or_false(value: Any) -> Any:
-    if not isinstance(value, bool):
-        raise ValueError("true or false")
-    return value
-
-
-def _canonical_kind_of_segment(value: Any) -> Any:
-    return canonical_segment_kind(value) if isinstance(value, str) else value
+    return check_type
 
 
 def _add_segment_aliases(schema: dict[str, Any]) -> None:
@@ -154,16 +141,16 @@ def _add_segment_aliases(schema: dict[str, Any]) -> None:
 def allow_text_in_schema(schema: dict[str, Any]) -> None:
     """Allow a text for a key in the JSON schema; the text is read before keys are checked."""
     own = {name: schema.pop(name) for name in tuple(schema) if name not in ("default", "title", "description")}
-    kinds = own.pop("anyOf", [own])
-    schema["anyOf"] = [{"type": "string"}, *kinds]
+    schema["anyOf"] = [{"type": "string"}, *own.pop("anyOf", [own])]
 
 
-Switch = Annotated[bool, BeforeValidator(_check_true_or_false)]
-LawName = Annotated[str, Name(_check_law_name, (*LAWS, *chain(*ALIASES.values())), others=True)]
+Switch = Annotated[bool, BeforeValidator(type_validator(bool, "true or false"))]
+LAW_NAMES = (*LAWS, *chain(*ALIASES.values()))
+LawName = Annotated[str, Name(type_validator(str, "the name of a motion law"), LAW_NAMES, others=True)]
 MaterialName = Annotated[str, known_name_validator(MATERIALS, "a material")]
 QUANTITY_SYNONYMS = {"size": "base_radius_mm"}
 """The quantity that is suggested for a common word."""
-QuantityName = Annotated[str, known_or_own_name_validator(QUANTITIES, "a quantity")]
+QuantityName = Annotated[str, known_name_validator(QUANTITIES, "a quantity", others=True)]
 
 
 class SceneTable(BaseModel):
@@ -249,10 +236,9 @@ def with_optional_keys(keys: Mapping[str, tuple[Any, Key]]) -> Callable[[type[An
 
 def number_keys_with_types(numbers: Iterable[NumberKey], **types_by_key: Any) -> dict[str, tuple[Any, Key]]:
     """The keys of numbers with their types: the type in ``types_by_key``, or else a number within its bounds."""
-    own = {each.name: each for each in numbers}
     return {
-        name: (types_by_key.get(name, Annotated[float, BoundedNumber(**each.allowed)]), each)
-        for name, each in own.items()
+        each.name: (types_by_key.get(each.name, Annotated[float, BoundedNumber(**each.allowed)]), each)
+        for each in numbers
     }
 
 
@@ -311,20 +297,20 @@ class Cam(SceneTable):
     shaft_diameter: Annotated[Length | None, NUMBER_KEYS["cam.shaft_diameter"]] = None
 
 
-def _rows_as_tuples(value: Any) -> Any:
-    return tuple(tuple(row) if isinstance(row, list) else row for row in value)
-
-
-def _discriminator_of_load(value: Any) -> str:
-    return "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
-
-
 LoadRows = Annotated[
-    tuple[Any, ...], BeforeValidator(_rows_as_tuples, json_schema_input_type=list[tuple[float, float]])
-]  # the rows are checked with the scene
+    tuple[Any, ...],
+    BeforeValidator(  # the rows are checked with the scene
+        lambda rows: tuple(tuple(row) if isinstance(row, list) else row for row in rows),
+        json_schema_input_type=list[tuple[float, float]],
+    ),
+]
 GivenLoad = Annotated[
     Annotated[SignedNumber, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[LoadRows, Tag("rows/")],
-    Discriminator(_discriminator_of_load),
+    Discriminator(
+        lambda value: (
+            "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
+        )
+    ),
 ]
 
 
@@ -414,7 +400,7 @@ class Drive(TableOfRecords):
 def _number_or_range_validator(message: str, least: float, most: float) -> BeforeValidator:
     """A validator of a number, or of a range of numbers, within bounds."""
 
-    def check_range(value: Any) -> Any:
+    def check_range(value: Any) -> float | tuple[float, float]:
         pair = value if isinstance(value, (list, tuple)) else (value, value)
         try:
             low, high = map(check_number, pair)
@@ -483,7 +469,7 @@ class Segment(SceneTable):
 
     segment: Annotated[
         Literal["rise", "dwell", "return", "move", "constant-velocity"],
-        BeforeValidator(_canonical_kind_of_segment),
+        BeforeValidator(lambda value: canonical_segment_kind(value) if isinstance(value, str) else value),
         Field(json_schema_extra=_add_segment_aliases),
         Key("Kind of segment"),
     ]
@@ -546,7 +532,7 @@ class ProfileElement(SceneTable):
     ] = None
 
 
-def check_two_numbers(value: Any) -> Any:
+def check_two_numbers(value: Any) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise ValueError("two numbers")
     return tuple(check_number(v) for v in value)
@@ -646,8 +632,10 @@ def single_value_as_list(value: Any) -> Any:
 
 OutputName = Annotated[
     str,
-    known_or_own_name_validator(
-        (*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect (camopt effects lists them) or all"
+    known_name_validator(
+        (*QUANTITIES, *DISCIPLINES, EVERYTHING),
+        "a quantity, an effect (camopt effects lists them) or all",
+        others=True,
     ),
 ]
 Outputs = Annotated[tuple[OutputName, ...], ListOrItem(single_value_as_list)]

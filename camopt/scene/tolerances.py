@@ -5,14 +5,14 @@ as ``"h6"``, for a length. For a radius the class applies to the diameter.
 """
 
 from collections.abc import Iterator, Mapping
-from functools import cache, partial
+from functools import partial
 from math import sqrt
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from camopt.core.mistakes import BadInput
 from camopt.core.quantities import STAGE_NUMBER_KEYS
@@ -23,7 +23,7 @@ from camopt.scene.choices import Reader, read_number_choices, read_row_choices, 
 from camopt.scene.csv_columns import MOST_SPANS, read_csv_columns
 from camopt.scene.iso286 import limit_deviations
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number_or_none, leaf_values_by_key
+from camopt.scene.mapping import finite_number_or_none, leaf_values_by_key, table_named
 from camopt.scene.pydantic_mistakes import mistakes_from_pydantic
 from camopt.scene.sizes import CAM_SIZES, FOLLOWER_SIZES, SEARCH_SIZES, SIGNED_SIZES, known_number_or_none
 from camopt.scene.tables import (
@@ -64,11 +64,6 @@ NUMBER_TABLES: dict[str, type[SceneTable]] = {
 """The tables of a scene whose numbers may have tolerances."""
 
 
-def _as_measured_errors(value: Any) -> Any:
-    """Measured errors as a tuple; a text (file and column) is left for the check to report."""
-    return tuple(value) if isinstance(value, list) else value
-
-
 class Tolerance(SceneTable):
     """Tolerance of a number of the scene, and the distribution of its errors over parts."""
 
@@ -91,7 +86,10 @@ class Tolerance(SceneTable):
         Annotated[
             tuple[SceneNumber, ...],
             Field(min_length=1, max_length=MOST_SPANS),
-            BeforeValidator(_as_measured_errors, json_schema_input_type=str | list[float]),
+            BeforeValidator(  # a text (file and column) is left for the check to report
+                lambda value: tuple(value) if isinstance(value, list) else value,
+                json_schema_input_type=str | list[float],
+            ),
         ]
         | None,
         Key(
@@ -132,18 +130,13 @@ GivenTolerance = Annotated[
     Tolerance, BeforeValidator(_as_tolerance, json_schema_input_type=NotNegative | str | Tolerance)
 ]
 OptionalTolerance = GivenTolerance | None
-
-
-@cache
-def _tolerance_validator() -> TypeAdapter[Any]:
-    """The validator of a tolerance, built on first use."""
-    return TypeAdapter(OptionalTolerance)
+TOLERANCE_VALIDATOR = TypeAdapter[Any](OptionalTolerance, config=ConfigDict(defer_build=True))
 
 
 def _read_tolerance(number_type: Any, value: Any, where: str) -> Tolerance | None:
     """The tolerance of a number of another table."""
     try:
-        tolerance: Tolerance | None = _tolerance_validator().validate_python(value)
+        tolerance: Tolerance | None = TOLERANCE_VALIDATOR.validate_python(value)
     except ValidationError as error:
         raise BadInput(mistakes_from_pydantic(error, Tolerance, where)) from None
     return tolerance
@@ -298,9 +291,7 @@ def replace_measured_error_files(data: dict[str, Any], folder: Path | None) -> I
 
     Paths are relative to ``folder``; None if the scene may not name files.
     """
-    table = data.get("tolerances")
-    if not isinstance(table, Mapping):
-        return
+    table = table_named(data, "tolerances")
     for place, given in (*_number_tolerances_in(table), *((key, table.get(key)) for key in ANGLE_TOLERANCES)):
         named = given.get("values") if isinstance(given, dict) else None
         if not isinstance(named, str):
@@ -317,8 +308,7 @@ def replace_measured_error_files(data: dict[str, Any], folder: Path | None) -> I
 def _number_tolerances_in(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The tolerances of numbers in the plain table, by key of the scene."""
     for name in NUMBER_TABLES:
-        given = table.get(name)
-        for key, value in given.items() if isinstance(given, Mapping) else ():
+        for key, value in table_named(table, name).items():
             nested = isinstance(value, Mapping) and (name == "train" or key == "dynamics")
             for last, each in value.items() if nested else [("", value)]:
                 yield ".".join(filter(None, (name, str(key), str(last)))), each

@@ -1,6 +1,6 @@
 """The train between follower and tool: the keys of its stages, and their checks with the motion."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import degrees, radians
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -21,7 +21,6 @@ from camopt.model.trains.link import formula_value_at_end
 from camopt.model.trains.train import StageFault, Train, assemble_train, assemble_train_with_arrays
 from camopt.scene.law_forms import VALUE_IN_SCENE, Fault
 from camopt.scene.load import split_constant_and_changing_load
-from camopt.scene.mapping import tables_in_list
 from camopt.scene.profile import profile_programme_if_known
 from camopt.scene.tables import (
     GivenLoad,
@@ -98,39 +97,30 @@ def build_train(rows: Sequence[TrainStage], *, angular: bool) -> Train | None:
     StageFault
         For the first stage that cannot be assembled, or has a mass or force that it cannot have.
     """
-    if not rows:
-        return None
-    stages = _stage_values(rows, {})
-    return _train_with_stage_masses_and_forces(
-        assemble_train([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
-    )
+    return _train_with_stage_masses_and_forces(assemble_train, rows, {}, angular) if rows else None
 
 
 def build_trains(rows: Sequence[TrainStage], numbers: Mapping[str, Any], *, angular: bool) -> Train:
     """The trains with other numbers, by key such as ``train.1.crank``: arrays, or ranges with slopes."""
-    stages = _stage_values(rows, numbers)
-    return _train_with_stage_masses_and_forces(
-        assemble_train_with_arrays([_link_kind_and_sizes(each) for each in stages], angular=angular), stages
-    )
+    return _train_with_stage_masses_and_forces(assemble_train_with_arrays, rows, numbers, angular)
 
 
-def _stage_values(rows: Sequence[TrainStage], numbers: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The values of stages by key, some replaced by ``numbers`` by key of the scene."""
+def _train_with_stage_masses_and_forces(
+    assemble: Callable[..., Train], rows: Sequence[TrainStage], numbers: Mapping[str, Any], angular: bool
+) -> Train:
+    """The train of some stages, with their masses and forces; ``numbers`` replace values, by key of the scene."""
     stages = [row.model_dump(exclude={"load"}, exclude_none=True) | {"load": row.load} for row in rows]
     for key, value in numbers.items():
         _, number, name = key.split(".")
         stages[int(number) - 1][name] = value
-    return stages
+    not_of_links = ("stage", *CARRIED_KEYS)
+    links = [(each["stage"], {key: v for key, v in each.items() if key not in not_of_links}) for each in stages]
+    train = assemble(links, angular=angular)
+    return replace(train, carried=tuple(_masses_and_forces_of_stages(stages, train)))
 
 
-def _link_kind_and_sizes(stage: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The kind of a stage, and the sizes of its links by key."""
-    return stage["stage"], {key: each for key, each in stage.items() if key not in ("stage", *CARRIED_KEYS)}
-
-
-def _train_with_stage_masses_and_forces(train: Train, stages: Sequence[Mapping[str, Any]]) -> Train:
-    """The train with the mass of each stage, and the constant forces on it."""
-    carried = []
+def _masses_and_forces_of_stages(stages: Sequence[Mapping[str, Any]], train: Train) -> Iterator[CarriedLoad]:
+    """The mass of each stage, and the constant forces on it."""
     for number, stage in enumerate(stages, start=1):
         joint, turns, unit = _output_joint_turns_and_unit(train, number)
         if ("mass" if turns else "inertia") in stage:
@@ -143,12 +133,11 @@ def _train_with_stage_masses_and_forces(train: Train, stages: Sequence[Mapping[s
         force = constant + stage.get("preload", 0.0) * unit + mass * 1e3 * stage.get("gravity", 0.0)
         stiffness, friction = (stage.get(name, 0.0) * unit for name in ("spring_rate", "friction_force"))
         if changing or any(not isinstance(each, float) or each for each in (mass, stiffness, force, friction)):
-            carried.append(CarriedLoad(joint, mass, stiffness, force, friction))
+            yield CarriedLoad(joint, mass, stiffness, force, friction)
         if "arm_inertia" in stage:
             if train.stages.count(number) == 1:
                 raise StageFault(number, "it has no arm of its own: arm_inertia goes with an input_arm")
-            carried.append(CarriedLoad(joint - 1, stage["arm_inertia"] * 1e3))
-    return replace(train, carried=tuple(carried))
+            yield CarriedLoad(joint - 1, stage["arm_inertia"] * 1e3)
 
 
 def _output_joint_turns_and_unit(train: Train, stage_number: int) -> tuple[int, bool, float]:
@@ -182,25 +171,8 @@ def tool_turns(rows: Sequence[Mapping[str, Any]], follower_turns: bool) -> bool:
     return follower_turns
 
 
-def train_stages_in(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The stages of the plain mapping of a scene."""
-    return tables_in_list(data.get("train"))
-
-
 def check_train(scene: "Scene") -> Iterator[Fault]:
     """Every fault of a train: in its stages, in ``[search]``, and a tool beyond a dead point."""
-    yield from _check_searched_stages(scene)
-    try:
-        train = train_without_loads(scene)
-    except StageFault as fault:
-        yield f"train.{fault.number}", None, str(fault)
-        return
-    if train is not None:
-        yield from _check_dead_points(scene, train)
-
-
-def _check_searched_stages(scene: "Scene") -> Iterator[Fault]:
-    """Faults for numbers in ``[search]`` of stages that do not exist or have no such number."""
     for number, keys in scene.search.train.items():
         if not (number.isdecimal() and 0 < int(number) <= len(scene.train)):
             yield f"search.train.{number}", None, f"the train of the scene has {stage_count_text(scene)}"
@@ -211,11 +183,15 @@ def _check_searched_stages(scene: "Scene") -> Iterator[Fault]:
             if key not in keys_of_stage_kind(stage.stage):
                 yield where, VALUE_IN_SCENE, f"{TRAIN_STAGES[stage.stage].words} has no {key}"
             elif isinstance(getattr(stage, key), tuple):
-                yield (
-                    where,
-                    VALUE_IN_SCENE,
-                    f"train.{number}.{key} changes over the turn; a single number cannot replace it",
-                )
+                why = f"train.{number}.{key} changes over the turn; a single number cannot replace it"
+                yield where, VALUE_IN_SCENE, why
+    try:
+        train = train_without_loads(scene)
+    except StageFault as fault:
+        yield f"train.{fault.number}", None, str(fault)
+        return
+    if train is not None:
+        yield from _check_dead_points(scene, train)
 
 
 def stage_count_text(scene: "Scene") -> str:

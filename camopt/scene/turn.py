@@ -13,12 +13,11 @@ from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import CONSTANT_VELOCITY, MOVE, MotionSegment, segment_lifts, segment_positions
 from camopt.scene import tables
 from camopt.scene.law_forms import NEAR_END, VALUE_IN_SCENE, Fault
-from camopt.scene.mapping import finite_number_or_none, value_at_key
+from camopt.scene.mapping import finite_number_or_none, table_named, value_at_key
 from camopt.scene.moves import check_moves, has_faultless_named_laws, programme_in_scene_units
 from camopt.scene.own_laws import (
     is_move_law,
     move_law_names,
-    own_law_tables,
     own_law_values_by_name,
     stroke_law_names,
 )
@@ -58,8 +57,7 @@ def check_turn(scene: "Scene") -> Iterator[Fault]:
     if rows and len(angles) == len(rows) and not abs(sum(angles) - 360.0) <= 360.0 * NEAR_END:
         yield "motion.angle", None, f"the angles add up to {sum(angles):.10g} deg, not to 360"
     if given := _segments_of_turn(scene):
-        faults = list(_check_positions_of_turn(given))
-        yield from faults or check_moves(scene, given)
+        yield from list(_check_positions_of_turn(given)) or check_moves(scene, given)
 
 
 def check_law_exists(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
@@ -102,20 +100,14 @@ def _segments_of_turn(scene: "Scene") -> list[MotionSegment] | None:
     if scene.has_refused_value("motion"):
         return None
     for row, after in zip(rows, following_segments(rows), strict=True):
-        decides = POSITION_ALTERNATIVES.get(row.segment)
-        if row.angle < (0.0 if row.segment == "dwell" else LEAST_MOVE["angle"]):
-            return None
-        if decides and row.to is None and (decides not in row.model_fields_set or getattr(row, decides) is None):
-            return None
-        if row.segment != MOVE and any(isinstance(getattr(row, key), tuple) for key in ("to", *DERIVATIVE_UNITS)):
-            return None
-        if row.segment == MOVE and _move_needs_position(row, after, row is rows[-1]):
-            return None
-        if (
-            row.segment == MOVE
-            and row.law is not None
-            and not is_move_law(own_law_values_by_name(scene).get(row.law))
-        ):
+        if row.segment == MOVE:
+            has_wrong_law = row.law is not None and not is_move_law(own_law_values_by_name(scene).get(row.law))
+            is_unknown = has_wrong_law or _move_needs_position(row, after, row is rows[-1])
+        else:
+            key = POSITION_ALTERNATIVES.get(row.segment)
+            lacks_end = row.to is None and key and (key not in row.model_fields_set or getattr(row, key) is None)
+            is_unknown = lacks_end or any(isinstance(getattr(row, n), tuple) for n in ("to", *DERIVATIVE_UNITS))
+        if is_unknown or row.angle < (0.0 if row.segment == "dwell" else LEAST_MOVE["angle"]):
             return None
     return motion_segments_of_rows(rows, known_number_or_none(scene.cam.rpm))
 
@@ -174,9 +166,7 @@ def _replacement_hint(kind: str, name: str) -> str:
     """The key to use in place of one that a kind of segment does not have."""
     if kind in POSITIONED_KINDS and name == "lift":
         return ": give the position at its end (to)"
-    if name in (*DERIVATIVE_UNITS, "through"):
-        return ": conditions are for a move"
-    return ""
+    return ": conditions are for a move" if name in (*DERIVATIVE_UNITS, "through") else ""
 
 
 def set_first_searched_laws(data: dict[str, Any]) -> None:
@@ -185,7 +175,7 @@ def set_first_searched_laws(data: dict[str, Any]) -> None:
         if isinstance(row, dict) and row.get("segment") in ("rise", "return") and row.get("law") is None:
             named = [value_at_key(data, f"search.{key}") for key in ("law", f"law_{row['segment']}")]
             laws = [law for each in named if each for law in (each if isinstance(each, list) else [each])]
-            row |= {"law": laws[0]} if laws and laws[0] in stroke_law_names(own_law_tables(data)) else {}
+            row |= {"law": laws[0]} if laws and laws[0] in stroke_law_names(table_named(data, "laws")) else {}
 
 
 def _check_stroke(scene: "Scene", row: tables.Segment, key: str) -> Iterator[Fault]:
@@ -246,8 +236,7 @@ def _check_positions_of_turn(segments: Sequence[MotionSegment]) -> Iterator[Faul
             yield _below_start_fault(segments, k, before)
             return
     if not positioned and abs(ends[-1]) > largest * NEAR_END:
-        why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
-        yield "motion.lift", None, why
+        yield "motion.lift", None, f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
 
 
 def _below_start_fault(segments: Sequence[MotionSegment], segment_number: int, position_before: float) -> Fault:

@@ -12,8 +12,8 @@ from typing import Any
 from camopt.core.mistakes import Mistake
 from camopt.core.quantities.key import NO_UNIT
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.scene.mapping import is_motion_given_at_follower
-from camopt.scene.sizes import mechanism_and_tip_of_tables
+from camopt.scene.mapping import is_motion_given_at_follower, tables_in_list, value_at_key
+from camopt.scene.sizes import mechanism_and_tip_named
 from camopt.scene.spring import has_straight_spring
 from camopt.scene.table_places import (
     TABLE_LISTS,
@@ -24,7 +24,7 @@ from camopt.scene.table_places import (
 )
 from camopt.scene.tables import SceneTable
 from camopt.scene.toml_text import NUMBER_WITH_UNIT
-from camopt.scene.train import tool_turns, train_stages_in
+from camopt.scene.train import tool_turns
 
 ANGLE_UNIT = re.compile(r"rad|deg|°|rev|turn|rpm|arc")
 PER_MINUTE = re.compile(r"(?<=[\d. ])(1/min|min\^-1|min⁻¹)$")
@@ -63,9 +63,10 @@ class _UnitReader:
     """Goes through the tables of a scene and converts texts with units."""
 
     def __init__(self, scene: dict[str, Any], models: TableModels, file: str = "") -> None:
-        pair = mechanism_and_tip_of_tables(scene)
+        words = ("cam.form", "follower.motion", "follower.contact", "drive.kind")
+        pair = mechanism_and_tip_named(*(value_at_key(scene, key) for key in words))
         self.scene, self.models, self.file = scene, models, file
-        self.angular, self.stages = bool(pair and pair[0].motion.angular), train_stages_in(scene)
+        self.angular, self.stages = bool(pair and pair[0].motion.angular), tables_in_list(scene.get("train"))
         self.mistakes: list[Mistake] = []
 
     def convert_scene(self) -> dict[str, Any]:

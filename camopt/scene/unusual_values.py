@@ -31,9 +31,19 @@ LIFT_RANGES = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
 
 def unusual_value_notes(scene: Scene) -> list[str]:
     """Sentences on values far outside the usual range of cams; they are no mistakes."""
+    keys = (
+        (f"{place}.{name}", key_record(table, name))
+        for place, table in SCENE_TABLES.items()
+        for name in table.model_fields
+    )
+    usual = {key: (*record.usual, record.unit) for key, record in keys if record.usual}
+    lift_range = (*LIFT_RANGES[scene.mechanism.motion.unit], scene.mechanism.motion.unit)
+    usual |= {f"motion.{k}.lift": lift_range for k, segment in enumerate(scene.motion, start=1) if segment.lift}
+    values = {key: value for key, value in scene.numbers(usual).items() if isinstance(value, float)}
     notes = [
         f"{key} = {value:g} {unit}: is this what you mean? {least:g} to {most:g} {unit} is usual"
-        for key, value, (least, most, unit) in _values_with_usual_ranges(scene)
+        for key, value in values.items()
+        for least, most, unit in (usual[key],)
         if not least <= value <= most
     ]
     sources = (
@@ -154,17 +164,3 @@ def _default_rest_at_reversal_notes(scene: Scene) -> Iterator[str]:
                 if word := reversal_word_to_reverse_at_end(vars(scene.laws[str(name)]), end):
                     turns = f'set reversal = "{word}" to let it reverse with the acceleration of the points'
                     yield f"laws.{name}: {where}; {turns}; set rest to keep the rest without this note"
-
-
-def _values_with_usual_ranges(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:
-    keys = (
-        (f"{place}.{name}", key_record(table, name))
-        for place, table in SCENE_TABLES.items()
-        for name in table.model_fields
-    )
-    usual = {key: (*record.usual, record.unit) for key, record in keys if record.usual}
-    yield from ((key, value, usual[key]) for key, value in scene.numbers(usual).items() if isinstance(value, float))
-    for number, segment in enumerate(scene.motion, start=1):
-        if segment.lift:
-            unit = scene.mechanism.motion.unit
-            yield f"motion.{number}.lift", segment.lift, (*LIFT_RANGES[unit], unit)

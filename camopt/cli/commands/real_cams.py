@@ -3,6 +3,7 @@
 import re
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -209,11 +210,9 @@ def _print_inspection(
     """Show a measured cam against its drawing."""
     columns = read_options.pop("columns")
     chosen = columns and [name.strip() for name in columns.split(",")]
-    if scene.mechanism.further_contacts or len(profiles) > 1:
-        return cli.print_result(
-            camopt.inspect_pair(profiles, scene, columns=chosen, **read_options), as_json, quiet
-        )
-    return cli.print_result(camopt.inspect(profiles[0], scene, columns=chosen, **read_options), as_json, quiet)
+    is_pair = scene.mechanism.further_contacts or len(profiles) > 1
+    inspect: Any = partial(camopt.inspect_pair, profiles) if is_pair else partial(camopt.inspect, profiles[0])
+    return cli.print_result(inspect(scene, columns=chosen, **read_options), as_json, quiet)
 
 
 @click.command(cls=Command)

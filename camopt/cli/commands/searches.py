@@ -2,6 +2,7 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -124,24 +125,9 @@ def sweep(
     refuse_to_overwrite_scene_in_folder(scene, out)
     notify = cli.print_note_if_loss_warning if quiet else cli.print_note
     by_boxes = not part and not engine and cli.sweep_decides_whole_boxes(scene, keep)
-    result: Any
+    run: Any = partial(camopt.sweep_part, scene, part) if part else partial(camopt.sweep, scene)
     with cli.progress(quiet, "boxes of designs" if by_boxes else "designs") as advance:
-        if part:
-            result = camopt.sweep_part(
-                scene,
-                part,
-                out=out,
-                keep=keep,
-                workers=workers,
-                progress=advance,
-                engine=engine,
-                tell=notify,
-                again=again,
-            )
-        else:
-            result = camopt.sweep(
-                scene, out, keep=keep, workers=workers, progress=advance, engine=engine, tell=notify, again=again
-            )
+        result = run(out=out, keep=keep, workers=workers, progress=advance, engine=engine, tell=notify, again=again)
     files = [] if result.already_done else [result.folder] if part else result.files
     return cli.print_result(result, as_json, quiet, files)
 
@@ -150,23 +136,20 @@ def _search_changes(
     law: tuple[str, ...],
     minimise: list[str] | None,
     maximise: list[str] | None,
-    thin: float | None,
     refine: bool,
     vary: tuple[tuple[str, Any], ...],
-    **axes: Any,
+    **settings: Any,
 ) -> dict[str, tuple[str, Any]]:
     """Changes of the options to [search]: by key, the option and the value."""
-    changes = {f"search.{key}": (option_spelling(key), value) for key, value in axes.items() if value is not None}
+    settings["refine"] = refine or None  # without the flag, the scene decides
+    given = {key: value for key, value in settings.items() if value is not None}
+    changes = {f"search.{key}": (option_spelling(key), value) for key, value in given.items()}
     if minimise or maximise:
         changes |= {"search.minimise": ("--minimise", minimise), "search.maximise": ("--maximise", maximise)}
     changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
     if law:
         changes |= {"search.law": ("--law", list(law))}
         changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
-    if thin is not None:
-        changes |= {"search.thin": ("--thin", thin)}
-    if refine:
-        changes |= {"search.refine": ("--refine", True)}
     return changes
 
 

@@ -49,7 +49,11 @@ class Processes:
         OSError
             If an item kills every process that works on it.
         """
-        while items and self._works_here(len(items)):
+        # this process works on the last item, and on a few that take little time
+        while items and (
+            min(self.workers, len(items)) <= 1
+            or len(items) * self._seconds_here / max(self._items_here, 1) < self.start_seconds
+        ):
             start = process_time()
             result = work((items[0],))
             self._items_here, self._seconds_here = self._items_here + 1, self._seconds_here + process_time() - start
@@ -75,11 +79,6 @@ class Processes:
         self._executor.shutdown(kill_workers=True)
         self._alive_sender.close()
         self._alive_receiver.close()
-
-    def _works_here(self, items_left: int) -> bool:
-        """Whether this process works on the next item: the last one, or one of a few that take little time."""
-        seconds_left = items_left * self._seconds_here / max(self._items_here, 1)
-        return min(self.workers, items_left) <= 1 or seconds_left < self.start_seconds
 
     def _submit(self, work: Callable[[Sequence[Item]], WorkResult], item: Item) -> "Future[WorkResult]":
         """Start an item, in new processes if there are none."""

@@ -9,6 +9,7 @@ from typing import Literal
 from camopt.core.quantities.motion_names import (
     AT_FOLLOWER,
     DERIVATIVE_UNITS,
+    MOTION_ERROR_QUANTITIES,
     MOTION_QUANTITIES,
     MOTION_RMS_QUANTITIES,
     RMS_ORDERS,
@@ -16,7 +17,6 @@ from camopt.core.quantities.motion_names import (
     displacement_unit,
     dwell_error_name,
     motion_error_name,
-    motion_error_quantities,
     motion_peak_name,
     motion_rms_name,
     motion_unit,
@@ -68,59 +68,59 @@ Word = Literal["law_rise", "law_return", "violated", "status", "proof"]
 """Quantities that are no numbers, for type checkers: they cannot read the list."""
 
 
-def _pair_quantities() -> list[Quantity]:
-    contact_quantities = (
-        ("pressure_angle_max_deg", "β_max", "deg", "Largest pressure angle |β| over the turn"),
-        ("profile_radius_min_mm", "ρ_min", "mm", "Smallest convex radius of curvature of the profile"),
-        ("outer_radius_mm", "", "mm", "Largest distance of the profile from the cam's axis"),
-        ("contact_stress_max_MPa", "p_0", "MPa", "Largest contact pressure (Hertz)"),
-    )
-    least = "Smallest preload that keeps both contacts of a pair closed at this speed."
-    needed = "Smallest interference that keeps both contacts of a pair closed at this speed."
-    places = {"first": "at the first contact of a pair.", "second": "at the second contact of a pair."}
-    return [
+PAIR_QUANTITIES = [
+    Quantity("roller_distance_mm", "d", "mm", "frame", "Distance between the centres of two translating rollers."),
+    Quantity("subtending_angle_deg", "η", "deg", "frame", "Angle between the arms of two oscillating rollers."),
+    Quantity(
+        "breadth_mm",
+        "",
+        "mm",
+        "frame",
+        "Distance between the two faces of a yoke, which is the breadth of its disc.",
+    ),
+    Quantity("pair_preload_N", "P", "N", "preload", "Force between the cam and each contact of a pair at rest."),
+    Quantity("pair_preload_N_m", "P", "N·m", "preload", "Moment of the force at each contact of a pair at rest."),
+    *(
         Quantity(
-            "roller_distance_mm", "d", "mm", "frame", "Distance between the centres of two translating rollers."
-        ),
-        Quantity("subtending_angle_deg", "η", "deg", "frame", "Angle between the arms of two oscillating rollers."),
-        Quantity(
-            "breadth_mm",
-            "",
-            "mm",
-            "frame",
-            "Distance between the two faces of a yoke, which is the breadth of its disc.",
-        ),
-        Quantity(
-            "pair_preload_N", "P", "N", "preload", "Force between the cam and each contact of a pair at rest."
-        ),
-        Quantity(
-            "pair_preload_N_m", "P", "N·m", "preload", "Moment of the force at each contact of a pair at rest."
-        ),
-        Quantity("pair_preload_required_N", "P", "N", "preload", least),
-        Quantity("pair_preload_required_N_m", "P", "N·m", "preload", least),
-        Quantity("interference_required_mm", "δ_0", "mm", "preload", needed),
-        Quantity("interference_required_deg", "δ_0", "deg", "preload", needed),
-        Quantity(
-            "pair_preload_ratio",
-            "",
-            "",
+            name,
+            symbol,
+            unit,
             "preload",
-            "Preload divided by the preload required; below 1 a contact opens.",
-            least=True,
-        ),
-        *(
-            Quantity(
-                f"{place}_{name}",
-                symbol,
-                unit,
-                "pair",
-                f"{sentence} {words}",
-                least=sentence.startswith("Smallest"),
-            )
-            for name, symbol, unit, sentence in contact_quantities
-            for place, words in places.items()
-        ),
-    ]
+            f"Smallest {what} that keeps both contacts of a pair closed at this speed.",
+        )
+        for name, symbol, unit, what in (
+            ("pair_preload_required_N", "P", "N", "preload"),
+            ("pair_preload_required_N_m", "P", "N·m", "preload"),
+            ("interference_required_mm", "δ_0", "mm", "interference"),
+            ("interference_required_deg", "δ_0", "deg", "interference"),
+        )
+    ),
+    Quantity(
+        "pair_preload_ratio",
+        "",
+        "",
+        "preload",
+        "Preload divided by the preload required; below 1 a contact opens.",
+        least=True,
+    ),
+    *(
+        Quantity(
+            f"{place}_{name}",
+            symbol,
+            unit,
+            "pair",
+            f"{sentence} at the {place} contact of a pair.",
+            least=sentence.startswith("Smallest"),
+        )
+        for name, symbol, unit, sentence in (
+            ("pressure_angle_max_deg", "β_max", "deg", "Largest pressure angle |β| over the turn"),
+            ("profile_radius_min_mm", "ρ_min", "mm", "Smallest convex radius of curvature of the profile"),
+            ("outer_radius_mm", "", "mm", "Largest distance of the profile from the cam's axis"),
+            ("contact_stress_max_MPa", "p_0", "MPa", "Largest contact pressure (Hertz)"),
+        )
+        for place in ("first", "second")
+    ),
+]
 
 
 LASH_QUANTITIES = [
@@ -235,10 +235,10 @@ _LISTED_QUANTITIES = [
         "Smallest gap between the shaft and the profile, or between the shaft and a rib's inner roller.",
     ),
     *(quantity for number in NUMBERS for quantity in number.quantities),
-    *_pair_quantities(),
+    *PAIR_QUANTITIES,
     *MOTION_QUANTITIES,
     *MOTION_RMS_QUANTITIES,
-    *motion_error_quantities(),
+    *MOTION_ERROR_QUANTITIES,
     Quantity(
         "lift_area_mm_deg",
         "",

@@ -209,8 +209,7 @@ class FunctionCall:
         """
         if self.reference in _REGISTERED_FUNCTIONS:
             return _REGISTERED_FUNCTIONS[self.reference]
-        if not self.is_importable:
-            raise self._bad_function_error(NOT_IMPORTABLE)
+        self.check_importable()
         if ":" in self.reference:
             raise self._bad_function_error("is not registered: give it to camopt.quantity in this process first")
         try:

@@ -99,10 +99,9 @@ class NumberKey(Key):
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """Quantities in tables; the second is for a motion that turns."""
-        rows = zip(self.columns, (False, True), strict=False)
         return tuple(
             Quantity(name, symbol, self.column_unit(angular=turns), "sizes", text)
-            for (name, symbol, text), turns in rows
+            for (name, symbol, text), turns in zip(self.columns, (False, True), strict=False)
         )
 
     def to_inside_units(self, value: Any, *, angular: bool) -> Any:

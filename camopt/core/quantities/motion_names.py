@@ -78,35 +78,37 @@ def motion_rms_name(derivative: str, *, angular: bool, timed: bool) -> str:
     return motion_peak_name(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
 
 
-def motion_error_quantities() -> list[Quantity]:
-    """Errors of position, velocity and acceleration, and of the position in a dwell."""
-    largest, either = "Largest error of the {} over the turn", (False, True)
-    rows = [
-        (
-            motion_error_name(0, angular=angular, timed=True),
-            displacement_unit(angular=angular),
-            largest.format("position"),
-        )
-        for angular in either
-    ]
-    rows += [
-        (
-            motion_error_name(order, angular=angular, timed=timed),
-            motion_unit(name, angular=angular, timed=timed),
-            largest.format(name),
-        )
-        for (order, name), timed, angular in product(enumerate([*DERIVATIVE_UNITS][:2], 1), (True, False), either)
-    ]
-    in_dwell = "Largest change of the position in a dwell"
-    rows += [
-        (dwell_error_name(angular=angular), displacement_unit(angular=angular), in_dwell) for angular in either
-    ]
-    return [
-        Quantity(name, "", unit, "motion_errors", f"{sentence} due to tolerances, to first order.")
-        for name, unit, sentence in rows
-    ]
-
-
+MOTION_ERROR_QUANTITIES = [
+    Quantity(name, "", unit, "motion_errors", f"{sentence} due to tolerances, to first order.")
+    for name, unit, sentence in (
+        *(
+            (
+                motion_error_name(0, angular=angular, timed=True),
+                displacement_unit(angular=angular),
+                "Largest error of the position over the turn",
+            )
+            for angular in (False, True)
+        ),
+        *(
+            (
+                motion_error_name(order, angular=angular, timed=timed),
+                motion_unit(derivative, angular=angular, timed=timed),
+                f"Largest error of the {derivative} over the turn",
+            )
+            for (order, derivative), timed, angular in product(
+                enumerate([*DERIVATIVE_UNITS][:2], 1), (True, False), (False, True)
+            )
+        ),
+        *(
+            (
+                dwell_error_name(angular=angular),
+                displacement_unit(angular=angular),
+                "Largest change of the position in a dwell",
+            )
+            for angular in (False, True)
+        ),
+    )
+]
 MOTION_RMS_QUANTITIES = [
     Quantity(
         motion_rms_name(derivative, angular=angular, timed=timed),

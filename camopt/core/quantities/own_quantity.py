@@ -30,8 +30,3 @@ class OwnQuantity(Quantity):
     def relation_to_limit(self) -> str:
         """Relation to its limit: always ≤."""
         return AT_MOST
-
-
-def own_quantity(name: str, unit: str, sentence: str, tree: ExpressionNode | FunctionCall) -> OwnQuantity:
-    """Make a quantity that a scene defines."""
-    return OwnQuantity(name, "", unit, OWN_EFFECT, sentence, tree=tree)

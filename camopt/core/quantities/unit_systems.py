@@ -108,5 +108,6 @@ def _customary_unit_of_product(product: str) -> str:
 
 def _size_of_customary_product(product: str) -> float:
     """Size of a product's customary counterpart in the product's unit."""
-    factors = UNIT_FACTOR.findall(product)
-    return prod(CUSTOMARY[name][1] ** POWERS[power] for name, power in factors if name in CUSTOMARY)
+    return prod(
+        CUSTOMARY[name][1] ** POWERS[power] for name, power in UNIT_FACTOR.findall(product) if name in CUSTOMARY
+    )

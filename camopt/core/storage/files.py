@@ -180,8 +180,7 @@ class LossWarning(str):
 
 def warn_of_failed_tidying(error: OSError, path: Path) -> None:
     """Warn of an error after a file or folder was published."""
-    what = error.strerror or str(error)
-    warn(f"{path}: published; tidying failed: {what}", TidyingWarning, stacklevel=2)
+    warn(f"{path}: published; tidying failed: {error.strerror or error}", TidyingWarning, stacklevel=2)
 
 
 @contextmanager

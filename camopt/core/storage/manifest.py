@@ -7,7 +7,7 @@ damaged, and is refused.
 import json
 import os
 import re
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -54,8 +54,11 @@ class Manifest:
 
     def with_result(self, command: str, result: CommandResult) -> "Manifest":
         """The manifest with a new result of a command. Files with the same names leave other commands' results."""
-        others = {name: _without_replaced_files(other, result.files) for name, other in self.results.items()}
-        return Manifest({**others, command: result})
+        results = {}
+        for name, other in self.results.items():
+            remaining = {file: entry for file, entry in other.files.items() if file not in result.files}
+            results[name] = other if len(remaining) == len(other.files) else CommandResult(remaining)
+        return Manifest({**results, command: result})
 
     @property
     def files(self) -> dict[str, FileEntry]:
@@ -70,12 +73,6 @@ class Manifest:
         }
         digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
         return json.dumps({**about, "digest": digest}, indent=1) + "\n"
-
-
-def _without_replaced_files(result: CommandResult, names: Container[str]) -> CommandResult:
-    """A result without the files that another result replaces; if any is replaced, without its question too."""
-    remaining = {name: entry for name, entry in result.files.items() if name not in names}
-    return result if len(remaining) == len(result.files) else CommandResult(remaining)
 
 
 def _result_as_json_object(result: CommandResult) -> dict[str, Any]:

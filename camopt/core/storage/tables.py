@@ -96,8 +96,7 @@ def _arrow_errors_as_bad_input(path: str | os.PathLike[str]) -> Iterator[None]:
 
 def not_a_table_error(path: str | os.PathLike[str], why: str) -> BadInput:
     """Error about a file that is no table of camopt."""
-    allowed = f"a Parquet table that camopt wrote; {why}"
-    return BadInput([Mistake("camopt", "table", os.fsdecode(path), allowed)])
+    return BadInput([Mistake("camopt", "table", os.fsdecode(path), f"a Parquet table that camopt wrote; {why}")])
 
 
 def _schema_fault(schema: pa.Schema) -> str:

@@ -7,7 +7,7 @@ each with its own kind of number. Solvers look at the curve of a constraint, nev
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, Number
 from camopt.model.effects.mean import Mean
 from camopt.model.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unit_weight
 from camopt.model.mechanisms import Designs
@@ -20,7 +20,7 @@ class QuantityBound(NamedTuple):
     scale: Scale
     quantity: float
 
-    def curve_extreme_at_bound(self, number_kind: NumberKind) -> Any:
+    def curve_extreme_at_bound(self, number_kind: NumberKind) -> Number:
         return self.scale.weighted_extreme_for_quantity(self.quantity, number_kind)
 
 
@@ -29,7 +29,7 @@ class ConstantBound(NamedTuple):
 
     number: float
 
-    def curve_extreme_at_bound(self, number_kind: NumberKind) -> Any:
+    def curve_extreme_at_bound(self, number_kind: NumberKind) -> Number:
         return number_kind.of(self.number)
 
 
@@ -63,7 +63,7 @@ class Constraint(NamedTuple):
     def side_signs(self) -> tuple[float, ...]:
         return CONSTRAINT_SIDES[self.goal]
 
-    def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Any:
+    def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Number:
         """The upper bound of each side."""
         value = self.bound.curve_extreme_at_bound(number_kind)
         return -value if self.goal == LEAST else value
@@ -125,11 +125,11 @@ class TurnMeanConstraint(NamedTuple):
     def side_signs(self) -> tuple[float, ...]:
         return (self.side,)
 
-    def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Any:
+    def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Number:
         """The largest allowed mean of the curve to the power, times the factor."""
         return self.mean.power_mean_for_quantity(self.quantity, number_kind)
 
-    def factor(self, designs: Designs) -> Any:
+    def factor(self, designs: Designs) -> Number:
         """The factor of the mean, at least 0, which may depend on the design."""
         factor = self.mean.scale.curve_weight_by_design(self.quantity)(designs)
         return factor * factor if self.mean.power == 2 else factor

@@ -4,11 +4,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray, Number
 from camopt.core.quantities import AT_LEAST, AT_MOST, QUANTITIES, Quantity
 from camopt.core.quantities.own_quantity import OwnQuantity
 from camopt.model.effects import (
@@ -86,9 +86,13 @@ class Limit(ABC):
     """Whether the scene sets the limit; False for limits that every cam must meet."""
     bound_key: str = ""
     """The key of the scene that gives the bound, if it is not the limit's name in ``[limits]``."""
+    prerequisite_limit_name: ClassVar[str] = ""
+    """The name of another limit that must be met first; "" without one."""
+    is_on_base_circle: ClassVar[bool] = False
+    """Whether the bound is a least diameter of the base circle."""
 
     @abstractmethod
-    def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
+    def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         """Relative excess of designs over the limit: met where ≤ 0, exceeded by 10 % at 0.1. The sign is exact."""
 
     def excess_derivative_by_bound(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
@@ -163,11 +167,6 @@ class Limit(ABC):
         return None
 
     @property
-    def prerequisite_limit_name(self) -> str:
-        """The name of another limit that must be met first; "" without one."""
-        return ""
-
-    @property
     def necessary_conditions(self) -> NecessaryConditions:
         """Necessary conditions on any cam that meets the limit."""
         return NecessaryConditions()
@@ -191,11 +190,6 @@ class Limit(ABC):
     def most_size(self) -> float:
         """Base (mean) radius above which no design meets the limit [mm]."""
         return self.necessary_conditions.most_size
-
-    @property
-    def is_on_base_circle(self) -> bool:
-        """Whether the bound is a least diameter of the base circle."""
-        return False
 
     @cached_property
     def is_decided_by_motion_alone(self) -> bool:
@@ -333,7 +327,7 @@ class QuantityLimit(Limit):
         name = self.quantities[0]
         return require_effect(name, self.setup).necessary_conditions(self.setup, name, self.bound)
 
-    def excess(self, columns: QuantityColumns, designs: Designs) -> Any:
+    def excess(self, columns: QuantityColumns, designs: Designs) -> FloatArray:
         peak = self.peak_or_mean
         if isinstance(peak, Peak) and peak.extremes:  # from the weighted extreme, relative to its allowed value
             extreme = self._extreme_as_share_of_allowed(peak, columns, designs)
@@ -349,7 +343,7 @@ class QuantityLimit(Limit):
                 ) + np.zeros(len(designs))
         return np.where(excess == 0.0, np.finfo(float).tiny, excess) if self._bound_itself_breaks_limit else excess
 
-    def _reference_value_of_excess(self, designs: Designs) -> Any:
+    def _reference_value_of_excess(self, designs: Designs) -> Number:
         """The value that a relative excess is relative to."""
         if self.bound or not isinstance(self.peak_or_mean, Peak) or self.peak_or_mean.unit is None:
             return abs(self.bound) or 1.0
@@ -383,7 +377,7 @@ class QuantityLimit(Limit):
         """The rule for the radii with which pitch curves meet the limit, if the peak has one."""
         return self.peak_or_mean.bodies if isinstance(self.peak_or_mean, Peak) and not self.further_peaks else None
 
-    def _inverse_of_allowed_extreme(self, designs: Designs) -> Any:
+    def _inverse_of_allowed_extreme(self, designs: Designs) -> Number:
         """The inverse of the extreme allowed for designs."""
         assert isinstance(self.peak_or_mean, Peak)
         scale = self.peak_or_mean.scale
@@ -408,7 +402,12 @@ class QuantityLimit(Limit):
             ]
             far, near = (self._extreme_as_share_of_allowed(peak, columns, block.designs) for columns in sides)
         else:
-            far, near = self._bounds_of_extreme_share_of_allowed(block, peak, weight.largest_weight(body_radii))
+            # the ends of the share, less exact where the limit holds with the largest weight
+            largest = weight.largest_weight(body_radii)
+            allowed = peak.scale.weighted_extreme_for_quantity(self.bound, DOUBLES)
+            floor = (1.0 - EXTREME_FLOOR) / (largest * abs(allowed)) if largest > 0.0 else -np.inf
+            extremes = peak_extremes(block, peak, floor=floor)
+            far, near = (allowed * extremes.value + side * abs(allowed) * extremes.width for side in (1.0, -1.0))
         return FeasibleBodies(
             weight.radii_with_weighted_extreme_below_1(far, CLEAR_SHARE),
             weight.radii_with_weighted_extreme_below_1(near, -CLEAR_SHARE),
@@ -423,16 +422,6 @@ class QuantityLimit(Limit):
         if peak.per_body < 0.0:
             return FeasibleBodies(RadiusRange(most=-far), RadiusRange(most=-near))
         return FeasibleBodies(RadiusRange(least=far), RadiusRange(least=near))
-
-    def _bounds_of_extreme_share_of_allowed(
-        self, block: EvaluationBlock, peak: Peak, weight: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """Ends of ``_extreme_as_share_of_allowed``, less exact where the limit holds with the largest weight."""
-        allowed = peak.scale.weighted_extreme_for_quantity(self.bound, DOUBLES)
-        floor = (1.0 - EXTREME_FLOOR) / (weight * abs(allowed)) if weight > 0.0 else -np.inf
-        extremes = peak_extremes(block, peak, floor=floor)
-        far, near = (allowed * extremes.value + side * abs(allowed) * extremes.width for side in (1.0, -1.0))
-        return far, near
 
     def _extreme_as_share_of_allowed(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
         """The extreme as a share of its allowed value, without the weight."""
@@ -496,13 +485,11 @@ def _profile_crosses_itself(setup: Setup, design: Designs, programme: Programme)
 class SelfCrossingLimit(Limit):
     """The limit that no profile crosses itself; it is met or broken, with nothing between."""
 
+    prerequisite_limit_name: ClassVar[str] = UNDERCUT
+
     @property
     def required_quantities(self) -> tuple[str, ...]:
         return (SELF_CROSSING,)
-
-    @property
-    def prerequisite_limit_name(self) -> str:
-        return UNDERCUT
 
     @property
     def deciding_pitch_curve_quantities(self) -> tuple[str, ...]:
@@ -528,13 +515,11 @@ class SelfCrossingLimit(Limit):
 class BaseCircleLimit(Limit):
     """The limit that a circle of a diameter (the bound) lies within the base circle."""
 
+    is_on_base_circle: ClassVar[bool] = True
+
     @property
     def relation(self) -> str:
         return AT_LEAST
-
-    @property
-    def is_on_base_circle(self) -> bool:
-        return True
 
     @property
     def necessary_conditions(self) -> NecessaryConditions:

@@ -68,17 +68,16 @@ def peak_at_first_contact(quantity: str, setup: Setup) -> Peak | None:
 
 def quantity_limit(name: str, bound: float, setup: Setup, *quantities: str) -> QuantityLimit:
     """The limit on a quantity, or on the largest magnitude of several."""
-    peaks = peaks_of_quantity(quantities[0], setup)
-    effect = require_effect(quantities[0], setup)
-    mean_or_train_peak = effect.means(setup).get(quantities[0]) or effect.train_peaks(setup).get(quantities[0])
-    others = tuple(_jump_speed_constraints(quantities[0], bound, setup))
+    first, effect = quantities[0], require_effect(quantities[0], setup)
+    peaks = peaks_of_quantity(first, setup)
+    form = peaks[0] if peaks else effect.means(setup).get(first) or effect.train_peaks(setup).get(first)
     return QuantityLimit(
         name,
         bound,
         setup,
         quantities=quantities,
-        peak_or_mean=peaks[0] if peaks else mean_or_train_peak,
-        other_constraints=others,
+        peak_or_mean=form,
+        other_constraints=tuple(_jump_speed_constraints(first, bound, setup)),
         further_peaks=peaks[1:],
     )
 

@@ -23,13 +23,12 @@ from camopt.model.effects import (
 )
 from camopt.model.effects.peak import unit_weight
 from camopt.model.mechanisms import SECOND_FIELDS, SIZE_FIELDS, Designs
-from camopt.model.motion import LAWS
 from camopt.model.motion.law import Law
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.segments import MotionSegment
 from camopt.model.trains.train import Train
 from camopt.scene.load import split_constant_and_changing_load
-from camopt.scene.own_laws import make_own_law
+from camopt.scene.own_laws import laws_of_scene
 from camopt.scene.problem.constraints import Constraint
 from camopt.scene.problem.limit import Limit, quantities_of_limits
 from camopt.scene.problem.limits import limits_of_scene
@@ -156,8 +155,9 @@ class Problem:
     def _with_only_own_limits(self, changed_problem: "Problem") -> "Problem":
         """The changed problem with only the limits that this problem has."""
         given = {(limit.name, limit.bound): limit for limit in changed_problem.limits}
-        limits = tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)
-        return replace(changed_problem, limits=limits)
+        return replace(
+            changed_problem, limits=tuple(given.get((limit.name, limit.bound), limit) for limit in self.limits)
+        )
 
     @cached_property
     def without_motion_error_limits(self) -> "Problem":
@@ -208,8 +208,7 @@ class Problem:
         if not largest_values:
             return self
         setup = self.with_numbers(largest_values).setup
-        setup = replace(setup, free=setup.free | largest_values.keys())
-        return replace(self, setup=setup, limits=self.limits_with_setup(setup))
+        return replace(self, setup=setup).with_keys_per_design(largest_values)
 
     def with_keys_per_design(self, keys: Collection[str]) -> "Problem":
         """The problem whose designs have numbers of their own, by key; its own numbers stay."""
@@ -247,8 +246,9 @@ class Problem:
 
     def given_motion_with_laws(self, rise_law: str | None, return_law: str | None) -> Programme:
         """The given motion, of tool or follower, with other laws on rises and returns, by name."""
-        chosen = (None if name is None else self.laws[name] for name in (rise_law, return_law))
-        return self.given_motion.with_laws(*chosen)
+        return self.given_motion.with_laws(
+            *(None if name is None else self.laws[name] for name in (rise_law, return_law))
+        )
 
     @property
     def given_motion(self) -> Programme:
@@ -400,8 +400,9 @@ def _cached_problem(scene: Scene) -> Problem:
     """As ``resolve``, without the check of a robust search."""
     variables = variables_of_scene(scene)
     given = scene.numbers(each.key for each in variables)
-    missing = [v for v in variables if given[v.key] is None and (v.is_size or v.is_searched)]
-    missing = [v for v in missing if v.key not in SECOND_FIELDS]
+    missing = [
+        v for v in variables if given[v.key] is None and (v.is_size or v.is_searched) and v.key not in SECOND_FIELDS
+    ]
     firsts = {f"second_{v.field}": given[v.key] for v in variables if v.is_size}
     given |= {v.key: firsts[v.field] for v in variables if v.key in SECOND_FIELDS and given[v.key] is None}
     setup = setup_of(scene.with_values({each.key: each.first_value for each in missing if not each.is_size}))
@@ -411,7 +412,7 @@ def _cached_problem(scene: Scene) -> Problem:
     design = Designs(**absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0).with_values(sizes)
     if mistakes := [*unavailable_outputs(scene, setup), *unavailable_limits(scene, setup)]:
         raise BadInput(mistakes)
-    laws = {**LAWS, **{name: make_own_law(name, law) for name, law in scene.laws.items()}}
+    laws = laws_of_scene(scene)
     _, load = split_constant_and_changing_load(*external_load_and_its_unit(scene))
     turn = motion_segments_of_rows(scene.motion, scene.cam.rpm)
     motion = profile_programme_if_known(scene, load) if scene.profile else None

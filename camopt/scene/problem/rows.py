@@ -40,8 +40,11 @@ class DesignRows:
     def select_columns(self, names: Iterable[str]) -> "DesignRows":
         """The columns of some names."""
         names = set(names)
-        kept = {name: value for name, value in self.columns.items() if name in names}
-        return replace(self, columns=kept, outward={n: w for n, w in self.outward.items() if n in names})
+        return replace(
+            self,
+            columns={name: values for name, values in self.columns.items() if name in names},
+            outward={name: width for name, width in self.outward.items() if name in names},
+        )
 
     def take(self, index: NDArray[Any]) -> "DesignRows":
         """The rows at an index or mask."""
@@ -97,8 +100,9 @@ def is_per_row(values: Any) -> bool:
 def concatenate_rows(parts: Iterable[DesignRows]) -> DesignRows:
     """All rows of several parts, which must have the same columns."""
     parts = list(parts)
-    columns = {name: _concatenate_column(name, parts) for name in parts[0].columns}
-    return DesignRows(columns, sum(part.count for part in parts))
+    return DesignRows(
+        {name: _concatenate_column(name, parts) for name in parts[0].columns}, sum(part.count for part in parts)
+    )
 
 
 def join_and_release_rows(parts: list[DesignRows]) -> DesignRows:

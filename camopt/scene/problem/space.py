@@ -143,8 +143,7 @@ def grid_space(problem: Problem) -> DesignSpace:
     mistakes = [m for each in (*choices.sizes, *choices.numbers) for m in _grid_step_mistakes(file, each)]
     mistakes += sweep_mistakes(problem)
     shared = [each for each in varied if not each.varies_by_design]
-    settings = prod(each.grid_count for each in shared)
-    mistakes += too_many_settings_mistakes(problem, settings)
+    mistakes += too_many_settings_mistakes(problem, prod(each.grid_count for each in shared))
     if (count := len(law_pair_by_programme(problem)) * prod(each.grid_count for each in varied)) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))

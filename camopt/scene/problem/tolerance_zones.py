@@ -43,11 +43,10 @@ def tolerance_zones_of_numbers_and_angles(
     scene: Scene, nominal_by_key: Mapping[str, float]
 ) -> dict[str, ToleranceZone]:
     """The zones of numbers, and of the angles of cam and face in rad, by key of ``[tolerances]``."""
-    angles = {
-        key: each for key, each in scene.tolerances.number_and_angle_tolerances.items() if key in ANGLE_TOLERANCES
-    }
     return tolerance_zones_of_numbers(scene, nominal_by_key) | {
-        key: tolerance_zone(each, key, 0.0).scale_by(radians(1.0)) for key, each in angles.items()
+        key: tolerance_zone(each, key, 0.0).scale_by(radians(1.0))
+        for key, each in scene.tolerances.number_and_angle_tolerances.items()
+        if key in ANGLE_TOLERANCES
     }
 
 

@@ -56,8 +56,7 @@ def unavailable_outputs(scene: Scene, setup: Setup) -> list[Mistake]:
             if name in setup.own_quantities:
                 continue
             if name in lacks:
-                needs = f"needs {', '.join(lacks[name])}"
-                mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
+                mistakes.append(Mistake(scene.file, key, name, f"needs {', '.join(lacks[name])}", bare=True))
             elif name not in allowed:
                 known = suggest_names(name, [n for n in allowed if n in QUANTITIES or n in setup.own_quantities])
                 mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene; {known}"))

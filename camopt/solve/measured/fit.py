@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, escape_unprintable
 from camopt.model.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
-from camopt.scene.mapping import MOTION_AT_FOLLOWER, is_motion_given_at_follower
+from camopt.scene.mapping import MOTION_AT_FOLLOWER, is_motion_given_at_follower, tables_in_list
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
-from camopt.scene.train import tool_turns, train_stages_in
+from camopt.scene.train import tool_turns
 from camopt.solve.measured.band_certificate import certify_band
 from camopt.solve.measured.columns import MM_PER_UNIT, TableReadingOptions
 from camopt.solve.measured.drawing_points import is_drawing
@@ -314,7 +314,7 @@ def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: Measu
     """Unit of the lifts or of a profile: the given one, or deg if the follower or tool turns."""
     follower = tables.get("follower")
     oscillates = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name
-    stages = [] if is_motion_given_at_follower(tables) else train_stages_in(tables)
+    stages = [] if is_motion_given_at_follower(tables) else tables_in_list(tables.get("train"))
     angular = tool_turns(stages, oscillates) and not profile
     units = ("deg",) if angular else tuple(MM_PER_UNIT)
     if given_unit is not None and given_unit not in units:
