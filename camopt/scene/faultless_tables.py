@@ -80,14 +80,9 @@ def _drop_wrong_keys(value: Any, wrong_keys: Collection[str], place: str) -> Any
     """A value without wrong keys of inner mappings, and without lists that have a wrong item."""
     if not isinstance(value, Mapping):
         return value
-    kept = {name: each for name, each in value.items() if f"{place}{name}" not in wrong_keys}
-    lists = [
-        name
-        for name, each in kept.items()
-        if isinstance(each, list) and any(key.startswith(f"{place}{name}.") for key in wrong_keys)
-    ]
     return {
         name: _drop_wrong_keys(each, wrong_keys, f"{place}{name}.")
-        for name, each in kept.items()
-        if name not in lists
+        for name, each in value.items()
+        if f"{place}{name}" not in wrong_keys
+        and not (isinstance(each, list) and any(key.startswith(f"{place}{name}.") for key in wrong_keys))
     }

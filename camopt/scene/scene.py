@@ -234,11 +234,9 @@ class Scene(HasHtml, Drawable, SceneTable):
 
     def has_refused_value(self, table: str, all_keys: bool = False) -> bool:
         """Whether a value in the tables of a name was refused; unknown keys count only with ``all_keys``."""
-        for key in (key for key in self._wrong if key.startswith(f"{table}.")):
-            names = [part for part in key.split(".")[1:] if not part.isdecimal()]
-            if all_keys or len(names) <= (table == "laws") or names[-1] in KEYS_OF_ROWS[table]:
-                return True
-        return False
+        keys = (key.split(".")[1:] for key in self._wrong if key.startswith(f"{table}."))
+        paths = ([part for part in parts if not part.isdecimal()] for parts in keys)
+        return any(all_keys or len(path) <= (table == "laws") or path[-1] in KEYS_OF_ROWS[table] for path in paths)
 
     @property
     def mechanism(self) -> Mechanism:
