@@ -99,9 +99,9 @@ def _bound_curves_over_rows_in_python(curve_address, rows, half_width, first_des
 
 
 @inline_in_kernels
-def oriented_value_and_slope(f, i, at, sign):
-    """Oriented value and slope of design ``i`` in a state."""
-    value, slope = value_and_slope(f, i, at)
+def oriented_value_and_slope(curve, design, state, sign):
+    """Oriented value and slope of a design in a state."""
+    value, slope = value_and_slope(curve, design, state)
     return sign * value, sign * slope
 
 

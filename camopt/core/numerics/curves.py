@@ -34,32 +34,32 @@ DERIVATIVE_FORMULAS: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
 LOADED_CURVES: set[type] = set()
 
 
-def curve_value(f: Any, i: Any, at: State) -> Any:
-    """Value of curve ``f`` for design ``i`` in the state ``at``, in the number type of the state."""
-    return CURVE_FORMULAS[type(f)](f, i, at)
+def curve_value(curve: Any, design: Any, state: State) -> Any:
+    """Value of a curve for one design, or for several, in a state, in the number type of the state."""
+    return CURVE_FORMULAS[type(curve)](curve, design, state)
 
 
 @chosen_by_type(curve_value)
-def _choose_formula_for_kernels(f, i, at):
-    return KERNEL_FORMULAS.get(f)
+def _choose_formula_for_kernels(curve, design, state):
+    return KERNEL_FORMULAS.get(curve)
 
 
 @inline_in_kernels_by_overload
-def value_and_slope(f, i, at):
-    """Value and slope of curve ``f`` for design ``i``."""
-    return curve_value(f, i, dual_state(at))
+def value_and_slope(curve, design, state):
+    """Value and slope of a curve for one design."""
+    return curve_value(curve, design, dual_state(state))
 
 
-def curve_or_number_value(f: Any, i: Any, at: State) -> Any:
+def curve_or_number_value(curve: Any, design: Any, state: State) -> Any:
     """A field's value in a formula: that of a curve, or the number of a design."""
-    if type(f) in CURVE_FORMULAS:
-        return CURVE_FORMULAS[type(f)](f, i, at)
-    return constant_like(f[i], at.y)
+    if type(curve) in CURVE_FORMULAS:
+        return CURVE_FORMULAS[type(curve)](curve, design, state)
+    return constant_like(curve[design], state.y)
 
 
 @chosen_by_type(curve_or_number_value)
-def _choose_field_value_for_kernels(f, i, at):
-    return KERNEL_FORMULAS.get(f, lambda f, i, at: f[i])
+def _choose_field_value_for_kernels(curve, design, state):
+    return KERNEL_FORMULAS.get(curve, lambda curve, design, state: curve[design])
 
 
 def curve_type_from_formula(function: Callable[..., Any] | None = None, *, reads_load: bool = False) -> Any:
@@ -74,8 +74,11 @@ def curve_type_from_formula(function: Callable[..., Any] | None = None, *, reads
     make: Any = namedtuple
     owner = make(function.__name__, [field.name for field in fields], module=function.__module__)
     owner.__doc__ = function.__doc__
-    parts = [f"f.{x.name}" if x.default is not Parameter.empty else f"part(f.{x.name}, i, at)" for x in fields]
-    text = f"lambda f, i, at: formula(at, {', '.join(parts)})"
+    parts = [
+        f"curve.{x.name}" if x.default is not Parameter.empty else f"part(curve.{x.name}, design, state)"
+        for x in fields
+    ]
+    text = f"lambda curve, design, state: formula(state, {', '.join(parts)})"
     curve_formula(owner, reads_load=reads_load)(eval(text, {"formula": function, "part": curve_or_number_value}))
     KERNEL_FORMULAS[owner] = eval(text, {"formula": inline_in_kernels(function), "part": curve_or_number_value})
     return owner
@@ -101,21 +104,23 @@ def value_and_slope_formula(
     def register(function: CurveFormula) -> CurveFormula:
         pair = inline_in_kernels(function)
         curve_formula(curve_type, reads_load=reads_load)(
-            lambda f, i, at: dual_or_value_from_pair(pair(f, i, state_without_slopes(at, at.y)), at.y)
+            lambda curve, design, state: dual_or_value_from_pair(
+                pair(curve, design, state_without_slopes(state, state.y)), state.y
+            )
         )
         return function
 
     return register
 
 
-def curve_derivatives(f: Any, i: Any, at: State) -> tuple[Any, Any, Any, Any]:
-    """Value of curve ``f`` for design ``i`` and three derivatives by the cam angle; the last one needs y''''."""
-    return DERIVATIVE_FORMULAS[type(f)](f, i, at)
+def curve_derivatives(curve: Any, design: Any, state: State) -> tuple[Any, Any, Any, Any]:
+    """Value of a curve for one design, and three derivatives by the cam angle; the last one needs y''''."""
+    return DERIVATIVE_FORMULAS[type(curve)](curve, design, state)
 
 
 @chosen_by_type(curve_derivatives)
-def _choose_curve_derivatives_for_kernels(f, i, at):
-    return DERIVATIVE_FORMULAS.get(f)
+def _choose_curve_derivatives_for_kernels(curve, design, state):
+    return DERIVATIVE_FORMULAS.get(curve)
 
 
 def derivative_formula(curve_type: type) -> Callable[[DerivativeFormula], DerivativeFormula]:
@@ -157,6 +162,13 @@ class Linear(NamedTuple):
 
 
 @value_and_slope_formula(Linear)
-def linear_value_and_slope(f, i, at):
-    value = f.constant[i] + f.displacement[i] * at.y + f.velocity[i] * at.y1 + f.acceleration[i] * at.y2
-    return value, f.displacement[i] * at.y1 + f.velocity[i] * at.y2 + f.acceleration[i] * at.y3
+def linear_value_and_slope(curve, design, state):
+    value = (
+        curve.constant[design]
+        + curve.displacement[design] * state.y
+        + curve.velocity[design] * state.y1
+        + curve.acceleration[design] * state.y2
+    )
+    return value, curve.displacement[design] * state.y1 + curve.velocity[design] * state.y2 + curve.acceleration[
+        design
+    ] * state.y3

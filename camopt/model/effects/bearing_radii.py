@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LEAST, FloatArray, Number
 from camopt.core.numerics.curves import curve_type_from_formula, curve_value
 from camopt.core.numerics.piecewise import state_at_node, table_as_columns
 from camopt.core.numerics.state import State
@@ -45,7 +45,9 @@ TRIAL_STEP, MOST_USED = 1e-5, 1.0 - 1e-6  # relative distance of these rollers f
 
 
 @curve_type_from_formula(reads_load=True)
-def roller_load_utilisation(state, normal, curvature, normal_force_factor, curvature_factor):
+def roller_load_utilisation(
+    state: State, normal: Number, curvature: Number, normal_force_factor: Number, curvature_factor: Number
+) -> Number:
     """Curve n/R_r + κ·R_r, at most 1 where a roller bears its load.
 
     ``normal_force_factor`` is that of n over R_r, with the sign of the force on the flank. ``curvature_factor`` is
@@ -55,7 +57,9 @@ def roller_load_utilisation(state, normal, curvature, normal_force_factor, curva
 
 
 @curve_type_from_formula(reads_load=True)
-def flat_face_radius_shortfall(state, normal, profile_radius, inverse_allowed_load):
+def flat_face_radius_shortfall(
+    state: State, normal: Number, profile_radius: Number, inverse_allowed_load: Number
+) -> Number:
     """Curve n − ρ, the least further radius with which a flat face bears its load [mm]."""
     return inverse_allowed_load * normal - profile_radius
 

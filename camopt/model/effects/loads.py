@@ -24,8 +24,10 @@ from typing import Any
 
 import numpy as np
 
+from camopt.core.numerics import Number
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.point_contact import pressure_factor_and_derivative, pressure_factor_coefficients
+from camopt.core.numerics.state import State
 from camopt.model.effects.effect import EvaluationBlock, Setup
 from camopt.model.effects.effect_numbers import FollowerDynamics
 from camopt.model.effects.force import contact_force_curve, follower_force_curve
@@ -37,20 +39,22 @@ from camopt.model.motion.stroke import ALL_STROKES, INWARD, OUTWARD, RESTING
 
 
 @curve_type_from_formula(reads_load=True)
-def pushing_force(state, force):
+def pushing_force(state: State, force: Number) -> Number:
     """Force that an open cam bears [N]; 0 where it would have to pull."""
     return np.maximum(force, 0.0)
 
 
 @curve_type_from_formula(reads_load=True)
-def preloaded_contact_force(state, force, preload):
+def preloaded_contact_force(state: State, force: Number, preload: Number) -> Number:
     """Force on one of two preloaded contacts, F/2 + max(|F|/2, P) [N] (``effects.preload``)."""
     alone = np.maximum(0.5 * force - preload, 0.0)
     return np.maximum(0.5 * force + preload + alone, 0.0)  # exactly 0 where F < −2·P, without cancellation
 
 
 @curve_type_from_formula(reads_load=True)
-def force_with_guide_friction(state, force, pressure_tangent, friction_intercept, friction_slope):
+def force_with_guide_friction(
+    state: State, force: Number, pressure_tangent: Number, friction_intercept: Number, friction_slope: Number
+) -> Number:
     """Force along the motion with friction in the guide, G [N]; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
     return force / (
         1.0 - np.sign(force) * (friction_intercept + friction_slope * state.y) * np.abs(pressure_tangent)
@@ -58,31 +62,42 @@ def force_with_guide_friction(state, force, pressure_tangent, friction_intercept
 
 
 @curve_type_from_formula(reads_load=True)
-def normal_force(state, force_along_motion, pressure_tangent):
+def normal_force(state: State, force_along_motion: Number, pressure_tangent: Number) -> Number:
     """Normal force of a follower with a trace point, N [N]."""
     return force_along_motion * np.sqrt(np.square(pressure_tangent) + 1.0)
 
 
 @curve_type_from_formula(reads_load=True)
-def side_thrust_times_lever(state, force_along_motion, pressure_tangent, lever_intercept, lever_slope):
+def side_thrust_times_lever(
+    state: State, force_along_motion: Number, pressure_tangent: Number, lever_intercept: Number, lever_slope: Number
+) -> Number:
     """Side thrust times a lever, S·(arm + reach·y) [N, or N·mm if the lever is a length]."""
     return force_along_motion * pressure_tangent * (lever_intercept + lever_slope * state.y)
 
 
 @curve_type_from_formula
-def jamming_ratio(state, pressure_tangent, friction_intercept, friction_slope):
+def jamming_ratio(
+    state: State, pressure_tangent: Number, friction_intercept: Number, friction_slope: Number
+) -> Number:
     """μ·q·t; at 1 the follower jams in its guide."""
     return (friction_intercept + friction_slope * state.y) * pressure_tangent
 
 
 @curve_type_from_formula(reads_load=True)
-def swinging_face_normal_force(state, moment, distance_from_pivot):
+def swinging_face_normal_force(state: State, moment: Number, distance_from_pivot: Number) -> Number:
     """Normal force on an oscillating flat face [N]: the moment over the distance of the contact from the pivot."""
     return moment / distance_from_pivot
 
 
 @curve_type_from_formula(reads_load=True)
-def roller_load_per_relative_radius(state, normal, curvature, roller_radius, pressing_sign, bulge_sign):
+def roller_load_per_relative_radius(
+    state: State,
+    normal: Number,
+    curvature: Number,
+    roller_radius: Number,
+    pressing_sign: Number,
+    bulge_sign: Number,
+) -> Number:
     """Load of a roller, N/R [N/mm]; positive where N presses the roller on the flank.
 
     ``pressing_sign`` is the sign of such an N. ``bulge_sign`` is 1 if κ > 0 bends the flank towards the roller,
@@ -92,7 +107,7 @@ def roller_load_per_relative_radius(state, normal, curvature, roller_radius, pre
 
 
 @curve_type_from_formula
-def parallel_curve_curvature(state, curvature, distance):
+def parallel_curve_curvature(state: State, curvature: Number, distance: Number) -> Number:
     """Curvature of a parallel of the pitch curve [1/mm], ``distance`` [mm] to the side that κ > 0 makes hollow."""
     return curvature / (1.0 - distance * curvature)
 
@@ -110,13 +125,13 @@ def spherical_face_load_per_square_radius(
 
 
 @curve_type_from_formula(reads_load=True)
-def flat_face_load_per_radius(state, normal, profile_radius):
+def flat_face_load_per_radius(state: State, normal: Number, profile_radius: Number) -> Number:
     """Load of a flat face, N/ρ [N/mm]."""
     return normal / profile_radius
 
 
 @curve_type_from_formula(reads_load=True)
-def shaft_torque(state, force_along_motion):
+def shaft_torque(state: State, force_along_motion: Number) -> Number:
     """Torque of the camshaft, T = G·y' [N·mm]."""
     return force_along_motion * state.y1
 

@@ -29,8 +29,9 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST
+from camopt.core.numerics import LARGEST, LEAST, Number
 from camopt.core.numerics.curves import curve_type_from_formula
+from camopt.core.numerics.state import State
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import Peak
 from camopt.model.effects.peak_columns import peak_column
@@ -43,7 +44,7 @@ EDGE_WALL = "edge_wall_min_mm"
 
 
 @curve_type_from_formula
-def clearance_beyond_outline(state, outline, distance_from_axis):
+def clearance_beyond_outline(state: State, outline: Number, distance_from_axis: Number) -> Number:
     """A distance from the cam's axis, such as that of the pivot, minus that of the outline [mm]."""
     return distance_from_axis - outline
 

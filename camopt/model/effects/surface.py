@@ -34,6 +34,7 @@ import numpy as np
 from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray, Number
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.jet import power_of_number
+from camopt.core.numerics.state import State
 from camopt.model.effects import force
 from camopt.model.effects.effect import (
     Effect,
@@ -79,13 +80,17 @@ REPORTED_TURNS = 1e6
 
 
 @curve_type_from_formula
-def trace_point_sliding_speed(state, trace_point_speed, roller_radius, turns, turn_per_velocity):
+def trace_point_sliding_speed(
+    state: State, trace_point_speed: Number, roller_radius: Number, turns: Number, turn_per_velocity: Number
+) -> Number:
     """Sliding speed of a trace point, N_p − q·R [mm/rad], with q = turns + turning·y'."""
     return trace_point_speed - roller_radius * (turns + turn_per_velocity * state.y1)
 
 
 @curve_type_from_formula
-def roller_spin_acceleration(state, trace_point_acceleration, roller_radius, turn_per_velocity):
+def roller_spin_acceleration(
+    state: State, trace_point_acceleration: Number, roller_radius: Number, turn_per_velocity: Number
+) -> Number:
     """Change of the spin's speed, N_p' − R·q' [mm/rad²]; q = 1 + turn_per_velocity·y', N_p' the acceleration."""
     return trace_point_acceleration - roller_radius * turn_per_velocity * state.y2
 
@@ -102,25 +107,31 @@ def trace_point_entrainment_speed(
 
 
 @curve_type_from_formula
-def flat_face_entrainment_speed(state, profile_radius, sliding_speed, turn_per_velocity):
+def flat_face_entrainment_speed(
+    state: State, profile_radius: Number, sliding_speed: Number, turn_per_velocity: Number
+) -> Number:
     """Entrainment speed of a flat face, q·ρ − v/2 [mm/rad]."""
     return (1.0 + turn_per_velocity * state.y1) * profile_radius - 0.5 * sliding_speed
 
 
 @curve_type_from_formula(reads_load=True)
-def flat_face_wear_load(state, load_per_radius, sliding_speed, turn_per_velocity):
+def flat_face_wear_load(
+    state: State, load_per_radius: Number, sliding_speed: Number, turn_per_velocity: Number
+) -> Number:
     """Wear load of a flat face, N·|v|/(q·ρ) [N]; ``load_per_radius`` is N/ρ."""
     return load_per_radius * np.abs(sliding_speed) / (1.0 + turn_per_velocity * state.y1)
 
 
 @curve_type_from_formula
-def roller_relative_radius(state, curvature, roller_radius):
+def roller_relative_radius(state: State, curvature: Number, roller_radius: Number) -> Number:
     """Relative radius, R = R_r·(1 − κ·R_r) [mm]."""
     return roller_radius - roller_radius * roller_radius * curvature
 
 
 @curve_type_from_formula(reads_load=True)
-def inverse_film_thickness(state, normal_force, entrainment_speed, relative_radius):
+def inverse_film_thickness(
+    state: State, normal_force: Number, entrainment_speed: Number, relative_radius: Number
+) -> Number:
     """Inverse of the film up to a factor, N^0.13·u^−0.7·R^−0.43, from N, mm/rad and mm."""
     spread = power_of_number(np.square(entrainment_speed), -0.5 * FILM_SPEED_POWER) * power_of_number(
         relative_radius, -FILM_RADIUS_POWER

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from camopt.core.numerics import Number
 from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula
+from camopt.core.numerics.state import State
 from camopt.model.mechanisms.contact_errors import ContactErrors, ContactPoint, ContactShift
 from camopt.model.mechanisms.design import Designs, Mechanism, with_zero_roller_radius
 from camopt.model.mechanisms.elements import CYLINDER, GROOVED, ROUND_TIPS, TRANSLATING
@@ -17,30 +19,35 @@ from camopt.model.mechanisms.trace import tangential_acceleration, trace_curvatu
 
 
 @curve_type_from_formula
-def cylindrical_pressure_tangent(state, mean_radius):
+def cylindrical_pressure_tangent(state: State, mean_radius: Number) -> Number:
     """tan β; ``mean_radius`` is R_m [mm]."""
     return state.y1 / mean_radius
 
 
 @derivative_formula(cylindrical_pressure_tangent)
-def cylindrical_pressure_derivatives(f, i, at):
-    return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i], at.y3 / f.mean_radius[i], at.y4 / f.mean_radius[i]
+def cylindrical_pressure_derivatives(curve, design, state):
+    return (
+        state.y1 / curve.mean_radius[design],
+        state.y2 / curve.mean_radius[design],
+        state.y3 / curve.mean_radius[design],
+        state.y4 / curve.mean_radius[design],
+    )
 
 
 @curve_type_from_formula
-def cylindrical_path_speed(state, mean_radius):
+def cylindrical_path_speed(state: State, mean_radius: Number) -> Number:
     """Length of the pitch curve per cam angle, √(R_m² + y'²) [mm/rad]."""
     return np.sqrt(np.square(mean_radius) + np.square(state.y1))
 
 
 @curve_type_from_formula
-def cylindrical_tangential_acceleration(state, mean_radius):
+def cylindrical_tangential_acceleration(state: State, mean_radius: Number) -> Number:
     """Derivative of ``cylindrical_path_speed`` by the cam angle [mm/rad²]."""
     return tangential_acceleration(state.y1, state.y2, mean_radius, 0.0)
 
 
 @curve_type_from_formula
-def cylindrical_curvature(state, mean_radius):
+def cylindrical_curvature(state: State, mean_radius: Number) -> Number:
     """κ of the developed pitch curve [1/mm]."""
     return trace_curvature(-state.y1, -state.y2, mean_radius, 0.0, 0.0)
 

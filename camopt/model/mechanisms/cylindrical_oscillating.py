@@ -19,13 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.curves import (
     cosine_and_sine_derivatives_of_sum,
     curve_type_from_formula,
     derivative_formula,
     quotient_derivatives,
 )
+from camopt.core.numerics.state import State
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.mechanisms.contact_errors import (
     ContactErrors,
@@ -40,27 +41,31 @@ from camopt.model.motion.programme import Programme
 
 
 @curve_type_from_formula
-def swinging_pressure_tangent(state, mean_radius, arm_length, cosine, sine, sense):
+def swinging_pressure_tangent(
+    state: State, mean_radius: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """tan β; ``cosine`` and ``sine`` belong to the arm's angle at displacement 0."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return (arm_length / mean_radius * state.y1 + sense * sine) / cosine
 
 
 @derivative_formula(swinging_pressure_tangent)
-def swinging_pressure_derivatives(f, i, at):
-    cosine, (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(f.cosine[i], f.sine[i], at)
-    ratio, sense = f.arm_length[i] / f.mean_radius[i], f.sense[i]
+def swinging_pressure_derivatives(curve, design, state):
+    cosine, (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(curve.cosine[design], curve.sine[design], state)
+    ratio, sense = curve.arm_length[design] / curve.mean_radius[design], curve.sense[design]
     w = (
-        ratio * at.y1 + sense * s,
-        ratio * at.y2 + sense * s1,
-        ratio * at.y3 + sense * s2,
-        ratio * at.y4 + sense * s3,
+        ratio * state.y1 + sense * s,
+        ratio * state.y2 + sense * s1,
+        ratio * state.y3 + sense * s2,
+        ratio * state.y4 + sense * s3,
     )
     return quotient_derivatives(w, cosine)
 
 
 @curve_type_from_formula
-def swinging_path_speed(state, mean_radius, arm_length, cosine, sine, sense):
+def swinging_path_speed(
+    state: State, mean_radius: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """Length of the pitch curve per cam angle, N [mm/rad]."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     swing = sense * arm_length * state.y1
@@ -68,14 +73,18 @@ def swinging_path_speed(state, mean_radius, arm_length, cosine, sine, sense):
 
 
 @curve_type_from_formula
-def swinging_curvature(state, mean_radius, arm_length, cosine, sine, sense):
+def swinging_curvature(
+    state: State, mean_radius: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """κ of the developed pitch curve [1/mm]."""
     w, w1, s, s1 = cylinder_arm_velocity_components(state, mean_radius, arm_length, cosine, sine, sense)
     return trace_curvature(w, w1, s, s1, -sense * state.y1)
 
 
 @curve_type_from_formula
-def swinging_tangential_acceleration(state, mean_radius, arm_length, cosine, sine, sense):
+def swinging_tangential_acceleration(
+    state: State, mean_radius: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """Derivative of ``swinging_path_speed`` by the cam angle, N' [mm/rad²]."""
     w, w1, s, s1 = cylinder_arm_velocity_components(state, mean_radius, arm_length, cosine, sine, sense)
     return tangential_acceleration(w, w1, s, s1)

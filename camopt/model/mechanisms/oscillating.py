@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.curves import (
     cosine_and_sine_derivatives_of_sum,
     curve_type_from_formula,
@@ -24,6 +24,7 @@ from camopt.core.numerics.curves import (
     quotient_derivatives,
 )
 from camopt.core.numerics.stable_functions import triangle_angle
+from camopt.core.numerics.state import State
 from camopt.core.numerics.taylor import cosine_and_sine_series
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.mechanisms.contact_errors import (
@@ -41,23 +42,29 @@ from camopt.model.motion.programme import Programme
 
 
 @curve_type_from_formula
-def oscillating_pressure_tangent(state, centre_distance, arm_length, cosine, sine, sense):
+def oscillating_pressure_tangent(
+    state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """tan β; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return (arm_length * (1.0 + sense * state.y1) - centre_distance * cosine) / (centre_distance * sine)
 
 
 @derivative_formula(oscillating_pressure_tangent)
-def oscillating_pressure_derivatives(f, i, at):
-    (c, c1, c2, c3), (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(f.cosine[i], f.sine[i], at)
-    ratio = f.arm_length[i] / f.centre_distance[i]
-    swung = ratio * f.sense[i]
-    w = (ratio + swung * at.y1 - c, swung * at.y2 - c1, swung * at.y3 - c2, swung * at.y4 - c3)
+def oscillating_pressure_derivatives(curve, design, state):
+    (c, c1, c2, c3), (s, s1, s2, s3) = cosine_and_sine_derivatives_of_sum(
+        curve.cosine[design], curve.sine[design], state
+    )
+    ratio = curve.arm_length[design] / curve.centre_distance[design]
+    swung = ratio * curve.sense[design]
+    w = (ratio + swung * state.y1 - c, swung * state.y2 - c1, swung * state.y3 - c2, swung * state.y4 - c3)
     return quotient_derivatives(w, (s, s1, s2, s3))
 
 
 @curve_type_from_formula
-def oscillating_trace_speed(state, centre_distance, arm_length, cosine, sine, sense):
+def oscillating_trace_speed(
+    state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """N [mm/rad]."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     w = arm_length * (1.0 + sense * state.y1) - centre_distance * cosine
@@ -65,21 +72,27 @@ def oscillating_trace_speed(state, centre_distance, arm_length, cosine, sine, se
 
 
 @curve_type_from_formula
-def oscillating_curvature(state, centre_distance, arm_length, cosine, sine, sense):
+def oscillating_curvature(
+    state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """κ of the pitch curve [1/mm]."""
     w, w1, s, s1 = disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sine, sense)
     return trace_curvature(w, w1, s, s1, 1.0 + sense * state.y1)
 
 
 @curve_type_from_formula
-def oscillating_tangential_acceleration(state, centre_distance, arm_length, cosine, sine, sense):
+def oscillating_tangential_acceleration(
+    state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """N' [mm/rad²]."""
     w, w1, s, s1 = disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sine, sense)
     return tangential_acceleration(w, w1, s, s1)
 
 
 @curve_type_from_formula
-def oscillating_outline(state, centre_distance, arm_length, cosine, sine, roller_radius):
+def oscillating_outline(
+    state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, roller_radius: Number
+) -> Number:
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     across = np.square(arm_length - centre_distance * cosine)

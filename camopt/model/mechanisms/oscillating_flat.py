@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.curves import (
     cosine_and_sine_derivatives_of_sum,
     curve_type_from_formula,
     derivative_formula,
     quotient_derivatives,
 )
+from camopt.core.numerics.state import State
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.mechanisms.contact_errors import (
     ContactErrors,
@@ -34,21 +35,27 @@ from camopt.model.motion.programme import Programme
 
 
 @curve_type_from_formula
-def swinging_face_sliding_speed(state, face_offset, centre_distance, cosine, sine, sense):
+def swinging_face_sliding_speed(
+    state: State, face_offset: Number, centre_distance: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """Sliding speed [mm/rad]; ``cosine`` and ``sine`` are cos ψ₀ and sin ψ₀."""
     _, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return (1.0 + sense * state.y1) * face_offset + centre_distance * sine
 
 
 @curve_type_from_formula
-def swinging_face_pressure_tangent(state, face_offset, centre_distance, cosine, sine, sense):
+def swinging_face_pressure_tangent(
+    state: State, face_offset: Number, centre_distance: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """tan β."""
     cosine, _ = cosine_and_sine_of_sum(cosine, sine, state.y)
     return face_offset / (centre_distance * cosine) * (1.0 + sense * state.y1)
 
 
 @curve_type_from_formula
-def swinging_face_profile_radius(state, face_offset, centre_distance, cosine, sine, sense):
+def swinging_face_profile_radius(
+    state: State, face_offset: Number, centre_distance: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """Radius of curvature of the profile, ρ [mm]."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     q = 1.0 + sense * state.y1
@@ -56,22 +63,28 @@ def swinging_face_profile_radius(state, face_offset, centre_distance, cosine, si
 
 
 @curve_type_from_formula
-def swinging_face_reach(state, face_offset, centre_distance, cosine, sine, sense):
+def swinging_face_reach(
+    state: State, face_offset: Number, centre_distance: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """Distance of the contact from the pivot along the face, t [mm]."""
     cosine, _ = cosine_and_sine_of_sum(cosine, sine, state.y)
     return centre_distance * cosine / (1.0 + sense * state.y1)
 
 
 @derivative_formula(swinging_face_reach)
-def swinging_face_reach_derivatives(f, i, at):
-    c, sense = f.centre_distance[i], f.sense[i]
-    (cosine, cosine1, cosine2, cosine3), _ = cosine_and_sine_derivatives_of_sum(f.cosine[i], f.sine[i], at)
-    turning = (1.0 + sense * at.y1, sense * at.y2, sense * at.y3, sense * at.y4)
+def swinging_face_reach_derivatives(curve, design, state):
+    c, sense = curve.centre_distance[design], curve.sense[design]
+    (cosine, cosine1, cosine2, cosine3), _ = cosine_and_sine_derivatives_of_sum(
+        curve.cosine[design], curve.sine[design], state
+    )
+    turning = (1.0 + sense * state.y1, sense * state.y2, sense * state.y3, sense * state.y4)
     return quotient_derivatives((c * cosine, c * cosine1, c * cosine2, c * cosine3), turning)
 
 
 @curve_type_from_formula
-def swinging_face_outline(state, face_offset, centre_distance, cosine, sine):
+def swinging_face_outline(
+    state: State, face_offset: Number, centre_distance: Number, cosine: Number, sine: Number
+) -> Number:
     """Distance of the face from the cam's axis [mm]."""
     _, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     return face_offset + centre_distance * sine

@@ -64,9 +64,18 @@ class ReversedCurve(NamedTuple):
 
 
 @curve_formula(ReversedCurve)
-def reversed_motion_curve_value(f, i, at):
+def reversed_motion_curve_value(curve, design, state):
     return curve_value(
-        f.curve, i, State(curve_or_number_value(f.lift, i, at) - at.y, -at.y1, -at.y2, -at.y3, None, -at.y4)
+        curve.curve,
+        design,
+        State(
+            curve_or_number_value(curve.lift, design, state) - state.y,
+            -state.y1,
+            -state.y2,
+            -state.y3,
+            None,
+            -state.y4,
+        ),
     )
 
 

@@ -75,9 +75,9 @@ class ShiftedCurve(NamedTuple):
 
 
 @curve_formula(ShiftedCurve)
-def shifted_motion_curve_value(f, i, at):
-    return curve_or_number_value(f.factor, i, at) * curve_value(
-        f.curve, i, State(at.y + f.by[i], at.y1, at.y2, at.y3, None, at.y4)
+def shifted_motion_curve_value(curve, design, state):
+    return curve_or_number_value(curve.factor, design, state) * curve_value(
+        curve.curve, design, State(state.y + curve.by[design], state.y1, state.y2, state.y3, None, state.y4)
     )
 
 

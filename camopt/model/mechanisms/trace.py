@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload
+from camopt.core.numerics import Number
 from camopt.core.numerics.dual import Dual
+from camopt.core.numerics.state import State
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 
 
@@ -66,7 +68,9 @@ def trace_curvature(across, across_rate, along, along_rate, frame_turning_rate):
 
 
 @inline_in_kernels_by_overload
-def disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sine, sense):
+def disc_arm_velocity_components(
+    state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """w and s of an oscillating follower on a disc, each with its derivative by the cam angle."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     s, along = centre_distance * sine, centre_distance * cosine
@@ -75,7 +79,9 @@ def disc_arm_velocity_components(state, centre_distance, arm_length, cosine, sin
 
 
 @inline_in_kernels_by_overload
-def cylinder_arm_velocity_components(state, mean_radius, arm_length, cosine, sine, sense):
+def cylinder_arm_velocity_components(
+    state: State, mean_radius: Number, arm_length: Number, cosine: Number, sine: Number, sense: Number
+) -> Number:
     """w and s of an oscillating follower on a cylinder, each with its derivative by the cam angle."""
     cosine, sine = cosine_and_sine_of_sum(cosine, sine, state.y)
     s, across = mean_radius * cosine, mean_radius * sine

@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from camopt.core.numerics import Number
 from camopt.core.numerics.curves import curve_type_from_formula, derivative_formula, quotient_derivatives
+from camopt.core.numerics.state import State
 from camopt.model.mechanisms.contact_errors import (
     ContactErrors,
     ContactPoint,
@@ -28,38 +30,39 @@ from camopt.model.motion.profile_contact import TranslatingPoint
 
 
 @curve_type_from_formula
-def translating_pressure_tangent(state, signed_offset, start_height):
+def translating_pressure_tangent(state: State, signed_offset: Number, start_height: Number) -> Number:
     """tan β; ``signed_offset`` is e, ``start_height`` is s₀ [mm]."""
     return (state.y1 - signed_offset) / (state.y + start_height)
 
 
 @derivative_formula(translating_pressure_tangent)
-def translating_pressure_derivatives(f, i, at):
+def translating_pressure_derivatives(curve, design, state):
     return quotient_derivatives(
-        (at.y1 - f.signed_offset[i], at.y2, at.y3, at.y4), (f.start_height[i] + at.y, at.y1, at.y2, at.y3)
+        (state.y1 - curve.signed_offset[design], state.y2, state.y3, state.y4),
+        (curve.start_height[design] + state.y, state.y1, state.y2, state.y3),
     )
 
 
 @curve_type_from_formula
-def translating_trace_speed(state, signed_offset, start_height):
+def translating_trace_speed(state: State, signed_offset: Number, start_height: Number) -> Number:
     """Speed of the trace point over the cam, N [mm/rad]."""
     return np.sqrt(np.square(state.y + start_height) + np.square(state.y1 - signed_offset))
 
 
 @curve_type_from_formula
-def translating_tangential_acceleration(state, signed_offset, start_height):
+def translating_tangential_acceleration(state: State, signed_offset: Number, start_height: Number) -> Number:
     """Derivative of that speed by the cam angle, N' [mm/rad²]."""
     return tangential_acceleration(state.y1 - signed_offset, state.y2, state.y + start_height, state.y1)
 
 
 @curve_type_from_formula
-def translating_curvature(state, signed_offset, start_height):
+def translating_curvature(state: State, signed_offset: Number, start_height: Number) -> Number:
     """κ of the pitch curve [1/mm]."""
     return trace_curvature(state.y1 - signed_offset, state.y2, state.y + start_height, state.y1, 1.0)
 
 
 @curve_type_from_formula
-def translating_outline(state, signed_offset, start_height, roller_radius):
+def translating_outline(state: State, signed_offset: Number, start_height: Number, roller_radius: Number) -> Number:
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
     return np.sqrt(np.square(state.y + start_height) + np.square(signed_offset)) - roller_radius
 
