@@ -13,6 +13,8 @@ BoolArray = NDArray[np.bool_]
 Number = Any
 """What a formula runs on: a float, an array, a ``Dual``, a ``Taylor``, an ``Interval``, a ``SlopedInterval`` or a
 number of ``mpmath``. A number that a scene need not give is ``None`` where it is absent."""
+Curve = Any
+"""A function of the cam angle for each of some designs: an instance of a curve type (``numerics.curves``)."""
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
 """Goals of a question about a curve's extremes."""

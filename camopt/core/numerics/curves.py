@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels, inline_in_kernels_by_overload
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import Curve, FloatArray, Number
 from camopt.core.numerics.dual import constant_like, dual_or_value_from_pair, dual_state, state_without_slopes
 from camopt.core.numerics.state import State
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
@@ -34,7 +34,7 @@ DERIVATIVE_FORMULAS: dict[type, Callable[..., tuple[Any, Any, Any, Any]]] = {}
 LOADED_CURVES: set[type] = set()
 
 
-def curve_value(curve: Any, design: Any, state: State) -> Any:
+def curve_value(curve: Curve, design: Any, state: State) -> Number:
     """Value of a curve for one design, or for several, in a state, in the number type of the state."""
     return CURVE_FORMULAS[type(curve)](curve, design, state)
 
@@ -50,7 +50,7 @@ def value_and_slope(curve, design, state):
     return curve_value(curve, design, dual_state(state))
 
 
-def curve_or_number_value(curve: Any, design: Any, state: State) -> Any:
+def curve_or_number_value(curve: Curve, design: Any, state: State) -> Number:
     """A field's value in a formula: that of a curve, or the number of a design."""
     if type(curve) in CURVE_FORMULAS:
         return CURVE_FORMULAS[type(curve)](curve, design, state)
@@ -113,7 +113,7 @@ def value_and_slope_formula(
     return register
 
 
-def curve_derivatives(curve: Any, design: Any, state: State) -> tuple[Any, Any, Any, Any]:
+def curve_derivatives(curve: Curve, design: Any, state: State) -> tuple[Any, Any, Any, Any]:
     """Value of a curve for one design, and three derivatives by the cam angle; the last one needs y''''."""
     return DERIVATIVE_FORMULAS[type(curve)](curve, design, state)
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.kernels.marks import chosen_by_type, inline_in_kernels_by_overload
+from camopt.core.numerics import Number
 from camopt.core.numerics.dual import Dual
 from camopt.core.numerics.jet import Jet, cosine, sine
 
@@ -67,7 +68,7 @@ def _choose_sine_cosine_for_kernels(y):
     return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: sine_and_cosine_of_numbers(y))
 
 
-def arctangent(y: Any) -> Any:
+def arctangent(y: Any) -> Number:
     """arctan y of a number or array, to a unit in the last place; of an interval by numpy's function.
 
     numpy's function has other last bits on processors with wide vectors. The rational approximation is by S. L.

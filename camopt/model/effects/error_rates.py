@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.kernels.marks import inline_in_kernels
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import Curve, FloatArray
 from camopt.core.numerics.curves import (
     cosine_and_sine_derivatives_of_sum,
     curve_derivatives,
@@ -224,7 +224,7 @@ def worst_error_rate_curve(
     error_sign: float,
     designs: Designs,
     programme: Programme,
-) -> Any:
+) -> Curve:
     """Curve of the worst error of velocity (1) or acceleration (2) to one side, +1 or −1 [mm or rad per radⁿ]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}

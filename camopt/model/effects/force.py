@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LEAST, Curve, FloatArray
 from camopt.core.numerics.curves import Linear, curve_type_from_formula
 from camopt.core.numerics.extremes import Precision, extremes_of_curve
 from camopt.core.numerics.panel_series import derivative_polynomials_by_panel, sum_series
@@ -264,7 +264,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     }
 
 
-def contact_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def contact_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     """Curve of F at the contact: F [N], F/l of an arm [N], or the moment on an oscillating flat face [N·mm].
 
     At a contact on the other side of the follower it is −F.
@@ -343,12 +343,12 @@ def keeps_contact(case: EvaluationBlock) -> Any:
     return kept | (largest <= loss) if "interference" in mechanism.drive.keys else kept
 
 
-def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     """Curve of F [N or N·mm] at the speed of the cam, with the numbers of the designs."""
     return force_curve_at_speed(setup, designs, programme, lambda numbers: numbers.omega)
 
 
-def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
+def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Curve:
     """Curve of F at a speed [rad/s], divided by a lever [N or N·mm]."""
     steady = Linear(*(weight / lever for weight in force_weights_and_constant(setup.dynamics, omega)))
     return add_changing_load_and_train_inertia(steady, 1.0 / lever, omega**2 / lever, programme)
@@ -356,14 +356,14 @@ def force_over_lever_curve(setup: Setup, omega: Any, lever: Any, programme: Prog
 
 def add_changing_load_and_train_inertia(
     steady_force: Linear, load_share: Any, inertia_factor: Any, programme: Programme
-) -> Any:
+) -> Curve:
     """A force plus a share of the load that changes over the turn, and of the inertia of a train."""
     if isinstance(programme.load, TrainLoad):
         return force_with_train_load(steady_force, load_share, inertia_factor)
     return steady_force if programme.load is None else force_with_changing_load(steady_force, load_share)
 
 
-def divide_by_lever(force: Any, lever: Any) -> Any:
+def divide_by_lever(force: Any, lever: Any) -> Curve:
     """The force at the end of a lever, from its moment."""
     return EnclosedValue(*(part / lever for part in force)) if isinstance(force, EnclosedValue) else force / lever
 

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import Number
+from camopt.core.numerics import Curve, Number
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.point_contact import pressure_factor_and_derivative, pressure_factor_coefficients
 from camopt.core.numerics.state import State
@@ -155,7 +155,7 @@ def guide_friction_line_coefficients(
 
 def force_along_motion_curve(
     setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0, *, can_pull: bool = False
-) -> Any:
+) -> Curve:
     """Curve of the force along the motion, G [N]; on an oscillating flat face the moment [N·mm].
 
     ``velocity_sign`` is the sign of the follower's velocity: 1, −1, or 0 at rest. With ``can_pull`` the cam gives F
@@ -176,7 +176,7 @@ def force_along_motion_curve(
     return force_with_guide_friction(force, pressure, *friction_line)
 
 
-def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
+def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Curve:
     """Curve of the normal force [N] while the follower moves in one direction."""
     along = force_along_motion_curve(setup, designs, programme, velocity_sign)
     if setup.mechanism.curvature:
@@ -186,7 +186,7 @@ def normal_force_curve(setup: Setup, designs: Designs, programme: Programme, vel
     return along
 
 
-def torque_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
+def torque_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Curve:
     """Curve of the camshaft's torque [N·mm] while the follower moves in one direction.
 
     Without friction it is the same for all designs.
@@ -198,7 +198,7 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, velocity_
 
 def contact_load_curve(
     setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, velocity_sign: float = 0.0
-) -> Any:
+) -> Curve:
     """Curve of the load of contact stress on a flank: N/R [N/mm], at a spherical face N·h/R_s² [N/mm²].
 
     Without a flank, it is the load on the first flank, which pushes.
@@ -216,7 +216,7 @@ def contact_load_curve(
     return roller_load_per_relative_radius(normal, curvature, designs.roller_radius, pressing, bent)
 
 
-def flank_path_curvature_curve(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Any:
+def flank_path_curvature_curve(setup: Setup, designs: Designs, programme: Programme, flank: Flank) -> Curve:
     """Curve of the curvature of the trace point's path on a flank; a clearance puts it beside the pitch curve."""
     assert setup.mechanism.curvature is not None
     curvature = setup.mechanism.curvature(designs, programme)
@@ -245,7 +245,7 @@ def jamming_stroke_kinds(setup: Setup) -> int:
     return OUTWARD | INWARD if setup.mechanism.can_pull_follower else OUTWARD
 
 
-def jamming_ratio_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def jamming_ratio_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     drag = guide_friction_line_coefficients(setup.with_design_numbers(designs).dynamics, len(designs), 1.0)
     return jamming_ratio(setup.mechanism.pressure(designs, programme), *drag)
 

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, FloatArray
+from camopt.core.numerics import LARGEST, Curve, FloatArray
 from camopt.core.numerics.curves import curve_value, value_and_slope, value_and_slope_formula
 from camopt.core.numerics.trigonometry import cosine_and_sine_of_sum
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
@@ -130,7 +130,7 @@ def swinging_face_error_and_slope(curve, design, state):
 
 def worst_error_curve(
     setup: Setup, bands: ToleranceBands, error_sign: float, designs: Designs, programme: Programme
-) -> Any:
+) -> Curve:
     """Curve of the follower's worst error to one side, +1 or −1 [mm or rad]."""
     mechanism, zeros = setup.mechanism, np.zeros(len(designs))
     sizes = {field: bands.sizes.get(field, NO_BAND) for field in mechanism.sizes}

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, Number
+from camopt.core.numerics import LARGEST, LEAST, Curve, Number
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.state import State
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
@@ -63,7 +63,7 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
 
 
-def _outermost_outline_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def _outermost_outline_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     """Curve of the outline's distance from the axis, for the flank that is farthest from it [mm]."""
     assert setup.mechanism.outline is not None
     side = max(flank.side for flank in setup.mechanism.flanks)
@@ -72,7 +72,7 @@ def _outermost_outline_curve(setup: Setup, designs: Designs, programme: Programm
 
 def _clearance_curve(
     setup: Setup, distance_from_axis: Callable[[Designs], Any], designs: Designs, programme: Programme
-) -> Any:
+) -> Curve:
     return clearance_beyond_outline(
         _outermost_outline_curve(setup, designs, programme), distance_from_axis(designs)
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST_MAGNITUDE
+from camopt.core.numerics import LARGEST_MAGNITUDE, Curve
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, Setup
 from camopt.model.effects.peak import AngleOfTangentScale, Peak, Variant
 from camopt.model.effects.peak_columns import peak_column
@@ -52,7 +52,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
 
 
-def _groove_bottom_pressure_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def _groove_bottom_pressure_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     """Curve tan β at the bottom of the groove, or the foot of the rib."""
     inwards = (setup.solid.groove_depth_or_rib_height or 0.0) / 2.0
     return setup.mechanism.pressure(replace(designs, size=designs.size - inwards), programme)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LEAST
+from camopt.core.numerics import LEAST, Curve
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.effects.peak import Peak
@@ -59,7 +59,7 @@ def rib_thickness(
 def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
 
-    def rib_thickness_curve(designs: Designs, programme: Programme) -> Any:
+    def rib_thickness_curve(designs: Designs, programme: Programme) -> Curve:
         d, zero = designs.roller_spacing, designs.size * 0.0
         sine = 0.5 * d / designs.arm_length if setup.angular else zero
         cosine, way = np.sqrt((1.0 - sine) * (1.0 + sine)), designs.sense if mechanism.body.developed else 1.0

@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray, Number
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, Curve, FloatArray, Number
 from camopt.core.numerics.curves import curve_type_from_formula
 from camopt.core.numerics.jet import power_of_number
 from camopt.core.numerics.state import State
@@ -181,7 +181,7 @@ def relative_turn_per_velocity(setup: Setup, designs: Designs) -> FloatArray:
     return np.full(len(designs), way * designs.sense if setup.angular else 0.0)
 
 
-def sliding_speed_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Any:
+def sliding_speed_curve(setup: Setup, designs: Designs, programme: Programme, side: float = INNER_SIDE) -> Curve:
     """Curve of the sliding speed v on the wall on one side [mm/rad]; for a roller, its speed if it did not turn."""
     sliding = speed_over_cam_curve_maker(setup.mechanism)(designs, programme)
     if setup.mechanism.curvature is None:
@@ -192,7 +192,7 @@ def sliding_speed_curve(setup: Setup, designs: Designs, programme: Programme, si
     )
 
 
-def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Any:
+def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme, side: float) -> Curve:
     """Curve of N_p' − R·q' on the wall on one side of the trace point [mm/rad²]."""
     assert setup.mechanism.speeding is not None
     speed = setup.mechanism.speeding(designs, programme)
@@ -201,7 +201,7 @@ def spin_acceleration_curve(setup: Setup, designs: Designs, programme: Programme
     )
 
 
-def entrainment_speed_mm_per_rad_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def entrainment_speed_mm_per_rad_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     """Curve of the entrainment speed u [mm/rad]."""
     mechanism = setup.mechanism
     sliding, turns = (
@@ -217,7 +217,7 @@ def entrainment_speed_mm_per_rad_curve(setup: Setup, designs: Designs, programme
     )
 
 
-def wear_load_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
+def wear_load_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Curve:
     """Curve of N·|v|/c [N]; a knife edge has v = c."""
     if setup.is_knife:
         return normal_force_curve(setup, designs, programme, velocity_sign)
@@ -225,7 +225,7 @@ def wear_load_curve(setup: Setup, designs: Designs, programme: Programme, veloci
     return flat_face_wear_load(load, sliding, relative_turn_per_velocity(setup, designs))
 
 
-def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Any:
+def inverse_film_curve(setup: Setup, designs: Designs, programme: Programme, velocity_sign: float = 0.0) -> Curve:
     """Curve of ``film_thickness_factor`` over the film."""
     normal = normal_force_curve(setup, designs, programme, velocity_sign)
     entrainment = entrainment_speed_mm_per_rad_curve(setup, designs, programme)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, Curve
 from camopt.model.effects import force
 from camopt.model.effects.effect import Effect, EvaluationBlock, Setup, multiple_scale
 from camopt.model.effects.effect_numbers import FollowerDynamics
@@ -80,7 +80,7 @@ def _missing_dynamics_keys(setup: Setup, keys: tuple[str, ...]) -> tuple[str, ..
 
 def side_thrust_curve(
     setup: Setup, designs: Designs, programme: Programme, velocity_sign: float, *, quantity_name: str
-) -> Any:
+) -> Curve:
     """Curve of S·(arm + reach·y) for a quantity of side thrust, while the follower moves in one direction."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
     arm, reach, _ = LEVERS[quantity_name](setup.with_design_numbers(designs).dynamics)

@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, Curve, FloatArray
 from camopt.core.numerics.curves import Linear
 from camopt.core.numerics.panel_series import (
     WORK_ERROR,
@@ -250,7 +250,7 @@ def means(setup: Setup) -> dict[str, Mean]:
     }
 
 
-def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+def dissipative_torque_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:
     """Curve of the torque of ``dissipative_force_polynomials`` [N·mm], without impulses at corners."""
     numbers, ones = setup.with_design_numbers(designs), np.ones(len(designs))
     damping = Linear(0.0 * ones, numbers.dynamics.damping * numbers.omega * ones, 0.0 * ones, 0.0 * ones)

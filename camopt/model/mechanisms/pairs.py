@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import Curve, FloatArray
 from camopt.core.numerics.curves import curve_formula, curve_or_number_value, curve_value
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import oscillating, translating, translating_flat
@@ -59,7 +59,7 @@ HALVES_HAVE_TO = "y(θ) + y(θ + 180°) has to be the lift at every cam angle"
 class ReversedCurve(NamedTuple):
     """A curve of the reversed motion: it takes lift − y in place of y."""
 
-    curve: Any
+    curve: Curve
     lift: FloatArray
 
 

@@ -40,7 +40,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray, Number
+from camopt.core.numerics import Curve, FloatArray, Number
 from camopt.core.numerics.curves import curve_formula, curve_or_number_value, curve_value
 from camopt.core.numerics.stable_functions import difference_of_squares_root, triangle_angle
 from camopt.core.numerics.state import State
@@ -69,7 +69,7 @@ from camopt.model.motion.programme import Programme
 class ShiftedCurve(NamedTuple):
     """A factor times a curve of a shifted motion: it takes y + by in place of y."""
 
-    curve: Any
+    curve: Curve
     by: FloatArray
     factor: FloatArray
 

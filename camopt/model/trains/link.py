@@ -143,7 +143,7 @@ def require_positive(margin: Any, why: Callable[[], str]) -> None:
 
 def choose_formula_by_sign(
     margin: Any, positive_formula: Callable[[], Any], other_formula: Callable[[], Any]
-) -> Any:
+) -> Number:
     """The first of two formulas where ``margin`` is positive, else the second; numbers or series."""
     margin = margin.terms[0] if isinstance(margin, Taylor) else margin
     if isinstance(margin, LinkageInterval):

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from camopt.core.numerics import ComplexArray, FloatArray
+from camopt.core.numerics import ComplexArray, Curve, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.quantities import GEOMETRY
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
@@ -164,11 +164,11 @@ class Picture:
         """Largest radius of all pitch curves [mm]."""
         return float(max(np.abs(piece.pitch).max() for each in self.contacts for piece in each.curves))
 
-    def curve_values(self, curve: Any) -> list[FloatArray]:
+    def curve_values(self, curve: Curve) -> list[FloatArray]:
         """A curve of the mechanism on each piece."""
         return [self.curve_values_at(curve, angles) for angles in self.angles_of_pieces]
 
-    def curve_values_at(self, curve: Any, angles: FloatArray) -> FloatArray:
+    def curve_values_at(self, curve: Curve, angles: FloatArray) -> FloatArray:
         """A curve of the mechanism at cam angles [rad]."""
         with np.errstate(all="ignore"):
             return np.broadcast_to(curve_value(curve, 0, self.problem.programme.state(angles)), angles.shape)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, BoolArray, FloatArray, Number
+from camopt.core.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, BoolArray, Curve, FloatArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.sloped_interval import Quotient, SlopedInterval, as_quotient, as_sloped_interval
@@ -248,7 +248,7 @@ class BoxBounds(NamedTuple):
             yield from ((motion_peak_as_curve(curve, part), part) for part in parts if np.any(kind & part))
 
     def _most_extreme_angles_and_signs(
-        self, curve: Any, goals_by_kind: list[tuple[int, int]], inside: Designs
+        self, curve: Curve, goals_by_kind: list[tuple[int, int]], inside: Designs
     ) -> tuple[FloatArray, FloatArray]:
         """The cam angle at which a curve is the most extreme for one design of each box, and its side of 0.
 
@@ -268,7 +268,7 @@ class BoxBounds(NamedTuple):
         return angles[row, np.arange(row.size)], sides[row, 0]
 
     def _enclose_curve_at_angles(
-        self, curve: Any, angle: FloatArray, box: Designs, inside: Designs
+        self, curve: Curve, angle: FloatArray, box: Designs, inside: Designs
     ) -> tuple[Number, Designs, SlopedInterval]:
         """A curve over boxes, each at its own cam angle, and the boxes as designs of sloped intervals."""
         designs, like = designs_of_sloped_intervals(box, inside, self.free, 1)

@@ -15,7 +15,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LEAST, Curve, FloatArray
 from camopt.core.numerics.curves import Linear, curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.load_tables import TrainLoadTable
@@ -87,7 +87,7 @@ def with_motion_peak_as_curve(constraint: Constraint) -> Constraint:
     return constraint._replace(curve=motion_peak_as_curve(constraint.curve, constraint.kinds))
 
 
-def motion_peak_as_curve(curve: Any, stroke_kinds: int) -> Any:
+def motion_peak_as_curve(curve: Curve, stroke_kinds: int) -> Curve:
     """A curve of designs; a derivative of the motion becomes its peak over the strokes, equal for all designs."""
     return (
         partial(_constant_peak_curve, derivative=curve, stroke_kinds=stroke_kinds)

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray
+from camopt.core.numerics import LARGEST, LEAST, Curve, FloatArray
 from camopt.model.mechanisms import oscillating_flat
 from camopt.model.mechanisms.design import SizeBounds
 from camopt.model.motion.programme import Programme
@@ -45,7 +45,7 @@ Planes = FloatArray
 class LinearLimit(NamedTuple):
     """A limit that is linear in (u, v, w) at each cam angle."""
 
-    curve: Any
+    curve: Curve
     """The mechanism's curve that is limited."""
     kinds: int
     goals: tuple[int, ...]

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray, IntArray, Number
+from camopt.core.numerics import LARGEST, LEAST, Curve, FloatArray, IntArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.sloped_interval import (
@@ -69,7 +69,7 @@ def _cam_angle_of_largest_value(function: Callable[[FloatArray], FloatArray]) ->
 
 def _derivative_order(constraint: Constraint) -> int:
     """The order of the derivative of the follower's motion that a constraint limits; 0 for another curve."""
-    curve: Any = constraint.curve
+    curve: Curve = constraint.curve
     return curve.order if isinstance(curve, MotionDerivative) and curve.at_follower else 0
 
 
@@ -260,7 +260,7 @@ def _train_excess(constraint: Constraint, side: Any, motion: DrivenMotion, desig
 
 
 def _motion_excess(constraint: Constraint, side: Any, motion: DrivenMotion, designs: Designs) -> Number:
-    curve: Any = constraint.curve
+    curve: Curve = constraint.curve
     order = _derivative_order(constraint)
     value = motion.state[order] if order else curve_value(curve(designs, motion), ..., motion.state)
     return relative_excess(constraint, side, as_quotient(value), designs)
@@ -303,7 +303,7 @@ def mean_excess_and_known_boxes(
     mean, like = constraint.mean, template_interval[copies]
     weights, panel_kinds = np.repeat(table.half_width / np.pi, count), np.repeat(stroke_kinds, count)
     parts = []  # what each curve contributes to the mean: its range (n,) and its slopes (d, n)
-    curve: Any
+    curve: Curve
     for curve, kinds in mean.curves:
         value = curve_value(curve(designs, driven), ..., driven.state)
         sloped = value.divide() if isinstance(value, Quotient) else as_sloped_interval(value, like)

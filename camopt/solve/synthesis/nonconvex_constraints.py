@@ -8,11 +8,10 @@ twice.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, Curve, FloatArray
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.state import State
 from camopt.core.quantities import AT_MOST, QUANTITIES
@@ -130,7 +129,7 @@ class SampledConstraints:
         rows = []
         with np.errstate(all="ignore"):
             for constraint in [constraint for constraint in constraints if self.is_limited_by(constraint)]:
-                curve: Any = constraint.curve
+                curve: Curve = constraint.curve
                 if isinstance(curve, MotionDerivative):
                     value = follower_state[curve.order]
                 else:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import UNIT_ROUNDOFF, FloatArray, IntArray, Number
+from camopt.core.numerics import UNIT_ROUNDOFF, Curve, FloatArray, IntArray, Number
 from camopt.core.numerics.budget import UNLIMITED, Budget
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval, as_interval
@@ -62,7 +62,7 @@ def depends_on_train_errors(problem: Problem, limit: Limit) -> bool:
     return not (limit.is_on_base_circle or (at_tool and all(map(is_tool_derivative, curves))))
 
 
-def is_tool_derivative(curve: Any) -> bool:
+def is_tool_derivative(curve: Curve) -> bool:
     """Whether a curve is a derivative of the tool's motion."""
     return isinstance(curve, MotionDerivative) and not curve.at_follower
 
@@ -93,7 +93,7 @@ def constraint_verdict_over_trains(
     is_on_train_curve: bool = False,
 ) -> BoxVerdict:
     """Verdict on a constraint on a curve of the cam or of its train, for all designs between ``number_ranges``."""
-    curve: Any = constraint.curve
+    curve: Curve = constraint.curve
     if not problem.programme.has_kinds(constraint.kinds):
         return BoxVerdict(HELD)
     if isinstance(curve, MotionDerivative) and not (curve.at_follower and curve.order <= MOST_ORDER):
@@ -178,7 +178,7 @@ class TrainConstraintSearch(ConstraintSearch):
 
     def enclose_excess(self, parts: BoxParts) -> SlopedInterval:
         motion, constraint = self.enclose_motion(parts), self.constraint
-        curve: Any = constraint.curve
+        curve: Curve = constraint.curve
         if self.of_train:
             value = curve(motion.designs, motion.driven.links)
         elif isinstance(curve, MotionDerivative):

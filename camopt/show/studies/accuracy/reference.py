@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, Number
+from camopt.core.numerics import LARGEST_MAGNITUDE, LEAST, Curve, Number
 from camopt.core.numerics.curves import value_and_slope
 from camopt.core.numerics.state import State
 from camopt.model.mechanisms import Designs
@@ -128,7 +128,7 @@ def _panel_motion_polynomials(table: Any, panel: Any) -> list[list[Number]]:
     return orders
 
 
-def _value_and_slope(curve: Any, motion: list[list[Number]], u: Number) -> tuple[Number, Number]:
+def _value_and_slope(curve: Curve, motion: list[list[Number]], u: Number) -> tuple[Number, Number]:
     """Value and slope of a curve at a place u of a panel."""
     # by Horner's rule
     y, y1, y2, y3, y4 = (Digits(reduce(lambda x, power: x * u + power, reversed(series))) for series in motion)
