@@ -99,8 +99,7 @@ def _file_notes(work: Workpiece, written: Export, tolerance: float | None, *, of
         remedy = "use a smaller chord or step, or more decimals"
         yield f"curves in the file deviate by up to {with_unit(deviation, 'mm')}, more than {limit}: {remedy}"
     if of_plane and work.problem.setup.mechanism.body.developed and work.problem.design.sense > 0.0:
-        yield "the development is seen from inside, because the cam turns ccw: mirror it to wrap it round a "
-        "cylinder"
+        yield "the development is seen from inside, as the cam turns ccw: mirror it to wrap it round the cylinder"
     yield from thin_wall_notes(work.scene)
     row = evaluate(work.scene)
     if not row["feasible"]:
