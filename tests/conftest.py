@@ -16,7 +16,7 @@ from camopt.core.numerics.workspace import keep_freed_memory
 
 gc.set_threshold(1_000_000)  # until tests are collected: what is made by then stays
 
-settings.register_profile("ci", deadline=None, derandomize=True, max_examples=25)
+settings.register_profile("ci", deadline=None, derandomize=True, max_examples=12)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
 

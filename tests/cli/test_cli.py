@@ -392,8 +392,7 @@ def test_a_shipped_machine_is_printed_and_its_copy_is_that_machine(run):
     Path("copy.toml").write_text(text, encoding="utf-8")
     copy, shipped = find_machine("copy.toml"), find_machine("pick-and-place")
     assert (copy.scenes, copy.motors) == (shipped.scenes, shipped.motors)
-    assert run("machine", "copy.toml", "--out", "files")[0] == 0
-    assert Path("files/motors.csv").is_file()
+    assert run("machine", "copy.toml")[0] == 0
 
 
 # ------------------------------------------------------------------------------------------ bad input: 2

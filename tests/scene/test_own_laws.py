@@ -108,7 +108,7 @@ def spline(made):
     return {"degree": degree, "knots": knots, "coefficients": coefficients}
 
 
-@settings(max_examples=times(60, deep=600))
+@settings(max_examples=times(30, deep=600))
 @given(splines)
 @mpmath.workdps(50)
 @precisely()
@@ -129,7 +129,7 @@ def test_a_spline_is_that_of_scipy_and_of_fifty_digits(made):
             )
 
 
-@settings(max_examples=times(30, deep=1000))
+@settings(max_examples=times(15, deep=1000))
 @given(splines)
 def test_any_spline_gives_a_cam_without_nan(made):
     found = evaluate(with_law("roller-1000rpm", spline(made)))
@@ -157,7 +157,7 @@ def mirrored_table(law):
     return law if is_symmetric(make_own_law_from_values("", law)) else {**law, "mirror": not law.get("mirror")}
 
 
-@settings(max_examples=times(40, deep=1000))
+@settings(max_examples=times(20, deep=1000))
 @given(made_of_few_numbers, st.booleans())
 def test_any_law_in_a_few_numbers_gives_a_cam_without_nan(law, mirror):
     scene = with_law("roller-1000rpm", mirrored_table(law) if mirror else law)
@@ -174,7 +174,7 @@ def dense(law):
     return law.displacement(np.concatenate([a + (b - a) * shares for a, b in pairwise(law.BREAKS)]))
 
 
-@settings(max_examples=times(30, deep=1000))
+@settings(max_examples=times(15, deep=1000))
 @given(st.lists(st.tuples(st.floats(1e-3, 1.0), st.floats(0.0, 1.0)), min_size=1, max_size=30), st.booleans())
 def test_any_table_is_a_law_through_its_points_or_a_mistake(steps, smooth):
     x = np.cumsum([0.0, *(step for step, _ in steps)])
@@ -518,7 +518,7 @@ def overshooting_scene(name, laws, rise="over", fall="cycloidal", lift=20, **cha
 ANY_ENDS = st.lists(st.floats(-8.0, 8.0), max_size=3)
 
 
-@settings(max_examples=times(60, deep=1000))
+@settings(max_examples=times(30, deep=1000))
 @given(ANY_ENDS, ANY_ENDS)
 def test_how_far_a_law_overshoots_is_told(start, end):
     law = {"start": [0, *start], "end": [1, *end]}

@@ -558,7 +558,7 @@ def mutate_mapping(draw):
     return data
 
 
-@settings(max_examples=times(300, deep=20000))
+@settings(max_examples=times(150, deep=20000))
 @given(mutate_mapping())
 def test_whatever_is_given_makes_a_scene_or_a_bad_input(data):
     before = copy.deepcopy(data)

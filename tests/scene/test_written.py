@@ -138,7 +138,7 @@ def test_without_its_file_a_scene_is_written_plainly(lost, own, tmp_path):
 
 
 @pytest.mark.one_in(3)
-@settings(max_examples=times(10, deep=200))
+@settings(max_examples=times(5, deep=200))
 @given(data=st.data())
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_any_scene_may_come_of_any_file(name, data, tmp_path_factory):

@@ -83,6 +83,7 @@ def wild_clocks(monkeypatch):
     return set_clocks
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("name", "share"),
     [*((name, 3e-3) for name in SEARCHES), *((name, 1.0) for name in ("sizes", "train", "timing"))],

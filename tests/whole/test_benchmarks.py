@@ -86,6 +86,7 @@ def test_a_root_of_samples_is_next_to_the_smallest_radius(law):
     assert by_brentq(law) < radius
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", optimisers.PROBLEMS)
 def test_the_smallest_cam_holds_what_the_rivals_see_and_no_smaller_one_does(name):
     scene, problem = optimisers.PROBLEMS[name]
@@ -138,6 +139,7 @@ def gaps_to_camopt(job, found):
     return np.array([1.0, -1.0, 1.0])[: len(names)] * (own - found[:, : len(names)]) / scale
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.skipif(c_compiler() is None, reason="there is no C compiler")
 @pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
 def test_the_rival_in_c_comes_nearer_to_the_extremes_with_the_square_of_its_samples(mechanism):
@@ -154,6 +156,7 @@ def test_the_rival_in_c_comes_nearer_to_the_extremes_with_the_square_of_its_samp
             assert single / largest == pytest.approx(found / largest, abs=1e-4)
 
 
+@pytest.mark.one_in(6)
 @pytest.mark.skipif(c_compiler() is None, reason="there is no C compiler")
 @pytest.mark.parametrize("law", ALL_LAWS)
 @pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
@@ -327,6 +330,7 @@ def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkey
     assert len(rounds) == 2 * (speed.MOST_ROUNDS + speed.ROUNDS)
 
 
+@pytest.mark.long
 def test_every_task_of_the_record_is_measured(monkeypatch, capsys):
     monkeypatch.setattr(measuring, "TASKS", {"one": lambda: measuring.Task(dict, list, designs=3, runs=2)})
     measuring.main("time", "one")

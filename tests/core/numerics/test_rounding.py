@@ -22,7 +22,7 @@ KERNELS = {
         "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
     },
 }
-FORMULAS = times(60, deep=20_000)
+FORMULAS = times(30, deep=20_000)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -398,7 +398,7 @@ def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
             publish(tmp_path, {"a.txt": str(number), "b.txt": str(number)})
 
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(run, range(times(100, 1000))))
+        list(pool.map(run, range(times(50, 1000))))
     assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
     assert len({*file_texts(tmp_path).values()}) == 1
 

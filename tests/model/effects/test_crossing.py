@@ -102,7 +102,7 @@ def self_crossing(case: EvaluationBlock) -> bool:
     return bool(run_effects(case, ["self_crossing"]).column("self_crossing")[0])
 
 
-@settings(max_examples=times(150, deep=1500))
+@settings(max_examples=times(75, deep=1500))
 @given(case=cases(slimmest=2))
 def test_the_proof_agrees_with_a_polygon(case):
     """An undercut may be too small for a polygon to show; all else agrees."""
@@ -112,7 +112,7 @@ def test_the_proof_agrees_with_a_polygon(case):
         assert self_crossing(case) == polygon_crosses(case)
 
 
-@settings(max_examples=times(40, deep=1000))
+@settings(max_examples=times(20, deep=1000))
 @given(case=cases(keys=ROUND, slimmest=2), share=st.lists(st.floats(-0.999999, 0.999999), min_size=20, max_size=20))
 def test_parts_enclose_the_profile(case, share):
     """Inside of them: at an end, a corner of the motion may already have turned the normal."""
@@ -132,7 +132,7 @@ def test_parts_enclose_the_profile(case, share):
     assert np.all(np.abs(np.angle(normal / found.normal)) <= found.spread)
 
 
-@settings(max_examples=times(60, deep=600))
+@settings(max_examples=times(30, deep=600))
 @given(case=cases(keys=ROUND, slimmest=2), exponent=st.sampled_from([-9, 5]))
 def test_mirrored_and_scaled_cams_have_the_same_verdict(case, exponent):
     """Mirrored: the cam turns the other way, with the offset on the other side. Scaled: by a power of two.
@@ -190,7 +190,7 @@ def test_a_crossing_shown_is_a_root(key):
     assert shown > 10
 
 
-@settings(max_examples=times(60, deep=600))
+@settings(max_examples=times(30, deep=600))
 @given(case=cases(keys=ROUND))
 def test_a_knife_edge_draws_no_crossing(case):
     """Where the distance from the centre is the same, so are displacement and cam angle."""
@@ -409,7 +409,7 @@ def with_pressure_angle(case: EvaluationBlock) -> EvaluationBlock:
     return replace(case, columns=found.columns, outward=found.outward)
 
 
-@settings(max_examples=times(60, deep=1500))
+@settings(max_examples=times(30, deep=1500))
 @given(case=cases(keys=ROUND, slimmest=2))
 def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
     """A bound: where it tells so, it is so at each of some thousand points."""
@@ -433,7 +433,7 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     assert pressure_angle_proves_no_crossing(case)[held].mean() > 0.99
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "free", "ends", "boxes"),
     [
@@ -512,7 +512,7 @@ def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
     assert met >= 5
 
 
-@settings(max_examples=times(100, deep=1000))
+@settings(max_examples=times(50, deep=1000))
 @given(
     case=cases(keys=ROUND, slimmest=2),
     pair=st.tuples(st.floats(0, 6.28), st.floats(0, 6.28)),
@@ -552,7 +552,7 @@ def speed_at(case: EvaluationBlock, angles) -> float:
 def test_all_cams_of_an_excluded_box_cross_themselves(key):
     """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""
     random, excluded = np.random.default_rng(5), 0
-    for case in slim_cams(times(12, deep=30), key):
+    for case in slim_cams(times(6, deep=30), key):
         if self_crossing_verdict(case.setup, case.designs, case.programme).crosses is not True:
             continue
         others = ("arm_length", "centre_distance") if case.setup.angular else ("offset",)
@@ -573,7 +573,7 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
                 assert not case.setup.mechanism.can_assemble(other.designs, case.programme)[0] or polygon_crosses(
                     other
                 )
-    assert excluded >= times(8, deep=20)  # the test has met boxes to check
+    assert excluded >= times(4, deep=20)  # the test has met boxes to check
 
 
 def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:

@@ -283,6 +283,7 @@ def test_missing_keys_are_named(tmp_path, capsys):
     assert "needs follower.dynamics.mass" in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("limit", "share"),
     [

@@ -290,7 +290,7 @@ ANYTHING = st.one_of(st.none(), st.booleans(), st.text(max_size=3), st.floats(),
 ROWS = st.lists(st.one_of(st.lists(ANYTHING, max_size=3), st.lists(st.floats(0, 360), min_size=2, max_size=2)))
 
 
-@settings(max_examples=times(60, deep=2000))
+@settings(max_examples=times(30, deep=2000))
 @given(ROWS)
 def test_any_table_makes_a_scene_or_one_mistake(rows):
     try:

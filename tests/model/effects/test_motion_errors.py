@@ -30,7 +30,7 @@ def errors_of(scene):
     return {name.partition("_error")[0]: found[name] for name in found if "_error_max" in name}
 
 
-@pytest.mark.one_in(9)
+@pytest.mark.one_in(18)
 @pytest.mark.parametrize("given", [dict, lopsided_zones])
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize("contact", CONTACTS)
@@ -109,7 +109,7 @@ def test_the_smallest_cam_with_a_limit_is_that_of_its_closed_form():
     assert best["position_error_max_mm"] == pytest.approx(bound, rel=1e-9)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["velocity", "acceleration"])
 def test_the_smallest_cam_just_holds_a_limit_on_velocity_or_acceleration(name):
     """And a smaller one is refuted in balls, a robust box of its sizes proved."""

@@ -120,6 +120,7 @@ def test_the_turning_cam_stays_as_far_from_the_pivot_as_the_nearest_point_of_its
     assert evaluate(scene)["pivot_clearance_min_mm"] == pytest.approx(nearest, rel=1e-4)
 
 
+@pytest.mark.long
 def test_no_cam_of_a_grid_that_stays_clear_of_the_pivot_is_smaller():
     """With the centre distance free, a clearance makes it larger: that of the smallest cam at all leaves 8.3 mm."""
     search = {"base_radius": {"start": 20, "stop": 150}, "centre_distance": {"start": 60, "stop": 180}}

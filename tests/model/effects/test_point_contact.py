@@ -78,7 +78,7 @@ def exact(t):
 
 
 @given(RATIOS)
-@settings(max_examples=times(60, deep=600))
+@settings(max_examples=times(30, deep=600))
 def test_pressure_and_ellipse_against_fifty_digits(t):
     h, mu = exact(t)
     assert abs(float(pressure_factor_and_derivative(t, TABLE)[0] / h - 1)) <= PRESSURE_ERROR
@@ -86,7 +86,7 @@ def test_pressure_and_ellipse_against_fifty_digits(t):
 
 
 @given(RATIOS)
-@settings(max_examples=times(15, deep=150))
+@settings(max_examples=times(8, deep=150))
 def test_slope_of_the_pressure_against_fifty_digits(t):
     with mp.workdps(60):
         slope = (exact(mp.mpf(t) * (1 + mp.mpf(10) ** -15))[0] - exact(mp.mpf(t) * (1 - mp.mpf(10) ** -15))[0]) / (
@@ -182,7 +182,7 @@ def test_jets_hold_the_pressure_over_a_stretch(low, width):
 
 
 @given(RATIOS, st.floats(0.0, 3.0))
-@settings(max_examples=times(25, deep=250))
+@settings(max_examples=times(13, deep=250))
 @precisely()
 def test_balls_and_intervals_hold_the_pressure(low, width):
     high = low * (1 + width)

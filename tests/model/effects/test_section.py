@@ -179,7 +179,7 @@ def test_a_rule_is_exact_for_polynomials(order):
 SIZES = st.lists(st.tuples(st.floats(60, 160), st.floats(3, 40)), min_size=5, max_size=5)
 
 
-@settings(max_examples=times(20, deep=1000))
+@settings(max_examples=times(10, deep=1000))
 @given(st.sampled_from(OPEN), SIZES, st.sampled_from(["cycloidal", "parabolic"]))
 def test_the_width_that_is_told_holds_the_value(contact, drawn, law):
     """At a coarse tolerance the values are off by no more than the row says."""

@@ -305,7 +305,7 @@ def turns(draw):
     )
 
 
-@settings(max_examples=times(8, deep=200))
+@settings(max_examples=times(4, deep=200))
 @given(turns(), ratios, dampings)
 def test_against_an_integrator(segments, ratio, damping):
     """Integrated panel by panel from the given start, the response comes back to where the next panel starts."""
@@ -337,7 +337,7 @@ def test_against_an_integrator(segments, ratio, damping):
         assert abs(v - v_right[panel]) <= 1e-8 * scale[1]
 
 
-@settings(max_examples=times(15, deep=400))
+@settings(max_examples=times(8, deep=400))
 @given(turns(), ratios, dampings)
 def test_the_order_of_the_segments_does_not_matter(segments, ratio, damping):
     """A turn that starts in its last dwell is the same turn."""
@@ -350,7 +350,7 @@ def test_the_order_of_the_segments_does_not_matter(segments, ratio, damping):
     assert one.residual == pytest.approx(other.residual, rel=room, abs=room * one.overshoot)
 
 
-@settings(max_examples=times(20, deep=600))
+@settings(max_examples=times(10, deep=600))
 @given(turns(), st.floats(0.05, 3e3).filter(lambda r: not is_resonant(r, 0.0)), dampings)
 def test_extremes_enclose_every_sample(segments, ratio, damping):
     turn = programme(*segments)
@@ -522,7 +522,7 @@ def test_a_spectrum_is_written_and_drawn(tmp_path):
     assert (tmp_path / "other" / picture).read_text() == text
 
 
-@settings(max_examples=times(20, deep=600))
+@settings(max_examples=times(10, deep=600))
 @given(
     turns(),
     st.floats(-6.0, 12.0).map(lambda power: 10.0**power),

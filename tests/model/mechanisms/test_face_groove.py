@@ -145,7 +145,7 @@ def random_groove(seed, contact):
 
 
 @pytest.mark.parametrize(
-    ("contact", "seeds"), [("offset-roller", times(50, deep=200)), ("arm", times(60, deep=250))]
+    ("contact", "seeds"), [("offset-roller", times(25, deep=200)), ("arm", times(30, deep=250))]
 )
 def test_a_wall_crosses_itself_if_and_only_if_its_points_do(contact, seeds):
     """Random cams: each wall that runs forwards all along, against the polygon of its points."""

@@ -45,7 +45,7 @@ def quantities(problem, *names):
 @pytest.mark.parametrize("motion", ["translating", "oscillating"])
 def test_both_rollers_of_a_rigid_follower_touch_both_discs_all_the_turn(motion):
     """And what is told of each disc is what its profile and its roller have there."""
-    for problem in random_problems(pair, motion, times(6, 100)):
+    for problem in random_problems(pair, motion, times(4, 100)):
         second = problem.setup.mechanism.further_contacts[0].local_designs(problem.design)
         one, other = centres(problem, ANGLES)
         assert np.ptp(np.abs(one - other)) < 1e-12 * np.abs(one - other).max()
@@ -85,7 +85,7 @@ def test_the_distance_of_both_rollers_and_the_angle_between_their_arms_are_told(
 
 
 def test_the_breadth_of_a_disc_in_a_yoke_is_constant_and_its_length_is_that_of_barbier():
-    for problem in random_problems(yoke, "breadth", times(5, 60)):
+    for problem in random_problems(yoke, "breadth", times(4, 60)):
         (breadth,), lift = quantities(problem, "breadth_mm"), problem.programme.lift
         assert breadth == pytest.approx(2 * problem.design.size[0] + lift, rel=1e-14)
         drawn = profiles(problem, np.linspace(0.0, 2.0 * np.pi, 14401))[0]

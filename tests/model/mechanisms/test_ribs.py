@@ -41,7 +41,7 @@ PARTS = {"cylindrical": PART, "disc": {**PART, "thickness": 30, "outer_diameter"
 def problems(form, motion):
     """Random ribs that are not undercut, and where rollers leave a rib."""
     rng, found = np.random.default_rng(39), []
-    while len(found) < times(5, 100):
+    while len(found) < times(4, 100):
         problem = resolve_design(Scene.from_dict({**rib(rng, motion, form), "part": PARTS[form]}))
         if not quantity(problem, "undercut") and quantity(problem, RIB_THICKNESS) > 0.0:
             found.append(problem)
@@ -90,6 +90,7 @@ def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(form, motio
             assert bulge == pytest.approx(sharpest, rel=2e-2) or max(bulge, sharpest) < 1e-9
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("form", "motion"), KINDS)
 def test_the_rib_is_nowhere_thinner_than_its_thickness(form, motion):
     """Over all pairs of points of both flanks; where the motion is steep for long it is as thin."""
@@ -368,6 +369,7 @@ def test_a_clearance_is_crossed_as_in_a_groove_and_taken_off_the_rib():
     }
 
 
+@pytest.mark.long
 def test_the_smallest_rib_is_that_of_a_scan():
     scene = rib(np.random.default_rng(7), "oscillating")
     del scene["cam"]["mean_radius"]
@@ -592,6 +594,7 @@ def on_disc(motion):
     return scene.replace(**{"part": PARTS["disc"], "cam.rpm": None})
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_files_of_a_disc_have_its_rib(motion, tmp_path):
     """Read back, rollers are at their distance from the flanks, drawn and of the solid."""

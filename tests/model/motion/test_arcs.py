@@ -463,7 +463,7 @@ TOLD = [
 """Why arcs and a follower make no motion, whatever their numbers are."""
 
 
-@settings(max_examples=times(30, deep=1500))
+@settings(max_examples=times(15, deep=1500))
 @given(
     base=st.floats(5, 60),
     nose=st.floats(0.5, 60),

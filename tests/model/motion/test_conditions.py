@@ -83,7 +83,7 @@ def test_a_move_through_points_is_as_if_it_were_several_moves():
     assert [stroke.key for stroke in one.strokes] == ["motion.1", "motion.2", "motion.3", "motion.4"]
 
 
-@settings(max_examples=times(10, deep=100), deadline=None)
+@settings(max_examples=times(5, deep=100), deadline=None)
 @given(st.integers(0, 10**6))
 def test_the_least_jerk_meets_random_conditions_and_no_motion_has_less(seed):
     """The bound of the relaxation, which knows nothing of polynomials, is just below it."""
@@ -171,7 +171,7 @@ def test_conditions_per_degree_and_per_second_are_the_same():
 # ------------------------------------------------------------------------------------------------- free laws
 
 
-@settings(max_examples=times(5, deep=60), deadline=None)
+@settings(max_examples=times(4, deep=60), deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from(["jerk_rms", "acceleration", "jerk"]))
 def test_free_laws_meet_random_conditions_near_their_bound(seed, minimise):
     conditions = study.feasible(np.random.default_rng(seed))
@@ -253,7 +253,7 @@ def test_what_is_asked_of_nothing_has_no_verdict():
 # ------------------------------------------------------------------------------------------- contradictions
 
 
-@settings(max_examples=times(8, deep=100), deadline=None)
+@settings(max_examples=times(4, deep=100), deadline=None)
 @given(st.integers(0, 10**6))
 def test_contradictory_conditions_are_named_and_without_any_of_them_there_is_a_motion(seed):
     conditions = study.contradictory(np.random.default_rng(seed))
@@ -340,7 +340,7 @@ def testmeans_between_of_aderivative_of_are_divided_differences_of_any_motion(co
     assert found == pytest.approx(integrals, rel=1e-9)
 
 
-@settings(max_examples=times(10, deep=100), deadline=None)
+@settings(max_examples=times(5, deep=100), deadline=None)
 @given(st.integers(0, 10**6))
 def test_what_a_motion_meets_is_not_said_to_be_impossible(seed):
     """The bounds of a motion itself, on a range, with no room, however wide splines between the same cuts are."""
@@ -386,7 +386,7 @@ def test_an_irreducible_set_of_intervals_is_one_or_two(intervals):
     assert len(found) <= 2
 
 
-@settings(max_examples=times(40, deep=400), deadline=None)
+@settings(max_examples=times(20, deep=400), deadline=None)
 @given(st.integers(0, 10**6))
 def test_least_squares_under_limits_are_those_of_a_general_solver(seed):
     random = np.random.default_rng(seed)

@@ -153,6 +153,7 @@ def test_it_is_evaluated_certified_and_optimised_as_the_same_law_of_camopt(pytho
     assert (smooth[3], gentle[3]) == ("smooth", "gentle")
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("engine", ["processes(2)", 'cluster("local", 1)'])
 def test_processes_and_workers_of_a_cluster_know_it(python, engine):
     script = f"""

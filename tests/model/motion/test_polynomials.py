@@ -47,7 +47,7 @@ def test_a_stroke_of_full_rest_is_the_smoothstep_of_any_order(conditions):
     np.testing.assert_allclose(at_rest(n, n).velocity(x), expected, rtol=1e-15 * 4 * n)
 
 
-@settings(max_examples=times(60, deep=1000))
+@settings(max_examples=times(30, deep=1000))
 @given(CONDITIONS, st.floats(0.0, 1.0))
 @mpmath.workdps(50)
 @precisely()
@@ -60,7 +60,7 @@ def test_any_conditions_against_fifty_digits_and_exactly(law, x):
         assert abs(mpmath.mpf(float(getattr(law, VERBS[order])(x))) - exact) <= 1e-14 * terms + 1e-40
 
 
-@settings(max_examples=times(60, deep=1000))
+@settings(max_examples=times(30, deep=1000))
 @given(CONDITIONS)
 def test_its_ends_are_as_given(law):
     for x, conditions in ((0.0, law.start), (1.0, law.end)):

@@ -109,7 +109,7 @@ SHARES = st.tuples(*[st.one_of(st.just(0.0), st.floats(1e-3, 1.0))] * 4).filter(
 )
 
 
-@settings(max_examples=times(40, deep=1000))
+@settings(max_examples=times(20, deep=1000))
 @given(SHARES, CROSSINGS)
 def test_panels_hold_waves_of_any_length(shares, crossing):
     """As many panels as the jerk needs: they are as near to the law as their table of errors says."""

@@ -143,6 +143,7 @@ SCENES = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("contact", "train"), SCENES.values(), ids=SCENES)
 def test_the_force_is_that_of_energies_at_the_tool(contact, train):
     """F·y' is the rate of the energies of follower and tools by the cam angle, found by differences."""

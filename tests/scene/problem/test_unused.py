@@ -49,6 +49,7 @@ def test_each_key_of_loads_and_materials_has_its_readers():
     )
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("key", sorted({*READING_EFFECTS} - {"inertia", "spring_at", "cam", "follower"}))
 def test_a_key_changes_quantities_of_the_effects_that_read_it(loaded, key):
     table = "materials" if key in GIVEN["materials"] else "follower.dynamics"

@@ -72,7 +72,7 @@ def differ(x, y, by=0.0):
     return x != y and (inf in (abs(x), abs(y)) or abs(x - y) > by * (abs(x) + abs(y)))
 
 
-@settings(max_examples=times(40, deep=400))
+@settings(max_examples=times(20, deep=400))
 @given(TABLES, TABLES)
 def test_designs_come_go_and_change_as_a_dictionary_of_them_says(a, b):
     table = compare(a, b).by_table["table"]
@@ -121,7 +121,7 @@ def drop_names(document, *names):
     return {key: drop_names(value, *names) for key, value in document.items() if key not in names}
 
 
-@settings(max_examples=times(40, deep=400))
+@settings(max_examples=times(20, deep=400))
 @given(TABLES, TABLES)
 def test_the_other_way_round_it_is_mirrored(a, b):
     one, other = (json.loads(json.dumps(compare(*pair).to_dict(), allow_nan=False)) for pair in ((a, b), (b, a)))
@@ -137,7 +137,7 @@ def test_the_other_way_round_it_is_mirrored(a, b):
         assert told[0].translate(str.maketrans("AB", "BA")) == told[1]
 
 
-@settings(max_examples=times(40, deep=400))
+@settings(max_examples=times(20, deep=400))
 @given(TABLES, st.randoms(use_true_random=False))
 def test_a_table_is_the_same_as_itself_in_any_order(frame, random):
     frame = frame.drop_duplicates(KEY)
@@ -189,7 +189,7 @@ def share_by_cells(points, reference):
     return total / reference ** len(edges)
 
 
-@settings(max_examples=times(60, deep=600))
+@settings(max_examples=times(30, deep=600))
 @given(front_pairs())
 def test_two_fronts_against_the_definitions(pair):
     found = compare_fronts(*pair)
@@ -402,6 +402,7 @@ def test_a_searched_number_is_that_of_the_scene_where_it_is_no_column(tmp_path):
     assert rpm[table.came].tolist() == [500.0] * (table.designs[1] - table.designs[0])
 
 
+@pytest.mark.long
 def test_frontiers_are_the_same_where_their_motions_are(tmp_path):
     coarse = SCENE.replace(**{"synthesis.pieces": 12})
     found = camopt.frontier(coarse, points=2, workers=1)
@@ -560,7 +561,7 @@ def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
         except (BadInput, OSError) as trouble:
             ends["refused"] += "\n" not in str(trouble)
     assert ends.total() == number + 1
-    assert min(ends.values()) > times(6, deep=20)
+    assert min(ends.values()) > times(4, deep=20)
 
 
 def test_a_column_that_has_two_types_is_refused(folders):

@@ -223,7 +223,7 @@ def walls(solid):
             yield surface, surface.Bounds()
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("name", GROOVES)
 def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name, tmp_path):
     scene = GROOVES[name]

@@ -50,7 +50,7 @@ def layer_points(document, layer):
     return np.array([complex(*Vec2(point)) for point in found])
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("curves", ["arcs", "spline", "polyline"])
 @pytest.mark.parametrize(
     "name", ["valve-rod-radial", "oscillating-roller", "tangent-cam", "uniform-knife-radial", "groove"]

@@ -25,6 +25,7 @@ def distance(points, corners):
     return np.abs(points[:, None] - first - np.clip(share, 0.0, 1.0) * along).min(axis=1)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["two-pauses", "flat-reciprocating"])
 @pytest.mark.parametrize("chord", [0.5, 0.01])
 def test_straight_lines_stay_within_the_chord(name, chord):

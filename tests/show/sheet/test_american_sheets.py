@@ -63,6 +63,7 @@ def texts(name):
     return [mark.text for mark in words_of(sheet(name))]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_sheet_is_american_and_nothing_is_on_top_of_anything(name):
     found = sheet(name)
@@ -85,6 +86,7 @@ def test_no_length_has_a_zero_before_its_point_or_a_unit_in_mm(name):
     assert {len(text.partition(".")[2]) for text in dimensions} <= {3, 4}
 
 
+@pytest.mark.long
 def test_pairs_and_ribs_have_american_sheets():
     for name, count in (("press-feed-by-pair", 2), ("bottle-filler-by-rib", 1), ("pump-of-constant-breadth", 1)):
         scene = american(find_scene(name))

@@ -58,7 +58,7 @@ def dense(path, count):
 CASES = [(name, kind) for kind in FITTERS for name in SCENES]
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(15)
 @pytest.mark.parametrize(
     ("name", "kind"), covering_cases(CASES, lambda case: [case[0], (kind_of(case[0]), case[1])])
 )
@@ -148,7 +148,7 @@ def test_invalid_path_options_are_refused(kind, chord):
         check_path_options(kind, chord)
 
 
-@settings(max_examples=times(12, deep=300))
+@settings(max_examples=times(6, deep=300))
 @given(
     contact=st.sampled_from(sorted(CONTACTS)),
     law=st.sampled_from(["cycloidal", "harmonic", "poly345", "modified-sine", "parabolic"]),

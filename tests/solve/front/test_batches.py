@@ -85,7 +85,7 @@ VALUE = st.floats() | st.text(max_size=5) | st.none() | st.integers() | st.boole
 
 @pytest.mark.filterwarnings("ignore:designs. camopt ignores")
 @given(st.dictionaries(NAME, st.lists(VALUE, min_size=2, max_size=2), max_size=3))
-@settings(max_examples=times(60, deep=2000))
+@settings(max_examples=times(30, deep=2000))
 def test_any_table_is_evaluated_or_refused_in_plain_words(table):
     try:
         found = evaluate_designs(SCENE, table)

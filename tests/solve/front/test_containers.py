@@ -271,7 +271,7 @@ ROWS = st.lists(st.dictionaries(NAME, VALUE, max_size=3), max_size=3)
 
 @pytest.mark.filterwarnings("ignore:designs. camopt ignores")
 @given(ROWS | st.dictionaries(NAME, VALUE | st.lists(VALUE, max_size=3), max_size=3) | VALUE)
-@settings(max_examples=times(60, deep=2000))
+@settings(max_examples=times(30, deep=2000))
 def test_whatever_is_given_is_evaluated_or_refused_in_plain_words(designs):
     try:
         found = evaluate_designs(SCENE, designs)

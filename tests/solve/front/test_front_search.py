@@ -220,7 +220,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("contact", [name for name in CONTACTS if shares_curves(name)])
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
-@settings(max_examples=times(5, deep=40))
+@settings(max_examples=times(4, deep=40))
 def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     """The full sweep with each pitch curve searched once, four together, and without; sizes repeat their sums."""
     scene = with_repeated_sums(question(contact, seed))

@@ -40,7 +40,7 @@ def sampled_scene(samples, sampler="sobol", name="roller-1000rpm", search=FREE, 
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
 @given(exponent=st.integers(0, 9), axes=st.integers(1, 8), seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=times(8, deep=200))
+@settings(max_examples=times(4, deep=200))
 def test_each_layer_of_each_axis_has_one_point(sampler, exponent, axes, seed):
     """Of 2ᵏ Sobol points and 2ᵏ layers, as of any Latin hypercube."""
     count = 2**exponent
@@ -77,7 +77,7 @@ def test_rows_are_those_of_the_designs_drawn(name, search, sampler, tmp_path):
     block=st.sampled_from([1, 7, 32768]),
     workers=st.integers(1, 3),
 )
-@settings(max_examples=times(8, deep=100))
+@settings(max_examples=times(4, deep=100))
 def test_a_sample_is_the_same_however_it_is_cut(samples, sampler, block, workers):
     scene = sampled_scene(samples, sampler)
     one, other = sweep(scene), sweep(scene, workers=workers, block=block)

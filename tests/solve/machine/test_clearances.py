@@ -56,6 +56,7 @@ def least_by_zooming(machine, stations, shift, shifted):
     return least
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", range(times(2, deep=5)))
 def test_least_distances_of_random_machines_are_enclosed(seed):
     rng = np.random.default_rng(seed)
@@ -142,6 +143,7 @@ MOVES = [
 ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("beyond", [-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3])
 def test_a_minimum_just_inside_the_end_of_a_segment_is_found(beyond):
     """A point goes at an even speed towards another and returns; the range of angles ends about the turning."""
@@ -224,6 +226,7 @@ def test_outlines_that_overlap_touch_or_hold_each_other_are_broken():
         assert found.slacks[0].earlier == found.slacks[0].later == (0.0, 0.0)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("work", [1, 300, 3000])
 def test_searches_that_end_early_are_honest(work):
     rng = np.random.default_rng(3)

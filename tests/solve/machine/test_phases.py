@@ -49,6 +49,7 @@ def scanned_peaks(stations, phases):
     return np.array([np.abs(a.value(ANGLES) + one + shifted[1]).max(axis=1) for one in shifted[0]])
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_least_peak_of_three_stations_is_that_of_a_dense_scan(seed):
     machine = three_stations(seed, {"b": [0, 360], "c": [0, 360]})
@@ -64,6 +65,7 @@ def test_least_peak_of_three_stations_is_that_of_a_dense_scan(seed):
     assert found.peak < found.peak_before
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [0, 2])
 def test_bounds_hold_where_torques_jump(seed):
     """Laws of constant acceleration; the peaks at scanned phases, and at phases near the best, are exact."""
@@ -79,6 +81,7 @@ def test_bounds_hold_where_torques_jump(seed):
     assert found.relative_gap <= 1e-4
 
 
+@pytest.mark.long
 def test_found_phases_hold_the_clearances_and_no_scanned_ones_are_better():
     """The clearance is 1 mm more than the best phases have without it."""
     ranges = {"b": [0, 360], "c": [-180, 180]}

@@ -117,7 +117,7 @@ def test_a_law_is_found_again(law, noise):
 CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize(("law", "noise"), covering_cases(CASES, lambda case: case))
 def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
     rows = measured_points(law=law, noise=noise, seed=7)
@@ -214,7 +214,7 @@ def test_an_arm_in_degrees():
     assert fitted.least_jerk_rms <= fitted.jerk_rms <= 1.1 * fitted.least_jerk_rms
 
 
-@settings(max_examples=times(10, 300))
+@settings(max_examples=times(5, 300))
 @given(
     data=st.data(),
     shift=st.floats(0.0, 360.0),
@@ -525,6 +525,7 @@ def test_a_narrower_band_is_no_gentler():
     assert fit(file.rows, CAM, band=usual.band).jerk_rms < jerks[0]  # a tolerance is filled
 
 
+@pytest.mark.long
 def test_a_narrower_band_that_loses_a_dwell_may_be_gentler():
     """Rest costs jerk. The file rests over 189 deg, whose errors are turns to 0.8 times the usual band."""
     file = random_file(120)

@@ -100,7 +100,7 @@ TURN = np.radians(DEGREES)
 
 
 @pytest.mark.one_in(3)
-@settings(max_examples=times(20, 400))
+@settings(max_examples=times(10, 400))
 @given(data=st.data(), base=st.floats(45.0, 70.0), lift=st.floats(1.0, 8.0))
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_where_a_follower_touches_is_the_inverse_of_what_it_makes(follower, rotation, data, base, lift):
@@ -392,7 +392,7 @@ def test_a_flat_face_bridges_every_hollow():
     np.testing.assert_allclose(fitted.profile.positions.lifts, support, rtol=0, atol=2e-3)
 
 
-@settings(max_examples=times(5, 60))
+@settings(max_examples=times(4, 60))
 @given(seed=st.integers(0, 10**6), delta=st.sampled_from([0.01, 0.05]))
 @pytest.mark.parametrize("offset", [0.0, 8.0])
 def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offset, seed, delta):
@@ -413,7 +413,7 @@ def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offs
     assert (np.abs(change) <= 1.01 * delta * np.hypot(1.0, tangent) + 1e-6).all()
 
 
-@settings(max_examples=times(8, 200))
+@settings(max_examples=times(4, 200))
 @given(
     data=st.data(),
     base=st.floats(50.0, 84.0),  # a flat arm of 80 mm about a face offset of 5 mm allows no more
@@ -596,7 +596,7 @@ def test_a_band_that_no_motion_holds_is_told_with_its_rows():
         fit(MeasuredProfile(twice, "xy", 3.0), cam_of(WORN), keep_outliers=True)
 
 
-@settings(max_examples=times(25, 400))
+@settings(max_examples=times(13, 400))
 @given(
     rows=st.lists(st.tuples(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0)), min_size=12, max_size=40),
     form=st.sampled_from(["polar", "xy"]),

@@ -179,7 +179,7 @@ def test_the_optimum_evaluates_to_itself(name):
     lift=st.floats(1, 60),
     offset=st.floats(0, 30),
 )
-@settings(max_examples=times(25, deep=250))
+@settings(max_examples=times(13, deep=250))
 def test_the_closed_form_holds_its_limits_and_touches_one(law, limit, other, rise, fall, lift, offset):
     segments = [
         {"segment": "rise", "angle": rise, "lift": lift, "law": law},

@@ -36,7 +36,7 @@ def random_pair_and_ranges(seed):
     return scene, free
 
 
-@pytest.mark.one_in(CAMS)
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(CAMS))
 def test_a_dense_scan_of_four_free_numbers_finds_no_smaller_pair(seed):
     scene, free = random_pair_and_ranges(seed)

@@ -84,7 +84,7 @@ def cams_of(scene):
     return Scene.from_dict({**data, "search": search}), Scene.from_dict(second)
 
 
-@pytest.mark.one_in(78)
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(40))
 def test_both_discs_of_the_smallest_pair_are_the_smallest_cams_of_their_own(seed):
     """Base radii and offsets, or arms, of both discs are free: four numbers, of which no two are of both."""

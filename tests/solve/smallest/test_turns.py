@@ -157,7 +157,7 @@ MANY = {
 }  # fmt: skip
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long
 @pytest.mark.parametrize("name", MANY)
 def test_no_turn_of_a_few_has_a_smaller_cam(name):
     """Turns drawn at random and turns near the best one, each with a small cam of its own."""
@@ -180,7 +180,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
 def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
     problem, rng, found = turns.problem, np.random.default_rng(2), []
-    for _ in range(times(8, deep=25)):
+    for _ in range(times(4, deep=25)):
         freed = turns.turn_near_angles(rng.uniform(turns.angle_box.low, turns.angle_box.high), turns.angle_box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZE_FIELDS}, sense=problem.design.sense)
@@ -208,7 +208,7 @@ def test_no_box_loses_a_feasible_cam(name):
     shares = {n: rng.uniform(size=count) for n in boxes.free}
     below = {n: np.maximum(cams[n] - shares[n] * widths[n], boxes.low[n]) for n in boxes.free}
     above = {n: np.minimum(cams[n] + (1.0 - shares[n]) * widths[n], boxes.high[n]) for n in boxes.free}
-    for number in range(0, count, max(1, count // times(12, deep=200))):
+    for number in range(0, count, max(1, count // times(6, deep=200))):
         one = boxes.with_ends_and_cut_side(
             *({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side
         )
@@ -223,7 +223,7 @@ def test_no_box_loses_a_feasible_cam(name):
     bend=st.floats(0.1, 5),
     lowest=st.floats(-15, 15),
 )
-@settings(max_examples=times(100, deep=1000))
+@settings(max_examples=times(50, deep=1000))
 def test_lines_through_neighbours_bound_a_convex_function(places, bend, lowest):
     places = sorted(round(p, 3) for p in places)
     assume(np.diff(places).min() >= 1e-2)
@@ -288,7 +288,7 @@ ordered = st.tuples(st.floats(1e-6, 360.0), st.floats(1e-6, 360.0)).map(sorted)
         for ends in (ordered, st.tuples(number, number))
     )
 )
-@settings(max_examples=times(60, deep=600))
+@settings(max_examples=times(30, deep=600))
 def test_whatever_the_ranges_they_are_right_or_told(ranges):
     given_ = {f"search.angle_{kind}": {"start": a, "stop": b} for kind, (a, b) in ranges.items()}
     told, turns = set(), None
@@ -321,6 +321,7 @@ STRESSED = {
 }
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", STRESSED)
 def test_boxes_prove_a_cam_under_a_stress_without_descents(name):
     follower, stress, search = STRESSED[name]

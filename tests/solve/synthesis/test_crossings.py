@@ -41,6 +41,7 @@ def groove_scene(window=20.0, **changes):
     return scene.replace(**changes)
 
 
+@pytest.mark.long
 def test_free_laws_land_softly_and_no_motion_has_less_jerk_there():
     scene = groove_scene()
     found = synthesise(scene)

@@ -106,6 +106,7 @@ def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
 # --------------------------------------------------------------------------------------------- exact optima
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["belt-matching", "feeder-with-stop", "press-with-drift"])
 def test_the_least_mean_square_jerk_is_that_of_the_scenes_own_polynomials(name):
     """Between fixed states the polynomial of degree 5 is the optimum: the programme and its bound find it too."""
@@ -125,7 +126,7 @@ def test_the_least_mean_square_jerk_is_that_of_the_scenes_own_polynomials(name):
     assert own * (1 - 1e-5) <= result.bound * (1 + 1e-5) <= own * (1 + 2e-5)
 
 
-@settings(max_examples=times(6, deep=60), deadline=None)
+@settings(max_examples=times(4, deep=60), deadline=None)
 @given(
     angle=st.floats(40, 200), lift=st.floats(5, 60), before=st.floats(0.0, 0.9), after=st.floats(0.0, 0.9),
 )  # fmt: skip
@@ -210,7 +211,7 @@ def test_a_turn_and_its_reverse_have_mirror_images_wherever_it_starts(half, star
         assert stroke.low == pytest.approx(turned[place].high)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long
 @pytest.mark.parametrize("minimise", ["acceleration", "size"])
 def test_a_smooth_motion_gives_up_a_share_of_its_objective_for_less_variation_of_the_jerk(minimise):
     scene = find_scene("bucket-valve").replace(**{"synthesis.minimise": minimise, "synthesis.pieces": 16})
@@ -383,7 +384,7 @@ VALVE = {
 }
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long
 @pytest.mark.parametrize("minimise", ["acceleration", "size"])
 def test_lift_area_and_face_diameter_are_limits_of_the_programme(minimise):
     """The area by a fine sum over the motion; the scene's own motion holds all limits, so free laws do."""

@@ -77,7 +77,7 @@ def excludes(found, row):
     return any(row[second] <= at and row[first] < bound for at, bound in found.excluded)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "changes", "axes"),
     [
@@ -149,6 +149,7 @@ def test_ends_are_those_of_single_objectives(scene, found):
         assert bound <= free
 
 
+@pytest.mark.long
 def test_lift_area_is_traded_for_acceleration_as_single_syntheses_trade_it(scene):
     """With the acceleration of a row as a limit, no law has more lift area than the row."""
     found = frontier(scene, ("lost_lift_area", "acceleration"), points=3, workers=1)
@@ -264,8 +265,9 @@ def test_units_of_terms_are_those_of_the_quantities(scene):
     assert term_unit("power_peak_W", swung) == "W"
 
 
+@pytest.mark.long
 def test_three_axes_and_quantities(scene):
-    coarse = scene.replace(**{"synthesis.pieces": times(10, deep=20)})
+    coarse = scene.replace(**{"synthesis.pieces": times(5, deep=20)})
     three = frontier(coarse, ("size", "acceleration", "jerk"), points=3, workers=1)
     values = np.array([[row[axis] for axis in three.axes] for row in three.rows])
     worse = (values[:, None] >= values[None]).all(axis=2) & (values[:, None] > values[None]).any(axis=2)
@@ -276,7 +278,7 @@ def test_three_axes_and_quantities(scene):
 
 
 LOADED = {
-    "synthesis.pieces": times(6, deep=8),
+    "synthesis.pieces": times(4, deep=8),
     "synthesis.peak_acceleration": 9,
     "synthesis.peak_jerk": 80,
     "search.roller_radius": [8],
@@ -319,6 +321,7 @@ def traded_for_acceleration(loaded):
     return frontier(loaded, points=6, workers=1).rows
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "axis",
     [

@@ -42,7 +42,7 @@ def rib_scene(rotation):
     return pair_scene(rotation).replace(**{"drive.kind": "rib", "follower.roller_spacing": 20.0})
 
 
-@settings(max_examples=times(20, deep=400))
+@settings(max_examples=times(10, deep=400))
 @given(
     st.sampled_from(
         [made for way in ("cw", "ccw") for made in (pair_scene(way), pair_scene(way, **OWN), rib_scene(way))]

@@ -82,7 +82,7 @@ def least_objective(case):
     )
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.one_in(16)
 @pytest.mark.parametrize("name", CASES)
 def test_a_price_is_the_derivative_of_the_least_objective(name):
     case = CASES[name]
@@ -96,7 +96,7 @@ def test_a_price_is_the_derivative_of_the_least_objective(name):
         assert price.price == pytest.approx(by_differences, rel=1e-2), price.key
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", CASES)
 def test_what_has_no_price_may_change_a_little(name):
     """Of the limits on pressure angles and motions: with another bound the objective is the same."""
@@ -108,6 +108,7 @@ def test_what_has_no_price_may_change_a_little(name):
         assert least_objective(eased) == pytest.approx(least_objective(case), rel=1e-6)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("key", ["limits.pressure_angle", "limits.pressure_angle_return", "synthesis.peak_jerk"])
 def test_so_much_smaller_is_the_cam_of_another_synthesis(key):
     """The cam itself, proved, not the optimum of a programme; other laws, a bound eased and tightened by 2 %."""
@@ -117,6 +118,7 @@ def test_so_much_smaller_is_the_cam_of_another_synthesis(key):
     assert (sizes[1] - sizes[0]) / (2.0 * step) == pytest.approx(price.price, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_larger_cam_costs_more_per_degree_and_as_much_per_mm():
     case = CASES["an end of the offset"].replace(**{"cam.rpm": None, "search.minimise": None})
     data = case.to_dict()
@@ -191,7 +193,7 @@ LOCAL = {
 """Scenes, and a bound of each that other syntheses change."""
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long
 @pytest.mark.parametrize("name", LOCAL)
 def test_a_local_optimum_has_prices_within_a_few_per_cent(name):
     case, key = LOCAL[name]

@@ -224,7 +224,7 @@ JSON = st.recursive(
 )
 
 
-@settings(max_examples=times(60, deep=2000), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=times(30, deep=2000), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     name=st.sampled_from(["a.parquet", "a.toml", "manifest.json"]),
     start=st.sampled_from([b"", b"PAR1", b'{"camopt": "1", "results": ']),

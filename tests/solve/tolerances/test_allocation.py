@@ -20,7 +20,7 @@ ARM = {"follower.arm_length": "js7", "follower.centre_distance": "js7", "profile
 FOUR = {6: 3.0, 7: 1.5, 8: 1.0, 9: 0.7}
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long
 @pytest.mark.parametrize(("contact", "given", "within"), [("offset-roller", GIVEN, 0.09), ("arm", ARM, 0.045)])
 def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, within):
     """By the proved worst case of each set."""

@@ -18,6 +18,7 @@ from tests.solve.tolerances.test_margins import scene_of
 FACE = camopt.find_scene("bucket-valve")
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("given", "below"),
     [

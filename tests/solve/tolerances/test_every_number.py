@@ -76,10 +76,11 @@ def tool_by_closed_loops(scene, problem, follower, errors=()):
     return exact([(scene.train[0].stage, row)], problem.setup.angular, mp.mpf(follower))
 
 
+@pytest.mark.long
 def test_tools_of_links_with_errors_are_where_their_closed_loops_are():
     """Random cams and corners of all tolerances, in 40 digits; none is beyond the bound, and one nearly has it."""
     rng, most = np.random.default_rng(3), 0.0
-    for number in range(times(6, 300)):
+    for number in range(times(4, 300)):
         stage = [*STAGES][number % len(STAGES)]
         scene, problem = scene_with_stage(stage)
         ends = error_ranges_at_one_contact(scene, problem)
@@ -310,6 +311,7 @@ def test_limits_of_trains_with_errors_are_those_of_cams_designed_for_them():
         assert each.worst == pytest.approx(side * max(side * end for end in (*ends, each.nominal)), rel=1e-12)
 
 
+@pytest.mark.long
 def test_limits_of_all_trains_within_their_tolerances_are_proved():
     """No cam of random trains is worse than the worst one; its value is where the verdict changes."""
     given, rng = {"train.1.crank": 0.3, "train.1.coupler": 0.2}, np.random.default_rng(7)

@@ -196,7 +196,7 @@ SECOND |= {"follower.arm_length": 0.02}
 LINKED = {"train.1.coupler": 0.05, "follower.arm_length": 0.03, "phase": 0.02, "profile": 0.01}
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "given", "limit", "keys"),
     [

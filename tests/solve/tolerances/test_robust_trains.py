@@ -53,7 +53,7 @@ def is_the_smallest(best):
     return proved and worst_excess(best.scene) <= 0.0 < worst_excess(smaller)
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long
 @pytest.mark.parametrize("name", GIVEN)
 def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_limit(name):
     best = camopt.optimise(robust_scene(name)).best
@@ -66,6 +66,7 @@ def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_li
     assert set(camopt.certify(nominal.replace(**{"search.robust": False})).values()) == {"held"}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("limit", ["joint_force_max_N", "contact_force_min"])
 def test_forces_under_a_load_over_the_turn_are_proved_for_all_trains(limit):
     """To 1e-8 of the force of the worst corner, which is computed from its own train."""
@@ -89,6 +90,7 @@ def test_zero_tolerances_of_links_give_the_nominal_answer_to_the_last_bit():
     assert camopt.certify(scene) == camopt.certify(scene.replace(**{"search.robust": False}))
 
 
+@pytest.mark.long
 def test_a_linkage_between_the_corners_that_is_the_worst_has_to_hold_the_limits_too(monkeypatch):
     """The pressure angle is largest where the input arm is 3 deg off, of 6: no corner is as bad."""
     scene = robust_scene("valve-with-rocker", {"train.1.input_angle": 6}, limits={"pressure_angle": 20})

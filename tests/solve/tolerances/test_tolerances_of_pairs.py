@@ -338,6 +338,7 @@ def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
     assert spread.of_99_73 == pytest.approx(error.three_sigma, rel=0.15)
 
 
+@pytest.mark.long
 def test_cams_of_a_batch_have_the_interference_of_their_own_errors():
     """Of the worst of some: by exact contact at each cam angle; its stress is that of a scene which has it."""
     given = {**SMOOTH, "profile": 0.002, "drive.interference": 0.001}

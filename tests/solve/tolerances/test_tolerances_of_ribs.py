@@ -152,6 +152,7 @@ def test_a_rib_of_a_follower_that_translates_has_its_closed_forms():
     assert backlash[2:] == pytest.approx((0.04 * secant, 0.03 - 0.003, 0.05 * secant + 0.003), rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_batch_of_ribs_has_the_variances_of_first_order_and_none_is_beyond_the_bound():
     given = {"follower.roller_radius": "h6", "profile": 0.01, "bore_eccentricity": 0.02, "phase": 0.005}
     found = camopt.tolerance(scene := filler(**given))

@@ -35,6 +35,7 @@ def found():
     return resolve_design(scene), {each.limit: each for each in camopt.tolerance(scene).margins}
 
 
+@pytest.mark.long
 def test_no_cam_with_a_train_within_the_tolerances_has_a_mean_beyond_what_is_proved(found):
     problem, told = found
     rng = np.random.default_rng(2)

@@ -141,7 +141,7 @@ def test_a_nose_that_does_not_rest_is_told():
 positions = st.floats(-20.0, 20.0).map(lambda y: round(y, 2))
 
 
-@settings(max_examples=times(10, deep=500))
+@settings(max_examples=times(5, deep=500))
 @given(st.lists(st.tuples(st.integers(40, 80), positions), min_size=2, max_size=4))
 def test_what_is_told_to_stop_a_motion_does(moves):
     """And a motion of which nothing is told goes nowhere that was not asked."""
