@@ -35,7 +35,6 @@ from camopt.solve.tolerances.turn_errors import (
     MOTION_NAMES,
     TurnErrors,
     root_sum_square_range,
-    worst_case_magnitude,
     worst_case_range,
 )
 
@@ -84,7 +83,7 @@ def _draw_error_range(axes: Any, turn: TurnErrors, order: int, error: "MotionErr
     angles, unit = np.degrees(turn.nodes), to_shown_unit(motion_unit_factor(turn.problem.setup, order), error.unit)
     axes.set_title(f"{MOTION_NAMES[order].capitalize()} error, {unit_in_shown_system(error.unit)}", loc="left")
     axes.set(xlim=(0.0, 360.0), xticks=np.arange(0, 361, 60))
-    bounded = bool(np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all())
+    bounded = bool(np.isfinite(worst_case_range(turn.node_contributions, order).magnitude).all())
     if not turn.node_contributions:
         axes.text(0.5, 0.5, "no tolerance moves the tool", transform=axes.transAxes, ha="center", color=MUTED)
     elif bounded:
@@ -124,7 +123,7 @@ def _draw_worst_cam(axes: Any, turn: TurnErrors, order: int, what: "MotionErrors
     with np.errstate(all="ignore"):
         angles = cams.angles_in_turn(cams.contact_angles(errors, places))
         values = unit * cams.motion_errors(errors, places, order)
-    if not np.isfinite(worst_case_magnitude(turn.node_contributions, order)).all():
+    if not np.isfinite(worst_case_range(turn.node_contributions, order).magnitude).all():
         return
     ends, first = axes.get_ylim(), np.argsort(angles, kind="stable")
     axes.plot(np.degrees(angles[first]), values[first], color=ALARM, lw=1.0, label="the worst cam of displacement")

@@ -23,7 +23,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.speed import TURNS_OF_CRANK
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tables.result import Result, Table, table_of
-from camopt.solve.tolerances.dwells_and_passages import LevelPassages, NominalPassage, WorstPassage, worst_passages
+from camopt.solve.tolerances.dwells_and_passages import NominalPassage, WorstPassage, passage_range, worst_passages
 from camopt.solve.tolerances.errors import error_unit
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
@@ -204,7 +204,7 @@ def timing(scene: SceneSource, lifts: float | Iterable[float] | None = None) -> 
     worst = list[WorstPassage]()
     if not problem.missing_variables and (turn := TurnErrors(scene, problem)).node_contributions:
         passages = [
-            _with_earliest_and_latest_angles(each, LevelPassages(turn, each.lift * programme.unit_in_mm_or_rad))
+            _with_earliest_and_latest_angles(each, turn, each.lift * programme.unit_in_mm_or_rad)
             for each in passages
         ]
         worst += worst_passages(
@@ -219,10 +219,10 @@ def _passage_ends(passage: Passage, unit_factor: float) -> Iterator[NominalPassa
         yield NominalPassage(passage.lift, passage.lift * unit_factor, name, radians(angle))
 
 
-def _with_earliest_and_latest_angles(passage: Passage, level_passages: LevelPassages) -> Passage:
-    """A passage with the earliest and latest cam angles of all cams, to first order."""
-    rises = level_passages.passage_range(radians(passage.rises_at_deg), outward=True)
-    falls = level_passages.passage_range(radians(passage.falls_at_deg), outward=False)
+def _with_earliest_and_latest_angles(passage: Passage, turn: TurnErrors, level: float) -> Passage:
+    """A passage of a level [mm or rad] with the earliest and latest cam angles of all cams, to first order."""
+    rises = passage_range(turn, level, radians(passage.rises_at_deg), outward=True)
+    falls = passage_range(turn, level, radians(passage.falls_at_deg), outward=False)
     return passage._replace(
         rises_earliest_deg=degrees(rises.earliest),
         rises_latest_deg=degrees(rises.latest),

@@ -71,11 +71,6 @@ class TableReadingOptions:
     layer: str | None = None
     """Layer of the profile in a drawing."""
 
-    @property
-    def full_turn_angle(self) -> float:
-        """Angle of a whole turn of the cam, in the unit of the angles."""
-        return self.turn or TURN_IN_UNIT[self.angle_unit]
-
     def check_options(self) -> None:
         """BadInput for a unit or a turn that is not allowed."""
         mistakes = [
@@ -112,14 +107,27 @@ def find_columns_and_unit(
         If the columns are unknown, or if their headings name another meaning or unit.
     """
     first, second = _choose_column_indices(file, table, reading_options)
-    if first is None and reading_options.kind is XY_TABLE:
+    kind, headings = reading_options.kind, table.names
+    if first is None and kind is XY_TABLE:
         raise file_mistake(file, "columns", None, "has one column, and points need both x and y")
-    heading = table.names[second]
-    unit = reading_options.lift_unit or next(
-        (unit for unit in _units_in_heading(heading) & {*MM_PER_UNIT}), default_unit
+    lift_unit = reading_options.lift_unit or next(
+        (unit for unit in units_in_heading(headings[second]) & {*MM_PER_UNIT}), default_unit
     )
-    _check_units(file, table.names, first, second, reading_options, unit)
-    return first, second, unit
+    lengths = lift_unit, "unit of the lifts", LIFT_UNITS if kind is LIFT_TABLE else tuple(MM_PER_UNIT)
+    places = [(second, *lengths)]
+    if first is not None:
+        angles = reading_options.angle_unit, "unit of the angles", ANGLE_UNITS
+        places.insert(0, (first, *(lengths if kind is XY_TABLE else angles)))
+    for place, unit, option, allowed in places:
+        units = units_in_heading(headings[place])
+        if units and unit not in units:
+            (other, *_) = sorted(units)
+            remedy = (
+                f"give the {option} as {other}" if other in allowed else f"only {', '.join(allowed)} can be read"
+            )
+            what = f"is in {other}, and {unit} is taken; {remedy}"
+            raise file_mistake(file, f"column {headings[place]!r}", None, what)
+    return first, second, lift_unit
 
 
 def _choose_column_indices(
@@ -180,41 +188,7 @@ def _column_index(file: str, headings: Sequence[str], chosen: str | int) -> int:
     raise BadInput([Mistake(file, "columns", chosen, numbers)])
 
 
-def _check_units(
-    file: str,
-    headings: Sequence[str],
-    first: int | None,
-    second: int,
-    reading_options: TableReadingOptions,
-    lift_unit: str,
-) -> None:
-    """BadInput if a heading names another unit than the one in use."""
-    lengths = (
-        lift_unit,
-        "unit of the lifts",
-        LIFT_UNITS if reading_options.kind is LIFT_TABLE else tuple(MM_PER_UNIT),
-    )
-    places = [(second, *lengths)]
-    if first is not None:
-        angles = reading_options.angle_unit, "unit of the angles", ANGLE_UNITS
-        places.insert(0, (first, *(lengths if reading_options.kind is XY_TABLE else angles)))
-    for place, unit, option, allowed in places:
-        units = _units_in_heading(headings[place])
-        if units and unit not in units:
-            (other, *_) = sorted(units)
-            remedy = (
-                f"give the {option} as {other}" if other in allowed else f"only {', '.join(allowed)} can be read"
-            )
-            raise file_mistake(
-                file, f"column {headings[place]!r}", None, f"is in {other}, and {unit} is taken; {remedy}"
-            )
-
-
-def heading_names_unit(heading: str) -> bool:
-    """Whether the heading of a column names a unit."""
-    return bool(_units_in_heading(heading))
-
-
-def _units_in_heading(heading: str) -> set[str]:
+def units_in_heading(heading: str) -> set[str]:
+    """Units that the heading of a column names."""
     words = (match[0] for match in re.finditer(r"[a-zµμ]+|°|\"", heading.lower()))
     return {UNIT_SPELLINGS[word] for word in words if word in UNIT_SPELLINGS}

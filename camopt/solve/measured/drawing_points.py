@@ -10,7 +10,7 @@ import numpy as np
 from camopt.core.mistakes import join_words
 from camopt.core.numerics import ComplexArray
 from camopt.core.quantities.unit_systems import shown_system
-from camopt.scene.dxf import DrawnOutline, LayerOutline, read_dxf_outlines
+from camopt.scene.dxf import DrawnOutline, read_dxf_outlines
 from camopt.solve.measured.columns import MM_PER_UNIT, XY_TABLE, TableReadingOptions
 from camopt.solve.measured.number_table import TABLE_ROWS, NumberTable
 
@@ -44,8 +44,11 @@ def read_drawing(path: Path, reading_options: TableReadingOptions) -> tuple[Numb
     if not profiles:
         raise ValueError("has no closed curve round the axis at x = 0, y = 0 other than circles about it")
     if len(profiles) > 1:
+        radii = [float(np.abs(points_on_outline(each.outline)).max()) * size for each in profiles]
+        pairs = zip(profiles, radii, strict=True)
+        curves = [f"a curve on the layer {each.layer!r} (largest radius {r:.4g} mm)" for each, r in pairs]
         remedy = "give the layer of the profile, or keep one of them"
-        raise ValueError(f"has {_describe_outlines(profiles, size)} about the axis; {remedy}")
+        raise ValueError(f"has {join_words(curves)} about the axis; {remedy}")
     points = points_on_outline(profiles[0].outline) * size
     if points.size > TABLE_ROWS:
         raise ValueError(f"draws the profile with {points.size:,} points; at most {TABLE_ROWS:,} are allowed")
@@ -62,8 +65,7 @@ def points_on_outline(outline: DrawnOutline) -> ComplexArray:
     is_curve = is_arc | np.roll(is_arc, 1) | np.roll(is_arc, -1)
     parts = []
     for start, chord, bulge, curved in zip(outline.vertices, outline.chords, outline.bulges, is_curve, strict=True):
-        seen = abs(np.angle((start + chord) / start))
-        count = max(int(np.ceil(seen / WIDEST_STEP)), 1) if curved else 1
+        count = max(int(np.ceil(abs(np.angle((start + chord) / start)) / WIDEST_STEP)), 1) if curved else 1
         share = np.arange(count) / count
         if bulge:  # equal angles of an arc about its centre
             to_centre = chord * (0.5 + 0.25j * (1.0 / bulge - bulge))
@@ -81,14 +83,3 @@ def _is_profile(outline: DrawnOutline, least_radius_range: float) -> bool:
         return False
     turn = np.angle(np.roll(points, -1) / points).sum()
     return bool(abs(turn) > np.pi and np.ptp(distances) > least_radius_range)
-
-
-def _describe_outlines(outlines: list[LayerOutline], mm_per_unit: float) -> str:
-    """The outlines, each with its layer and largest radius."""
-    radii = [float(np.abs(points_on_outline(each.outline)).max()) * mm_per_unit for each in outlines]
-    return join_words(
-        [
-            f"a curve on the layer {each.layer!r} (largest radius {radius:.4g} mm)"
-            for each, radius in zip(outlines, radii, strict=True)
-        ]
-    )

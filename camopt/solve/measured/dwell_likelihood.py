@@ -119,8 +119,7 @@ def _log_determinants_and_whitened_columns(
     matrices[:, count:, :count] = columns.T
     matrices[:, count:, count:] = np.diag(1.0 + (1 + columns.shape[1]) * (columns**2).sum(axis=0))
     root = np.linalg.cholesky(matrices)
-    diagonal = np.diagonal(root, axis1=1, axis2=2)[:, :count]
-    return 2.0 * np.log(diagonal).sum(axis=1), root[:, count:, :count]
+    return 2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)[:, :count]).sum(axis=1), root[:, count:, :count]
 
 
 def _log_likelihood_of_points_beside_dwell(
@@ -145,8 +144,7 @@ def _log_likelihood_without_dwell(angles: FloatArray, variances: FloatArray, lif
     offsets = (angles - (angles[0] + angles[-1]) / 2.0) / (angles[-1] - angles[0])
     likelihoods = []
     for order in INTEGRAL_ORDERS[1:]:
-        powers = offsets[:, None] ** np.arange(order) / np.sqrt(variances)[:, None]
-        columns = np.column_stack([powers, lifts])
+        columns = np.column_stack([offsets[:, None] ** np.arange(order) / np.sqrt(variances)[:, None], lifts])
         logs, squares = [], []
         for part in (offsets < 0.0, offsets >= 0.0):
             size, whitened_columns = _log_determinants_and_whitened_columns(

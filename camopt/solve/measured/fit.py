@@ -1,13 +1,13 @@
 """Fit a motion to measured lift: from a file of points to a scene with the gentlest motion within a band."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product
 from math import inf, isfinite
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,24 +16,30 @@ from camopt.core.mistakes import BadInput, Mistake, Unmet, Unsolved, escape_unpr
 from camopt.model.mechanisms.elements import BODIES, DISC, FLAT, OSCILLATING, ROLLER, TRANSLATING
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.mapping import MOTION_AT_FOLLOWER, is_motion_given_at_follower, tables_in_list
-from camopt.scene.problem.problem import Problem, resolve, resolve_design
+from camopt.scene.problem.problem import resolve, resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.train import tool_turns
 from camopt.solve.measured.band_certificate import certify_band
 from camopt.solve.measured.columns import MM_PER_UNIT, TableReadingOptions
 from camopt.solve.measured.drawing_points import is_drawing
 from camopt.solve.measured.fit_result import Fit
-from camopt.solve.measured.fitted_scene import LEVEL_DIGITS, FittedSegments, fitted_segments
 from camopt.solve.measured.least_jerk import (
     AllowedDeviation,
     LeastJerkCurve,
+    OutlineMotion,
     OutlineNode,
     least_band_and_active_points,
     least_jerk_curve,
     least_jerk_motion,
     outline_nodes,
 )
-from camopt.solve.measured.measured_points import MeasuredPoints, read_points
+from camopt.solve.measured.measured_points import (
+    TURN_DEG,
+    MeasuredPoints,
+    forward_angle_deg,
+    read_points,
+    shortened_list,
+)
 from camopt.solve.measured.noise import (
     LEAST_BAND,
     ErrorSize,
@@ -42,8 +48,9 @@ from camopt.solve.measured.noise import (
     noise_band_factor,
     noise_from_neighbours,
 )
-from camopt.solve.measured.outline import LIKELY_DROP, find_outline_and_doubtful_dwells
-from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_on_profile
+from camopt.solve.measured.outline import ANGLE_DIGITS, LIKELY_DROP, find_outline_and_doubtful_dwells
+from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, base_radius_at, follower_on_profile
+from camopt.solve.measured.spline_chain import CHAIN_DEGREE
 
 BAND_MARGINS = (1e-6, 1e-2)  # least and largest margin for rounding and solver error, as a share of the band
 SOLVER_SHARE = 1e-8  # error of the solver in a limit, as a share of the range of the lifts
@@ -56,11 +63,21 @@ ABNORMAL_FACTOR = 1.5  # band over the largest error, if that error is larger th
 CORNER_FACTOR = 3.5  # largest band over that of normal errors: a larger deviation is a corner
 MOST_JERK_PRICE = 1.25  # jerk over the least jerk of any motion: above it, dwells or turns are likely wrong
 MOST_OUTLINE_NODES = 60  # dwells and turns: more of them come from errors
-MOST_ROWS_NAMED = 6  # rows named in a message
 PLACEHOLDER_MOTION = [
     {"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")
 ]
-"""Motion of a cam whose own is not known yet."""
+"""Motion of a cam whose own is not known yet: nearly at rest."""
+FITTED_LAW = "measured"
+LEVEL_DIGITS = 9  # decimals of lifts; levels have fewer
+
+
+class FittedSegments(NamedTuple):
+    """Tables of a motion; ``start`` [deg] and ``zero`` are the measured angle and lift at its 0 and 0."""
+
+    motion: list[dict[str, Any]]
+    laws: dict[str, dict[str, Any]]
+    start: float
+    zero: float
 
 
 @allow_positional_options
@@ -207,14 +224,15 @@ def fit(  # noqa: PLR0913
     kept_points, left_out = measured.drop_places(outlier_places), measured.pick_places(outlier_places)
     errors = estimate_point_errors(kept_points)
     usual = _deviation_allowed_by_noise(kept_points, errors)
-    allowed = usual if band is None else _deviation_allowed_by_band(float(band), usual)
+    allowed = usual
+    if band is not None:  # a band wider than that of errors limits deviations alone
+        allowed = AllowedDeviation(float(band)) if band >= usual.band else usual._replace(band=float(band))
     _check_repeated_angles(kept_points, allowed.band)
-    noise = max(errors.noise, narrowest / CORNER_FACTOR)
     fitted = _fit_gentlest_outline(
         kept_points,
         allowed,
         usual.band,
-        noise,
+        max(errors.noise, narrowest / CORNER_FACTOR),
         segments,
         lambda parts: Scene.from_dict(tables | _fitted_tables(parts, tables, followed), file),
     )
@@ -228,22 +246,9 @@ def _fitted_tables(
     motion = {"motion": parts.motion, "laws": parts.laws}
     if followed is None:
         return motion
-    radius = round(followed.base_radius_at_lowest_position(parts.zero), LEVEL_DIGITS)
+    lowest = np.radians(parts.zero) if followed.problem.setup.angular else parts.zero
+    radius = round(base_radius_at(followed.problem, lowest), LEVEL_DIGITS)
     return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
-
-
-def _problem_with_placeholder_motion(tables: Mapping[str, Any], base_radius: float, file: str) -> Problem:
-    """The cam and follower of a profile before its motion is known, nearly at rest on the least radius [mm]."""
-    given_tables = {key: tables[key] for key in ("cam", "follower") if key in tables}
-    complete_tables = {key: dict(table) for key, table in given_tables.items() if isinstance(table, Mapping)}
-    form = complete_tables.get("cam", {}).get("form")
-    if form in [*BODIES] and form != DISC.form:
-        raise BadInput([Mistake(file, "cam.form", form, "disc: a measured profile needs a disc cam")])
-    complete_tables.get("cam", {})["base_radius"] = base_radius
-    complete_tables.get("follower", {}).pop("dynamics", None)
-    return resolve_design(
-        Scene.from_dict({**given_tables, **complete_tables, "name": "", "motion": PLACEHOLDER_MOTION}, file)
-    )
 
 
 def follow_measured_profile(
@@ -254,9 +259,17 @@ def follow_measured_profile(
     keep_outliers: bool,
     gaps_anywhere: bool = False,
 ) -> FollowedProfile:
-    """The follower of a scene at the points of a profile."""
+    """The follower of a scene at the points of a profile, before its motion is known."""
     profile.check(points)
-    problem = _problem_with_placeholder_motion(tables, float(points.lifts.min()) - profile.probe, file)
+    given_tables = {key: tables[key] for key in ("cam", "follower") if key in tables}
+    complete_tables = {key: dict(table) for key, table in given_tables.items() if isinstance(table, Mapping)}
+    form = complete_tables.get("cam", {}).get("form")
+    if form in [*BODIES] and form != DISC.form:
+        raise BadInput([Mistake(file, "cam.form", form, "disc: a measured profile needs a disc cam")])
+    complete_tables.get("cam", {})["base_radius"] = float(points.lifts.min()) - profile.probe
+    complete_tables.get("follower", {}).pop("dynamics", None)
+    placeholder = {**given_tables, **complete_tables, "name": "", "motion": PLACEHOLDER_MOTION}
+    problem = resolve_design(Scene.from_dict(placeholder, file))
     outlier_places = (
         []
         if keep_outliers
@@ -321,8 +334,7 @@ def _lift_unit(tables: Mapping[str, Any], given_unit: str | None, profile: Measu
         owner = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
         if stages and not profile:  # the tool counts, not the follower
             owner = f"a tool that {'turns' if angular else 'slides'}"
-        what = f"{' or '.join(units)} for {owner}"
-        raise BadInput([Mistake("camopt", "lift_unit", given_unit, what)])
+        raise BadInput([Mistake("camopt", "lift_unit", given_unit, f"{' or '.join(units)} for {owner}")])
     return "deg" if angular else given_unit
 
 
@@ -351,13 +363,7 @@ def _deviation_allowed_by_noise(points: MeasuredPoints, errors: ErrorSize) -> Al
     """
     least, normal = _least_band_for_lift_range(points), errors.noise * noise_band_factor(points.rows.size)
     wide = min(ABNORMAL_FACTOR * errors.largest, CORNER_FACTOR * normal, float(np.ptp(points.lifts)) / 2.0 - least)
-    band = wide if errors.largest > normal else normal
-    return AllowedDeviation(max(band, least), max(errors.rms, least))
-
-
-def _deviation_allowed_by_band(band: float, allowed_by_noise: AllowedDeviation) -> AllowedDeviation:
-    """A band wider than that of errors limits deviations alone; a narrower one limits errors further."""
-    return AllowedDeviation(band) if band >= allowed_by_noise.band else allowed_by_noise._replace(band=band)
+    return AllowedDeviation(max(wide if errors.largest > normal else normal, least), max(errors.rms, least))
 
 
 def _check_repeated_angles(points: MeasuredPoints, band: float) -> None:
@@ -422,14 +428,6 @@ def _fit_gentlest_outline(
     raise Unmet(f"{points.file}: the lift {what}")
 
 
-def _trial_band_margin_shares(band: float) -> Iterator[float]:
-    """Margins of a band, as shares of it, to try until a motion lies within the whole band."""
-    margin, most = max(BAND_MARGINS[0], SOLVER_SHARE / band), BAND_MARGINS[1]
-    while margin <= most:
-        yield margin
-        margin *= 10.0
-
-
 def _certified_fit(
     points: MeasuredPoints,
     nodes: Sequence[OutlineNode],
@@ -438,8 +436,11 @@ def _certified_fit(
     build_scene: Callable[[FittedSegments], Scene],
 ) -> Fit | None:
     """The fit whose scene is proved to be within the band; None if these nodes have none."""
-    for margin in _trial_band_margin_shares(allowed.band / float(np.ptp(points.lifts))):
-        motion = least_jerk_motion(points, nodes, allowed.reduced_by_share(margin), least_jerk.rms_jerk)
+    margin = max(BAND_MARGINS[0], SOLVER_SHARE / (allowed.band / float(np.ptp(points.lifts))))
+    while margin <= BAND_MARGINS[1]:
+        factor = 1.0 - margin
+        reduced = AllowedDeviation(factor * allowed.band, None if allowed.rms is None else factor * allowed.rms)
+        motion = least_jerk_motion(points, nodes, reduced, least_jerk.rms_jerk)
         if motion is None:
             return None
         parts = fitted_segments(motion)
@@ -456,6 +457,7 @@ def _certified_fit(
                 deviation,
                 least_jerk.square,
             )
+        margin *= 10.0
     return None
 
 
@@ -466,9 +468,48 @@ def _unmet_band_error(
     least, places = least_band_and_active_points(points, nodes, usual_jerk)
     if least < allowed.band:
         return Unsolved("the convex solver is not accurate enough for the band")
-    rows = ", ".join(map(str, sorted(points.rows[places])[:MOST_ROWS_NAMED])) + (
-        " and others" if len(places) > MOST_ROWS_NAMED else ""
-    )
+    rows = shortened_list(sorted(points.rows[places]))
     what = f"{points.file}: no motion with these dwells and turns is within {allowed.band:.4g} of all points"
     remedy = f"the least band is {least:.4g} (mm, or deg if the follower turns), because of rows {rows}"
     return Unmet(what if least == inf else f"{what}; {remedy}; give a wider band, such as {1.1 * least:.2g}")
+
+
+def fitted_segments(outline_motion: OutlineMotion) -> FittedSegments:
+    """The segments of a motion from its lowest point.
+
+    They begin at angle 0 if the motion rests there, else at the end of the lowest dwell or turning point.
+    """
+    nodes, count = outline_motion.nodes, len(outline_motion.nodes)
+    first = min(range(count), key=lambda k: (nodes[k].level, nodes[k].start - nodes[k].end))
+    lowest, zero = nodes[first], nodes[first].level
+    dwell_angle = _round_angle(lowest.end - lowest.start)
+    angle_before_0 = float(forward_angle_deg(lowest.start, 0.0))  # from the start of the dwell to angle 0
+    rests_at_0 = 0.0 < angle_before_0 < dwell_angle
+    start = 0.0 if rests_at_0 else lowest.end % TURN_DEG
+    motion: list[dict[str, Any]] = [_dwell_segment(dwell_angle - angle_before_0)] if rests_at_0 else []
+    laws = {}
+    for number in range(count):
+        k, following = (first + number) % count, (first + number + 1) % count
+        lift = nodes[following].level - nodes[k].level
+        name = f"{FITTED_LAW}-{number + 1}"
+        segment = "rise" if lift > 0.0 else "return"
+        angle, lift = _round_angle(outline_motion.strokes[k].angle), round(abs(lift), LEVEL_DIGITS)
+        motion.append({"segment": segment, "angle": angle, "lift": lift, "law": name})
+        knots, coefficients = (
+            outline_motion.strokes[k].chain.clamped_knot_vector.tolist(),
+            outline_motion.coefficients[k].tolist(),
+        )
+        laws[name] = {"degree": CHAIN_DEGREE, "knots": knots, "coefficients": coefficients}
+        if nodes[following].is_dwell:
+            is_last = following == first
+            length = nodes[following].end - nodes[following].start
+            motion.append(_dwell_segment(angle_before_0 if is_last and rests_at_0 else length))
+    return FittedSegments(motion, laws, start, zero)
+
+
+def _dwell_segment(angle: float) -> dict[str, Any]:
+    return {"segment": "dwell", "angle": _round_angle(angle)}
+
+
+def _round_angle(angle: float) -> float:
+    return float(np.round(angle, ANGLE_DIGITS))

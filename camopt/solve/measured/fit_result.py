@@ -1,4 +1,9 @@
-"""The result of a fit: a scene with the measured motion, and its deviations from the points."""
+"""The result of a fit: a scene with the measured motion, and its deviations from the points.
+
+Stretches of a fit may stay on one side of the points by more than errors explain. The mean of m independent errors
+is within σ/√m of 0 in two of three stretches. It is rarely six times as large in any stretch of a file. Such a
+stretch shows a motion of large jerk: a corner, or a ramp that is too short for the dwell beside it.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -8,20 +13,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.quantities import AT_FOLLOWER, DERIVATIVE_UNITS, QUANTITIES, displacement_unit, motion_peak_name
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.mechanisms.elements import OSCILLATING
 from camopt.model.motion.programme import derivative_peak, derivative_root_mean_square
-from camopt.model.motion.stroke import ALL_STROKES as EVERY_STROKE
+from camopt.model.motion.stroke import ALL_STROKES
 from camopt.scene.problem.problem import Problem, resolve
 from camopt.scene.scene import Scene
 from camopt.solve.measured.band_certificate import Deviation
-from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg
+from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg, shortened_list
 from camopt.solve.measured.noise import LEAST_BAND, noise_band_factor
-from camopt.solve.measured.one_sided_stretches import OneSidedStretch, one_sided_stretches
 from camopt.solve.measured.outline import Doubt
 from camopt.solve.measured.profile import FollowedProfile
 from camopt.solve.tables.cells import number_text, with_unit
@@ -29,6 +33,18 @@ from camopt.solve.tables.result import Result, Table, table_of
 
 JERK_ORDER = 3
 MOST_WARNED_ROWS = 6  # rows named in a warning
+FEWEST_POINTS, MOST_POINT_SHARE = 4, 0.25  # least number of points, and largest share of all points
+LENGTH_RATIO = 1.2  # ratio of successive lengths of stretches
+MEAN_SIGMAS = 6.0  # least mean of a stretch, in standard deviations of the mean
+
+
+class OneSidedStretch(NamedTuple):
+    """A stretch between two places of the points, and the mean deviation of the motion from them."""
+
+    first: int
+    last: int
+    points: int
+    mean: float
 
 
 class OmittedPoint(NamedTuple):
@@ -119,7 +135,7 @@ class Fit(Result, Drawable):
         part = AT_FOLLOWER if self.at_follower else ""
         return motion_peak_name(derivative, part, angular=self._problem.given_motion_is_angle, timed=timed)
 
-    def scale(self, order: int) -> Any:
+    def scale(self, order: int) -> Number:
         """Factor from a derivative of the motion to the unit of its quantity."""
         return motion_unit_factor(self._problem.setup, order, at_follower=self.at_follower)
 
@@ -247,7 +263,7 @@ class Fit(Result, Drawable):
         orders = {name: order for order, name in enumerate(DERIVATIVE_UNITS, start=1)}
         programme = self._problem.given_motion
         return {
-            name: derivative_peak(programme, order, EVERY_STROKE) * self.scale(order)
+            name: derivative_peak(programme, order, ALL_STROKES) * self.scale(order)
             for name, order in orders.items()
         }
 
@@ -324,20 +340,9 @@ class Fit(Result, Drawable):
             )
         if self.profile is not None and self.profile.unreached.size:
             rows = self.profile.unreached
-            named = ", ".join(map(str, rows[:MOST_WARNED_ROWS])) + (
-                " and others" if rows.size > MOST_WARNED_ROWS else ""
-            )
+            named = shortened_list(rows)
             sentences.append(f"the follower does not reach {rows.size} points in hollows: rows {named}")
         return tuple(sentences)
-
-    def _stretch_record(self, stretch: OneSidedStretch) -> dict[str, Any]:
-        first, last = self.points.angles[[stretch.first, stretch.last]]
-        return {
-            "from_deg": float(first),
-            "to_deg": float(last),
-            "points": stretch.points,
-            f"mean_{self.unit}": stretch.mean,
-        }
 
     @property
     def _profile_record(self) -> dict[str, Any] | None:
@@ -377,7 +382,38 @@ class Fit(Result, Drawable):
                 {"from_deg": item.start, "to_deg": item.end, "rests": item.rests, "other_segments": item.segments}
                 for item in self.doubts
             ],
-            "one_sided": [self._stretch_record(item) for item in self.one_sided],
+            "one_sided": [
+                {
+                    "from_deg": float(self.points.angles[item.first]),
+                    "to_deg": float(self.points.angles[item.last]),
+                    "points": item.points,
+                    f"mean_{self.unit}": item.mean,
+                }
+                for item in self.one_sided
+            ],
             "left_out": [item._asdict() for item in self.left_out],
             "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],
         }
+
+
+def one_sided_stretches(deviations: FloatArray, noise: float) -> list[OneSidedStretch]:
+    """Separate stretches round the turn with deviations on one side, in their order."""
+    is_taken, stretches = np.zeros(deviations.size, dtype=bool), []
+    for _, first, count in sorted(_biased_stretches(deviations, noise), reverse=True):
+        places = np.arange(first, first + count) % deviations.size
+        if not is_taken[places].any():
+            is_taken[places] = True
+            stretches.append(OneSidedStretch(first, int(places[-1]), count, float(deviations[places].mean())))
+    return sorted(stretches)
+
+
+def _biased_stretches(deviations: FloatArray, noise: float) -> Iterator[tuple[float, int, int]]:
+    """Stretches with a far mean: the mean in its standard deviations, the first place, and the number of points."""
+    sums = np.concatenate([[0.0], np.cumsum(np.concatenate([deviations, deviations]))])
+    count = FEWEST_POINTS
+    while count <= MOST_POINT_SHARE * deviations.size:
+        distances = np.abs(sums[count : count + deviations.size] - sums[: deviations.size]) / (
+            noise * np.sqrt(count)
+        )
+        yield from ((float(distances[k]), int(k), count) for k in np.flatnonzero(distances > MEAN_SIGMAS))
+        count = max(count + 1, round(LENGTH_RATIO * count))

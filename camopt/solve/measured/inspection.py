@@ -40,11 +40,17 @@ from camopt.scene.tolerances import tolerance_zone
 from camopt.solve.contour.curve import Disc, cam_discs
 from camopt.solve.measured.columns import MM_PER_UNIT, TableReadingOptions
 from camopt.solve.measured.fit import follow_measured_profile
-from camopt.solve.measured.measured_points import TURN_DEG, MeasuredPoints, forward_angle_deg, read_points
+from camopt.solve.measured.measured_points import (
+    TURN_DEG,
+    MeasuredPoints,
+    forward_angle_deg,
+    read_points,
+    shortened_list,
+)
 from camopt.solve.measured.noise import OUTLIER_OFF, noise_from_neighbours
 from camopt.solve.measured.outline import ANGLE_DIGITS, places_before_gaps
 from camopt.solve.measured.profile import FollowedProfile, MeasuredProfile, follower_position_on_base_circle
-from camopt.solve.measured.smoothing import smoothing_residuals_and_leverages
+from camopt.solve.measured.smoothing import SmoothingFit, smoothing_residuals_and_leverages
 from camopt.solve.measured.waves import ProfileHarmonics, ProfileWave, significant_harmonics
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
@@ -55,8 +61,6 @@ from camopt.solve.tolerances.worst_case import make_worst_cam_search
 
 PHASE_TRIALS, PHASE_FITS = 1440, 6
 """Number of trial angles of the cam on its shaft, and of refinements of the best one."""
-SHOWN_ROWS = 6
-"""Number of items of a list that are shown."""
 LEAST_POINT_ERROR = 1e-4
 """Points with smaller errors are not reported [mm]."""
 LIKELY_MISTAKES = {
@@ -220,14 +224,14 @@ class Inspection(Result):
         if self.outliers:
             distances = [f"row {item.row} by {with_unit(item.off, 'mm')}" for item in self.outliers]
             sentences.append(
-                f"Points far from their neighbours, counted for the profile only: {_shortened_list(distances)}"
+                f"Points far from their neighbours, counted for the profile only: {shortened_list(distances)}"
             )
         if self.gaps:
             ends = [f"from {low:.4g} to {high:.4g} deg" for low, high in self.gaps]
-            sentences.append(f"No points {_shortened_list(ends)}: the profile and its waves are unknown there")
+            sentences.append(f"No points {shortened_list(ends)}: the profile and its waves are unknown there")
         if self.unreached:
             sentences.append(
-                f"The follower does not reach {len(self.unreached)} points: rows {_shortened_list(self.unreached)}"
+                f"The follower does not reach {len(self.unreached)} points: rows {shortened_list(self.unreached)}"
             )
         if self.not_counted:
             sentences.append(f"Not part of the allowed motion: {', '.join(self.not_counted)}")
@@ -241,7 +245,7 @@ class Inspection(Result):
             return "No waves beyond noise"
         wave_use = next((item for item in self.used if item.key == "waves" and item.allowed is not None), None)
         zone = f", as steep or curved as {wave_use.found:.4g} waves of the zone's height" if wave_use else ""
-        return f"Waves in a turn: {_shortened_list(waves)}{zone}"
+        return f"Waves in a turn: {shortened_list(waves)}{zone}"
 
     def document(self) -> dict[str, Any]:
         """The error, the deviations of the cam, and a record for each tolerance, wave and outlier."""
@@ -266,11 +270,6 @@ class Inspection(Result):
     def records(self) -> list[dict[str, Any]]:
         """A mapping for each tolerance."""
         return [{**use._asdict(), "share": use.share} for use in self.used]
-
-
-def _shortened_list(items: Sequence[Any]) -> str:
-    """The first items of a list, in words."""
-    return ", ".join(map(str, items[:SHOWN_ROWS])) + (" and others" if len(items) > SHOWN_ROWS else "")
 
 
 @allow_positional_options
@@ -367,11 +366,10 @@ def inspect_discs(
         why = f"{len(discs)}: a file, or an array, of points for each disc of the cam"
         raise BadInput([Mistake("camopt", "measured", len(profiles), why)])
     points = [read_points(each.points, each.with_profile_kind_and_layer(reading_options)) for each in profiles]
-    drawn_discs = [_DrawnDisc(disc, scene, keep_outliers) for disc in discs]
     measured = list(zip(profiles, points, strict=True))
     followed = [
-        drawn.follow_points(*points_of_disc, aligned)
-        for drawn, points_of_disc in zip(drawn_discs, measured, strict=True)
+        _follow_points(disc, scene, keep_outliers, *points_of_disc, aligned)
+        for disc, points_of_disc in zip(discs, measured, strict=True)
     ]
     zero = _best_trial_zero_angle(followed)
     fitted = [replace(each, zero=refine_zero_angle([each], zero)) for each in followed]
@@ -380,51 +378,33 @@ def inspect_discs(
             replace(each, zero=refine_zero_angle([each], _best_trial_zero_angle([each]))) for each in followed
         ]
     return [
-        replace(each, likely=drawn.likely_mistake(measured[number:] + measured[:number], aligned))
+        replace(each, likely=each.likely_mistake(measured[number:] + measured[:number]))
         if each.is_far_from_drawing
         else each
-        for number, (drawn, each) in enumerate(zip(drawn_discs, fitted, strict=True))
+        for number, each in enumerate(fitted)
     ]
 
 
-class _DrawnDisc(NamedTuple):
-    """A disc of a drawing, to compare with points."""
-
-    disc: Disc
-    scene: Scene
-    keep_outliers: bool
-
-    def follow_points(self, profile: MeasuredProfile, points: MeasuredPoints, aligned: bool) -> "InspectedDisc":
-        """The follower on measured points; points of a second disc are mirrored."""
-        measured = profile.mirrored(points) if self.disc.mirror < 0.0 else points
-        file, tables = self.disc.problem.file, _scene_tables_for_disc(self.disc, self.scene)
-        followed = follow_measured_profile(profile, measured, tables, file, self.keep_outliers, gaps_anywhere=True)
-        return InspectedDisc(self.disc, self.scene, measured, followed, aligned, self.keep_outliers)
-
-    def likely_mistake(self, measured: Sequence[tuple[MeasuredProfile, MeasuredPoints]], aligned: bool) -> str:
-        """The likely mistake that would make points of this disc, or of the other one, fit; empty if none."""
-        for case, sentence in LIKELY_MISTAKES.items():
-            disc_number, is_mirrored = case
-            if disc_number < len(measured) and (aligned or any(case)):
-                profile, points = measured[disc_number]
-                try:
-                    disc = self.follow_points(profile, profile.mirrored(points) if is_mirrored else points, False)
-                    if not replace(
-                        disc, zero=refine_zero_angle([disc], _best_trial_zero_angle([disc]))
-                    ).is_far_from_drawing:
-                        return sentence
-                except (BadInput, Unsolved):
-                    continue  # the follower cannot run on them
-        return ""
-
-
-def _scene_tables_for_disc(disc: Disc, scene: Scene) -> dict[str, Any]:
-    """Tables of a scene with the follower sizes at one disc, and the rotation of that disc."""
-    tables, design = scene.to_dict(), disc.problem.design
-    sizes = {key: float(getattr(design, FIELDS[key])[0]) for key in scene.mechanism.follower_size_keys(scene.tip)}
-    tables["cam"] = {**tables["cam"], "rotation": "ccw" if design.sense > 0.0 else "cw"}
+def _follow_points(
+    disc: Disc,
+    scene: Scene,
+    keep_outliers: bool,
+    profile: MeasuredProfile,
+    points: MeasuredPoints,
+    aligned: bool,
+) -> "InspectedDisc":
+    """The follower of a drawing on measured points of one disc; points of a second disc are mirrored."""
+    measured, problem, tables = (
+        profile.mirrored(points) if disc.mirror < 0.0 else points,
+        disc.problem,
+        scene.to_dict(),
+    )
+    keys = scene.mechanism.follower_size_keys(scene.tip)
+    sizes = {key: float(getattr(problem.design, FIELDS[key])[0]) for key in keys}
+    tables["cam"] = {**tables["cam"], "rotation": "ccw" if problem.design.sense > 0.0 else "cw"}
     tables["follower"] = {**tables["follower"], **sizes}
-    return tables
+    followed = follow_measured_profile(profile, measured, tables, problem.file, keep_outliers, gaps_anywhere=True)
+    return InspectedDisc(disc, scene, measured, followed, aligned, keep_outliers)
 
 
 def _best_trial_zero_angle(discs: "Sequence[InspectedDisc]") -> float:
@@ -493,18 +473,39 @@ class InspectedDisc:
             np.ptp(self.problem.programme.motion_at(self.cam_angles)[0])
         )
 
+    def likely_mistake(self, measured: Sequence[tuple[MeasuredProfile, MeasuredPoints]]) -> str:
+        """The likely mistake that would make points of this disc, or of the other one, fit; empty if none."""
+        for case, sentence in LIKELY_MISTAKES.items():
+            disc_number, is_mirrored = case
+            if disc_number < len(measured) and (self.aligned or any(case)):
+                profile, points = measured[disc_number]
+                points = profile.mirrored(points) if is_mirrored else points
+                try:
+                    disc = _follow_points(self.disc, self.scene, self.keep_outliers, profile, points, False)
+                    zero = refine_zero_angle([disc], _best_trial_zero_angle([disc]))
+                    if not replace(disc, zero=zero).is_far_from_drawing:
+                        return sentence
+                except (BadInput, Unsolved):
+                    continue  # the follower cannot run on them
+        return ""
+
     def build_inspection(self) -> Inspection:
         errors = self.smooth_motion_errors
         place = int(np.abs(errors).argmax())
-        unit, tool_errors = motion_unit_factor(self.problem.setup, 0), self._tool_errors_through_train(errors)
-        used = tuple(
-            self._tolerance_uses(place, unit * float(tool_errors[place]), unit * float(np.abs(tool_errors).max()))
+        unit, (tool_errors, train_ratios) = (
+            motion_unit_factor(self.problem.setup, 0),
+            self._tool_errors_and_ratios(errors),
         )
+        tool_error, largest = unit * float(tool_errors[place]), unit * float(np.abs(tool_errors).max())
+        used = tuple(self._tolerance_uses(place, tool_error, largest, float(train_ratios[place]) * float(unit)))
+        outliers = zip(*self._outlier_rows_and_distances[:2], strict=True)
+        counted = self._scene_with_profile_tolerances.tolerances
+        contributions = tolerance_contributions(self.scene, self.problem, np.zeros(1))
         return Inspection(
             self.scene,
             self.phase_deg,
             self.kept_points.file,
-            unit * float(tool_errors[place]),
+            tool_error,
             float(np.degrees(self.cam_angles[place])),
             motion_table_unit(self.problem.setup, 0),
             self.noise,
@@ -517,23 +518,24 @@ class InspectedDisc:
             float(self.fitted_phase_size_and_bore[1]),
             np.degrees(self.cam_angles),
             unit * tool_errors,
-            self.outliers,
+            tuple(OutlyingPoint(int(row), float(distance)) for row, distance in outliers),
             tuple(self._missing_angle_ranges_deg()),
             tuple(self.followed_profile.unreached.tolist()),
-            tuple(self._uninspected_tolerance_keys()),
+            tuple(each.key for each in contributions if getattr(counted, each.key, None) is None),
             self.is_far_from_drawing,
             self.likely,
             "follower" if self.scene.train and self.problem.setup.train is None else "tool",
         )
 
     def _tolerance_uses(
-        self, point_index: int, tool_error: float, largest_tool_error: float
+        self, point_index: int, tool_error: float, largest_tool_error: float, rate: float
     ) -> Iterator[ToleranceUse]:
         """The use of each tolerance.
 
-        ``tool_error`` is the tool error at ``point_index``, ``largest_tool_error`` the largest one.
+        ``tool_error`` is the tool error at ``point_index``, ``largest_tool_error`` the largest one. ``rate`` is the
+        change of the shown tool error with the follower's there.
         """
-        tolerances, unit = self.scene.tolerances, float(motion_unit_factor(self.problem.setup, 0))
+        tolerances = self.scene.tolerances
         response, bore = self.profile_and_bore_responses[0][point_index], self.motion_errors_from_bore
         is_bore_separate = bool(tolerances.bore_eccentricity)
         deviations = (
@@ -541,7 +543,6 @@ class InspectedDisc:
             if is_bore_separate
             else self.smooth_normal_deviations
         )
-        rate = float(self._train_ratios[point_index]) * unit
         outlier_distances = (
             self._outlier_rows_and_distances[1] - self._outlier_rows_and_distances[2] * is_bore_separate
         )
@@ -552,11 +553,10 @@ class InspectedDisc:
             allowed = None if tolerances.waves is None else float(tolerances.waves)
             yield ToleranceUse("waves", "", self.waves.equivalent_wave_count(tolerances.profile), allowed, None)
         if is_bore_separate:
-            eccentricity = float(np.hypot(*self.fitted_phase_size_and_bore[2:]))
             yield ToleranceUse(
                 "bore_eccentricity",
                 "mm",
-                eccentricity,
+                float(np.hypot(*self.fitted_phase_size_and_bore[2:])),
                 tolerances.bore_eccentricity,
                 rate * float(bore[point_index]),
             )
@@ -580,11 +580,6 @@ class InspectedDisc:
         return self.followed_profile.positions.drop_places(self.followed_profile.outlier_places)
 
     @cached_property
-    def base_circle_position(self) -> float:
-        """Position of the follower on the base circle of the drawing [mm or rad]."""
-        return float(follower_position_on_base_circle(self.problem, self.problem.design)[0])
-
-    @cached_property
     def measured_follower_positions(self) -> FloatArray:
         """Positions of the follower [mm or rad]."""
         lifts = self.kept_points.lifts
@@ -594,7 +589,7 @@ class InspectedDisc:
         """Measured less nominal positions [mm or rad], with cam angle 0 at ``zero_angle`` of the points."""
         return np.asarray(
             self.measured_follower_positions
-            - self.base_circle_position
+            - float(follower_position_on_base_circle(self.problem, self.problem.design)[0])
             - self.problem.programme.motion_at(self.cam_angles_at(zero_angle))[0]
         )
 
@@ -606,10 +601,9 @@ class InspectedDisc:
         """Responses of the errors to phase, size and the two directions of the bore (points, 4)."""
         without_train = replace(self.problem, setup=replace(self.problem.setup, train=None))
         response = ToolResponse(without_train, self.cam_angles_at(zero_angle))
-        slope = self.problem.programme.motion_at(response.angles)[1]
         return np.column_stack(
             [
-                slope,
+                self.problem.programme.motion_at(response.angles)[1],
                 response.profile_response[0],
                 *(column[0] for column in response.bore_responses_in_two_directions),
             ]
@@ -666,7 +660,7 @@ class InspectedDisc:
         )
 
     @cached_property
-    def smoothing_curve(self) -> Any:
+    def smoothing_curve(self) -> SmoothingFit:
         return smoothing_residuals_and_leverages(replace(self.kept_points, lifts=self.raw_normal_deviations))
 
     @cached_property
@@ -726,13 +720,6 @@ class InspectedDisc:
         ]
         return rows[shown], distances[shown], bore_distances[shown]
 
-    @property
-    def outliers(self) -> tuple[OutlyingPoint, ...]:
-        return tuple(
-            OutlyingPoint(int(row), float(distance))
-            for row, distance in zip(*self._outlier_rows_and_distances[:2], strict=True)
-        )
-
     @cached_property
     def waves(self) -> ProfileHarmonics:
         """Waves of the deviation, without the axis of the bore."""
@@ -753,43 +740,16 @@ class InspectedDisc:
             low, high = ends if forward_angle_deg(*ends) < forward_angle_deg(*ends[::-1]) else ends[::-1]
             yield low, high
 
-    def _uninspected_tolerance_keys(self) -> Iterator[str]:
-        """Keys of tolerances that do not concern the measured profile."""
-        counted = self._scene_with_profile_tolerances.tolerances
-        for contribution in tolerance_contributions(self.scene, self.problem, np.zeros(1)):
-            if getattr(counted, contribution.key, None) is None:
-                yield contribution.key
-
-    def _tool_errors_through_train(self, follower_errors: FloatArray) -> FloatArray:
-        """Errors of the tool for errors of the follower."""
-        train = self.problem.setup.train
+    def _tool_errors_and_ratios(self, follower_errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Errors of the tool for errors of the follower, and the ratio of the train, at each cam angle."""
+        train, ones = self.problem.setup.train, np.ones(self.cam_angles.size)
         if train is None:
-            return follower_errors
-        positions = (self._nominal_follower_positions, self._nominal_follower_positions + follower_errors)
-        first, second = (np.asarray(train.tool_displacement(Taylor([position])).terms[0]) for position in positions)
-        return np.asarray(second - first)
-
-    @cached_property
-    def _train_ratios(self) -> FloatArray:
-        """Ratio of the train at each cam angle; 1 without a train."""
-        train = self.problem.setup.train
-        if train is None:
-            return np.ones(self.cam_angles.size)
-        return np.asarray(
-            train.tool_displacement(
-                Taylor([self._nominal_follower_positions, np.ones(self.cam_angles.size)])
-            ).terms[1]
-        )
-
-    @cached_property
-    def _nominal_follower_positions(self) -> FloatArray:
-        """Nominal positions of the follower, from the start of the train."""
-        assert self.problem.setup.train is not None
-        return np.asarray(
-            self.problem.setup.train.follower_displacement_at(
-                tool_position(self.problem.programme, self.cam_angles)
-            )
-        )
+            return follower_errors, ones
+        # from the start of the train
+        nominal = train.follower_displacement_at(tool_position(self.problem.programme, self.cam_angles))
+        positions = (nominal, nominal + follower_errors)
+        first, second = (np.asarray(train.tool_displacement(Taylor([each])).terms[0]) for each in positions)
+        return second - first, np.asarray(train.tool_displacement(Taylor([nominal, ones])).terms[1])
 
     @property
     def _scene_with_profile_tolerances(self) -> Scene:

@@ -55,11 +55,6 @@ class AllowedDeviation(NamedTuple):
     band: float
     rms: float | None = None
 
-    def reduced_by_share(self, share: float) -> "AllowedDeviation":
-        """The deviation reduced by a share."""
-        factor = 1.0 - share
-        return AllowedDeviation(factor * self.band, None if self.rms is None else factor * self.rms)
-
     def deviation_constraints(self, deviations: Any, unit: float) -> list[Any]:
         """Constraints on deviations in a unit."""
         band = cp.abs(deviations) <= self.band / unit
@@ -170,11 +165,12 @@ def _solve_least_jerk(points: MeasuredPoints, allowed: AllowedDeviation, usual_j
     angles, unit = np.unique(points.angles), np.ptp(points.lifts)
     chain = SplineChain(tuple(((angles[1:] - angles[0]) / TURN_DEG).tolist()))
     variables = _SplineVariables(chain, usual_jerk)
-    closed = [c[0] == c[-1] for c in variables.c]
-    first, last = chain.inner_knots[0], 1.0 - chain.inner_knots[-1]  # its fourth derivative is continuous too
-    closed.append(
-        last * (variables.c[3][1] - variables.c[3][0]) == first * (variables.c[3][-1] - variables.c[3][-2])
-    )
+    first, last = chain.inner_knots[0], 1.0 - chain.inner_knots[-1]
+    closed = [
+        *(c[0] == c[-1] for c in variables.c),
+        # its fourth derivative is continuous too
+        last * (variables.c[3][1] - variables.c[3][0]) == first * (variables.c[3][-1] - variables.c[3][-2]),
+    ]
     middle, x = _mid_range_lift(points), forward_angle_deg(angles[0], points.angles) / TURN_DEG
     band_constraints = allowed.deviation_constraints(variables.values_at(x) - (points.lifts - middle) / unit, unit)
     problem = cp.Problem(cp.Minimize(variables.square), [*variables.limits, *closed, *band_constraints])
@@ -293,9 +289,12 @@ class _OutlineModel:
             ]
         lifts = (points.lifts - self.middle) / self.unit
         deviations = [
-            motion.values_at(s.x) - lifts[s.places] for s, motion in zip(self.strokes, self.motions, strict=True)
+            *(
+                motion.values_at(s.x) - lifts[s.places]
+                for s, motion in zip(self.strokes, self.motions, strict=True)
+            ),
+            *(self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size),
         ]
-        deviations += [self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size]
         self.deviations = cp.hstack(deviations)
         self.places = np.concatenate([*(s.places for s in self.strokes), *(node.places for node in nodes)])
 

@@ -17,10 +17,11 @@ from camopt.core.storage.files import read_bytes
 from camopt.solve.measured.columns import (
     LARGEST_MEASURED,
     MM_PER_UNIT,
+    TURN_IN_UNIT,
     XY_TABLE,
     TableReadingOptions,
     find_columns_and_unit,
-    heading_names_unit,
+    units_in_heading,
 )
 from camopt.solve.measured.delimited_text import decode_text, text_rows
 from camopt.solve.measured.drawing_points import is_drawing, read_drawing
@@ -29,6 +30,7 @@ from camopt.solve.measured.s96 import S96_SUFFIX, lifts_of_s96_turn
 from camopt.solve.measured.workbook import WORKBOOK_STARTS, workbook_rows
 
 TURN_DEG = 360.0
+SHOWN_ITEMS = 6  # items of a list that a message shows
 FEWEST_MEASURED = 12  # least number of points
 ROWS_ALLOWED = "must be a path, or rows of an angle and a lift"
 CLOSED_COUNTS = (361, 721, 1441, 3601)
@@ -92,13 +94,14 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, reading_options: Tab
         table = _table_of_array(name, source)
     place, second_place, unit = find_columns_and_unit(name, table, reading_options, default_unit)
     lifts = table.numbers[:, second_place]
+    turn_angle = reading_options.turn or TURN_IN_UNIT[reading_options.angle_unit]
     if place is None:
         count = lifts.size - (lifts.size in CLOSED_COUNTS)
-        angles = np.arange(lifts.size, dtype=np.float64) * (reading_options.full_turn_angle / count)
+        angles = np.arange(lifts.size, dtype=np.float64) * (turn_angle / count)
     else:
         angles = table.numbers[:, place]
     _check_numbers(name, table, {reading_options.kind.first: angles, reading_options.kind.second: lifts})
-    step, unit_size, turn_angle = _rounding_step(lifts), MM_PER_UNIT.get(unit, 1.0), reading_options.full_turn_angle
+    step, unit_size = _rounding_step(lifts), MM_PER_UNIT.get(unit, 1.0)
     if reading_options.kind is XY_TABLE:
         angles, lifts = _polar_coordinates(name, table, angles + 1j * lifts)
         turn_angle = TURN_DEG
@@ -110,9 +113,13 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, reading_options: Tab
         )
     angles_deg = forward_angle_deg(0.0, angles * (TURN_DEG / turn_angle))
     order = np.argsort(angles_deg, kind="stable")
-    unit_said = heading_names_unit(table.names[second_place])
     return MeasuredPoints(
-        name, angles_deg[order], lifts[order] * unit_size, table.rows[order], step * unit_size, unit_said=unit_said
+        name,
+        angles_deg[order],
+        lifts[order] * unit_size,
+        table.rows[order],
+        step * unit_size,
+        unit_said=bool(units_in_heading(table.names[second_place])),
     )
 
 
@@ -166,15 +173,14 @@ def _named_columns(source: Any) -> list[tuple[str, Any]] | None:
     series = [table] if isinstance(table, nw.Series) else [*table.iter_columns()]
     named_columns = [(column.name if isinstance(column.name, str) else "", column.to_numpy()) for column in series]
     index = nw.maybe_get_index(table)
-    if index is None or (index.name is None and (len(named_columns) > 1 or _is_default_row_index(index))):
+    if index is None:
+        return named_columns
+    # pandas gives rows without an index the numbers 0, 1, 2, …
+    only_counts = type(index).__name__ == "RangeIndex" and (index.start, index.step) == (0, 1)
+    if index.name is None and (len(named_columns) > 1 or only_counts):
         return named_columns
     index_column = (index.name if isinstance(index.name, str) else "", index)
     return [index_column, *named_columns] if len(named_columns) == 1 else [*named_columns, index_column]
-
-
-def _is_default_row_index(index: Any) -> bool:
-    """Whether a pandas index has the numbers 0, 1, 2, … that pandas gives rows without one."""
-    return type(index).__name__ == "RangeIndex" and (index.start, index.step) == (0, 1)
 
 
 # ----------------------------------------------------------------------------------------------------- points
@@ -228,3 +234,8 @@ def _rounding_step(lifts: FloatArray) -> float:
         if np.abs(lifts - np.round(lifts, digits)).max() <= 1e-12 * np.abs(lifts).max():
             return float(10.0**-digits)
     return 0.0
+
+
+def shortened_list(items: Sequence[Any] | IntArray) -> str:
+    """The first items of a list, in words."""
+    return ", ".join(map(str, items[:SHOWN_ITEMS])) + (" and others" if len(items) > SHOWN_ITEMS else "")

@@ -121,26 +121,13 @@ def _furthest_outlier_places(
         if 0 < min((first - second) % deviations.size, (second - first) % deviations.size) <= 2 * NEIGHBOURS
     ]
     for outliers in [[place] for place in candidates] + pairs:
-        rest = np.delete(kept_places, outliers)
-        if _neighbours_agree(
-            points,
-            rest,
-            int(kept_places[outliers[0]]),
-            max(EXPLAINED_SHARE * deviations[outliers[0]], NEIGHBOURS_OFF * noise),
-        ):
+        rest, place = np.delete(kept_places, outliers), int(kept_places[outliers[0]])
+        after = int(np.searchsorted(rest, place))
+        around = rest[np.arange(after - 4 * NEIGHBOURS, after + 4 * NEIGHBOURS) % rest.size]
+        angles = forward_angle_deg(points.angles[place] - TURN_DEG / 2.0, points.angles[around])
+        near = scaled_deviations_from_neighbours(angles, points.lifts[around], TURN_DEG)
+        # the points near the omitted ones agree without them
+        largest = max(EXPLAINED_SHARE * deviations[outliers[0]], NEIGHBOURS_OFF * noise)
+        if np.abs(near[3 * NEIGHBOURS : 5 * NEIGHBOURS]).max() <= largest:
             return list(map(int, kept_places[outliers]))
     return []
-
-
-def _neighbours_agree(
-    points: MeasuredPoints, kept_places: IndexArray, omitted_place: int, largest_deviation: float
-) -> bool:
-    """Whether the points near an omitted place deviate by no more than ``largest_deviation``."""
-    after = int(np.searchsorted(kept_places, omitted_place))
-    around = kept_places[np.arange(after - 4 * NEIGHBOURS, after + 4 * NEIGHBOURS) % kept_places.size]
-    angles = forward_angle_deg(points.angles[omitted_place] - TURN_DEG / 2.0, points.angles[around])
-    middle = slice(3 * NEIGHBOURS, 5 * NEIGHBOURS)
-    return bool(
-        np.abs(scaled_deviations_from_neighbours(angles, points.lifts[around], TURN_DEG)[middle]).max()
-        <= largest_deviation
-    )

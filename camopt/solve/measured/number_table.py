@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,9 +62,9 @@ def number_table(file: str, rows: Sequence[NumberedRow]) -> NumberTable:
         if fault := _row_fault(row, width):
             raise file_mistake(file, f"row {row.number}", *fault)
     numbers = np.array([row.cells for row in number_rows], dtype=float)
-    return NumberTable(
-        numbers, np.array([row.number for row in number_rows]), tuple(_column_headings(rows[:first], width))
-    )
+    headings = [row.cells for row in rows[:first] if len(row.cells) == width and not row.is_numeric]
+    names = (" ".join(str(cells[column]) for cells in headings).strip() for column in range(width))
+    return NumberTable(numbers, np.array([row.number for row in number_rows]), tuple(names))
 
 
 def file_mistake(file: str, key: str, value: object, message: str) -> BadInput:
@@ -82,10 +82,3 @@ def _row_fault(row: NumberedRow, width: int) -> tuple[object, str] | None:
     if len(row.cells) != width:
         return None, f"has {len(row.cells)} numbers, and most rows have {width}"
     return None
-
-
-def _column_headings(rows_above: Sequence[NumberedRow], width: int) -> Iterator[str]:
-    """The heading of each column, from the lines with one cell for each."""
-    lines = [row.cells for row in rows_above if len(row.cells) == width and not row.is_numeric]
-    for column in range(width):
-        yield " ".join(str(cells[column]) for cells in lines).strip()

@@ -174,9 +174,7 @@ def choose_dwells(
 # ----------------------------------------------------------------------------------------------------- dwells
 
 
-def find_possible_dwells(
-    points: MeasuredPoints, band: float, noise: float, likelihood_drop: float = LIKELY_DROP
-) -> list[Dwell]:
+def find_possible_dwells(points: MeasuredPoints, band: float, noise: float, likelihood_drop: float) -> list[Dwell]:
     """The possible dwells of stretches within a band of a constant, each with its gain; the longest first.
 
     A dwell in doubt is the likeliest one. Any other is the shortest one at most ``likelihood_drop`` less likely.
@@ -319,26 +317,22 @@ def gap_mistake(points: MeasuredPoints, place_before_gap: int, reason: str) -> B
 def _turning_points(
     points: MeasuredPoints, places: IndexArray, lifts: Sequence[float] | FloatArray, band: float
 ) -> Iterator[TurningPoint]:
-    """The turning points among points between two ends, whose lifts are the first and the last."""
-    offset = (len(lifts) - len(places)) // 2
-    for k, highest in _find_reversals(np.asarray(lifts), 2.0 * band):
-        yield _turning_point(points, int(places[k - offset]), highest, band)
+    """The turning points among points between two ends, whose lifts are the first and the last.
 
-
-def _find_reversals(lifts: FloatArray, least_reversal: float) -> Iterator[tuple[int, bool]]:
-    """Places where values turn back by more than ``least_reversal``, and whether each is a highest."""
-    lowest = highest = 0
-    way = 0
+    The lifts turn back there by more than two bands.
+    """
+    lowest = highest = way = 0
+    offset, lifts = (len(lifts) - len(places)) // 2, np.asarray(lifts)
     for k, value in enumerate(lifts):
         lowest = k if value < lifts[lowest] else lowest
         highest = k if value > lifts[highest] else highest
-        if way >= 0 and lifts[highest] - value > least_reversal:
+        if way >= 0 and lifts[highest] - value > 2.0 * band:
             if way > 0:
-                yield highest, True
+                yield _turning_point(points, int(places[highest - offset]), True, band)
             way, lowest = -1, k
-        elif way <= 0 and value - lifts[lowest] > least_reversal:
+        elif way <= 0 and value - lifts[lowest] > 2.0 * band:
             if way < 0:
-                yield lowest, False
+                yield _turning_point(points, int(places[lowest - offset]), False, band)
             way, highest = 1, k
 
 

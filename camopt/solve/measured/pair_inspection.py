@@ -16,7 +16,6 @@ lets go if |F|/2 > P (``effects.preload``). F is that of the nominal motion.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import degrees
 from typing import Any, NamedTuple
 
@@ -224,8 +223,7 @@ class PairInspection(Result):
 
     def sections(self) -> Iterator[Table]:
         """The table of each disc, and that of both."""
-        for disc in self.discs:
-            yield disc.table()
+        yield from (disc.table() for disc in self.discs)
         yield self.table()
 
     def document(self) -> dict[str, Any]:
@@ -340,119 +338,77 @@ def inspect_pair(
     discs = inspect_discs(
         profiles, scene, TableReadingOptions(columns, angle_unit, lift_unit, turn), keep_outliers, aligned
     )
-    return _ContactPair(problem, scene, discs).build_inspection()
+    return _compare_contacts(problem, scene, discs)
 
 
-@dataclass(frozen=True)
-class _ContactPair:
-    """Both contacts of a follower on measured discs."""
+def _compare_contacts(problem: Problem, scene: Scene, discs: list[InspectedDisc]) -> PairInspection:
+    """Distance and preload of both contacts of a follower on measured discs."""
+    setup, start = problem.setup, problem.setup.mechanism.start or (lambda designs: designs.size)
+    zero = 0.0 if discs[0].aligned else refine_zero_angle(discs, discs[0].zero)
+    first, *others = (disc.cam_angles_at(zero) for disc in discs)
+    second = others[0] if others else np.mod(first + np.pi, 2.0 * np.pi)  # of the one disc in a yoke
+    angles = np.unique(np.concatenate([first, second]))
 
-    problem: Problem
-    scene: Scene
-    discs: list[InspectedDisc]
+    def sum_over_contacts(values_by_disc: Sequence[FloatArray]) -> FloatArray:
+        both = zip((first, second), [*values_by_disc] * 2, strict=False)
+        return np.asarray(sum(np.interp(angles, *each, period=2.0 * np.pi) for each in both))
 
-    def build_inspection(self) -> PairInspection:
-        angular = self.problem.setup.angular
-        unit, tolerance = degrees(1.0) if angular else 1.0, self.scene.whole_part.profile_tolerance
-        profile_responses = [disc.profile_and_bore_responses[0] for disc in self.discs]
-        return PairInspection(
-            self.scene,
-            tuple(disc.build_inspection() for disc in self.discs),
-            self.phase_difference,
-            self._distance_name,
-            "deg" if angular else "mm",
-            unit * self._nominal_contact_distance,
-            None
-            if tolerance is None
-            else unit * tolerance * float(self._sum_over_contacts_at_all_cam_angles(profile_responses).max()),
-            np.degrees(self.all_cam_angles),
-            unit * self.contact_distance_errors + (np.nan if self._mismatch_reason else 0.0),
-            self.scene.drive.interference or 0.0,
-            None if self._mismatch_reason else self._preload_with_distance_errors,
-            self._preload_required_at_cam_angles,
-            self._mismatch_reason,
-        )
+    errors = sum_over_contacts([disc.smooth_motion_errors_at(zero) for disc in discs])
+    first_phase, *other_phases = (disc.phase_deg for disc in discs)
+    turned = (other_phases[0] - first_phase + 180.0) % 360.0 - 180.0 if other_phases else 0.0
+    reason = _mismatch_reason(problem, discs, errors, turned)
+    # along the motion
+    distance = float(
+        (start(problem.design) + start(second_disc_designs(problem.design)) + problem.programme.lift)[0]
+    )
+    unit, tolerance = degrees(1.0) if setup.angular else 1.0, scene.whole_part.profile_tolerance
+    responses = [disc.profile_and_bore_responses[0] for disc in discs]
+    return PairInspection(
+        scene,
+        tuple(disc.build_inspection() for disc in discs),
+        turned,
+        "subtending angle"
+        if setup.angular
+        else "breadth"
+        if setup.mechanism.flat_faced
+        else "distance of the rollers",
+        "deg" if setup.angular else "mm",
+        unit * distance,
+        None if tolerance is None else unit * tolerance * float(sum_over_contacts(responses).max()),
+        np.degrees(angles),
+        unit * errors + (np.nan if reason else 0.0),
+        scene.drive.interference or 0.0,
+        None if reason else _preload_at_errors(problem, errors),
+        _required_preload(problem, angles),
+        reason,
+    )
 
-    @property
-    def phase_difference(self) -> float:
-        """Angle by which the second disc is ahead of the first [deg]."""
-        first, *others = (disc.phase_deg for disc in self.discs)
-        return (others[0] - first + 180.0) % 360.0 - 180.0 if others else 0.0
 
-    @property
-    def _mismatch_reason(self) -> str:
-        """Why the discs do not hold one follower; empty if they do."""
-        far = [str(place) for place, disc in enumerate(self.discs, 1) if disc.is_far_from_drawing]
-        if far:
-            matches = "do not match" if len(far) > 1 else "does not match"
-            return f"disc {' and disc '.join(far)} {matches} this drawing"
-        if np.abs(self.contact_distance_errors).max() > WRONG_CAM_SHARE * self.problem.programme.lift:
-            turned = f"disc 2 is turned by {number_text(self.phase_difference)} deg against disc 1"
-            return f"{turned}: their points have not one angle 0"
-        return ""
+def _mismatch_reason(problem: Problem, discs: list[InspectedDisc], errors: FloatArray, turned_deg: float) -> str:
+    """Why the discs do not hold one follower; empty if they do."""
+    far = [str(place) for place, disc in enumerate(discs, 1) if disc.is_far_from_drawing]
+    if far:
+        matches = "do not match" if len(far) > 1 else "does not match"
+        return f"disc {' and disc '.join(far)} {matches} this drawing"
+    if np.abs(errors).max() > WRONG_CAM_SHARE * problem.programme.lift:
+        turned = f"disc 2 is turned by {number_text(turned_deg)} deg against disc 1"
+        return f"{turned}: their points have not one angle 0"
+    return ""
 
-    @cached_property
-    def shared_zero_angle(self) -> float:
-        """Angle of the points at which the cam angle of both discs is 0 [rad]."""
-        first = self.discs[0]
-        return 0.0 if first.aligned else refine_zero_angle(self.discs, first.zero)
 
-    @property
-    def _cam_angles_at_each_contact(self) -> list[FloatArray]:
-        """Cam angles of the points at each contact [rad]; for a yoke of its disc, and half a turn later."""
-        first, *others = (disc.cam_angles_at(self.shared_zero_angle) for disc in self.discs)
-        return [first, *others] if others else [first, np.mod(first + np.pi, 2.0 * np.pi)]
+def _preload_at_errors(problem: Problem, distance_errors: FloatArray) -> FloatArray | None:
+    """Preload with errors of the contacts' distance [N or N·m]."""
+    dynamics = problem.setup.dynamics
+    if dynamics.pair_stiffness is None or dynamics.pair_preload is None:
+        return None
+    preload = dynamics.pair_preload + dynamics.pair_stiffness * distance_errors
+    return np.asarray(preload * (1e-3 if problem.setup.angular else 1.0))  # N·mm to N·m
 
-    @cached_property
-    def all_cam_angles(self) -> FloatArray:
-        """Cam angles of all points [rad]."""
-        return np.unique(np.concatenate(self._cam_angles_at_each_contact))
 
-    def _sum_over_contacts_at_all_cam_angles(self, values: Sequence[FloatArray]) -> FloatArray:
-        """Sum over both contacts of values at the points of each disc."""
-        both = zip(self._cam_angles_at_each_contact, [*values] * 2, strict=False)
-        return np.asarray(sum(np.interp(self.all_cam_angles, *each, period=2.0 * np.pi) for each in both))
-
-    @cached_property
-    def contact_distance_errors(self) -> FloatArray:
-        """Errors of the distance between both contacts at all cam angles [mm or rad]."""
-        return self._sum_over_contacts_at_all_cam_angles(
-            [disc.smooth_motion_errors_at(self.shared_zero_angle) for disc in self.discs]
-        )
-
-    @property
-    def _distance_name(self) -> str:
-        if self.problem.setup.angular:
-            return "subtending angle"
-        return "breadth" if self.problem.setup.mechanism.flat_faced else "distance of the rollers"
-
-    @property
-    def _nominal_contact_distance(self) -> float:
-        """Nominal distance of the contacts along the motion [mm or rad]."""
-        first, lift = self.problem.design, self.problem.programme.lift
-        start = self.problem.setup.mechanism.start or (lambda designs: designs.size)
-        return float((start(first) + start(second_disc_designs(first)) + lift)[0])
-
-    @property
-    def _preload_with_distance_errors(self) -> FloatArray | None:
-        dynamics = self.problem.setup.dynamics
-        if dynamics.pair_stiffness is None or dynamics.pair_preload is None:
-            return None
-        return np.asarray(
-            (dynamics.pair_preload + dynamics.pair_stiffness * self.contact_distance_errors)
-            * self._force_unit_factor
-        )
-
-    @property
-    def _preload_required_at_cam_angles(self) -> FloatArray | None:
-        problem = self.problem
-        if force.missing_force_keys(problem.setup):
-            return None
-        record = force.follower_force_curve(problem.setup, problem.design, problem.programme)
-        forces = curve_value(record, 0, problem.programme.state(self.all_cam_angles))
-        return np.asarray(np.abs(forces) / 2.0 * self._force_unit_factor)
-
-    @property
-    def _force_unit_factor(self) -> float:
-        """Factor from N (N·mm) to N (N·m)."""
-        return 1e-3 if self.problem.setup.angular else 1.0
+def _required_preload(problem: Problem, angles: FloatArray) -> FloatArray | None:
+    """Preload that keeps both contacts at cam angles [N or N·m]."""
+    if force.missing_force_keys(problem.setup):
+        return None
+    record = force.follower_force_curve(problem.setup, problem.design, problem.programme)
+    forces = curve_value(record, 0, problem.programme.state(angles))
+    return np.asarray(np.abs(forces) / 2.0 * (1e-3 if problem.setup.angular else 1.0))  # N·mm to N·m

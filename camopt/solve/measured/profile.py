@@ -63,8 +63,7 @@ def contacts_at_points(problem: Problem, profile: ComplexArray, normals: Complex
     trace = profile + design.roller_radius[0] * normals
     flat = mechanism.flat_faced
     reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
-    repeated = design.take(np.zeros(profile.size, dtype=int))
-    designs = replace(repeated, size=reach)
+    designs = replace(design.take(np.zeros(profile.size, dtype=int)), size=reach)
     possible = mechanism.can_assemble(designs, problem.programme)
     with np.errstate(invalid="ignore"):
         ground = mechanism.trace_and_normal(designs, problem.programme, np.zeros(profile.size))
@@ -146,8 +145,7 @@ class MeasuredProfile:
         if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
             mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
         if self.layer is not None and not is_drawing(self.points):
-            why = "belongs to a drawing (DXF)"
-            mistakes.append(Mistake("camopt", "layer", self.layer, why, bare=True))
+            mistakes.append(Mistake("camopt", "layer", self.layer, "belongs to a drawing (DXF)", bare=True))
         if mistakes:
             raise BadInput(mistakes)
 
@@ -186,10 +184,6 @@ class FollowedProfile(NamedTuple):
     rows: IntArray
     unreached: IntArray
 
-    def base_radius_at_lowest_position(self, position: float) -> float:
-        """Base radius at which the follower is lowest at a position [mm]. The position is in mm, or deg."""
-        return base_radius_at(self.problem, np.radians(position) if self.problem.setup.angular else position)
-
     def probe_centres_at(self, problem: Problem, start_angle_deg: float, rows: IntArray) -> ComplexArray:
         """Centres of some rows, in the frame of a cam whose angle 0 is at ``start_angle_deg`` of the points."""
         turn = np.exp(1j * problem.design.sense * np.radians(start_angle_deg))
@@ -212,7 +206,7 @@ def follower_on_profile(
     points: MeasuredPoints,
     outlier_places: Sequence[int],
     allowed: AllowedDeviation,
-    gaps_anywhere: bool = False,
+    gaps_anywhere: bool,
 ) -> FollowedProfile:
     """The follower at each of the points (angles and distances), with the deviation that their noise allows.
 
@@ -240,10 +234,9 @@ def follower_on_profile(
         what = f"the follower cannot touch this point: {problem.setup.mechanism.assembly}"
         raise file_mistake(points.file, f"row {points.rows[place]}", None, what)
     dense, dense_normals = _polar_curve_points_and_normals(curve, dense_angles, side)
-    around = dense - profile.probe * dense_normals
-    is_reached = _cutting_depth(problem, smooth - profile.probe * normals, normals, around) <= (
-        allowed.rms or allowed.band
-    )
+    is_reached = _cutting_depth(
+        problem, smooth - profile.probe * normals, normals, dense - profile.probe * dense_normals
+    ) <= (allowed.rms or allowed.band)
     if is_reached.sum() < FEWEST_MEASURED:
         what = f"the follower touches {is_reached.sum()} of {is_reached.size} points; it needs {FEWEST_MEASURED}"
         raise file_mistake(points.file, "points", None, what)
@@ -289,8 +282,7 @@ def _dense_angles(points: MeasuredPoints, band: float) -> FloatArray:
     """
     missing = places_before_gaps(points)
     for k in missing:
-        after = (k + 1) % points.angles.size
-        if max(points.lifts[k], points.lifts[after]) - points.lifts.min() > 2.0 * band:
+        if max(points.lifts[k], points.lifts[(k + 1) % points.angles.size]) - points.lifts.min() > 2.0 * band:
             raise gap_mistake(points, k, "this is not on the base circle")
     starts = np.delete(points.angles, missing)
     steps = np.delete(np.diff(points.angles, append=points.angles[0] + TURN_DEG), missing)

@@ -72,7 +72,9 @@ def _xml_cell_places(content: bytes) -> Iterator[tuple[int, int]]:
         if name == b"row":
             row, column = int(number or row + 1), 0
         else:
-            column = _letters_to_column(letters) if letters else column + 1
+            column += 1
+            if letters:  # A is 1, AA is 27
+                column = sum((digit - 64) * 26**k for k, digit in enumerate(reversed(letters.upper())))
             if filled is not None:
                 yield int(number or row), column
 
@@ -90,14 +92,6 @@ def _binary_cell_places(content: bytes) -> Iterator[tuple[int, int]]:
         elif kind in FILLED_RECORDS:
             yield row, number
         place = record.start(3) + length
-
-
-def _letters_to_column(letters: bytes) -> int:
-    """Number of a column from its letters: A is 1, AA is 27."""
-    number = 0
-    for letter in letters.upper():
-        number = 26 * number + letter - ord("A") + 1
-    return number
 
 
 def _check_cell_count(last_row: int, last_column: int) -> None:

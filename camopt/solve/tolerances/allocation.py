@@ -47,7 +47,7 @@ from camopt.scene.tolerances import RADIUS_KEYS, does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table
 from camopt.solve.tolerances.errors import error_keys_at_contacts, error_ranges_at_one_contact
-from camopt.solve.tolerances.response import separation_range_by_key
+from camopt.solve.tolerances.response import separation_responses_by_tolerance
 from camopt.solve.tolerances.turn_errors import Contribution, TurnErrors, tolerance_contributions, worst_case_range
 from camopt.solve.tolerances.worst_case import DISPLACEMENT_GAP, WorstCase, WorstSearch, make_worst_cam_search
 
@@ -55,10 +55,8 @@ EXAMPLE_COSTS = dict(zip(range(5, 13), (16 / 7, 1.6, 1.0, 0.64, 0.4, 0.25, 0.16,
 """Relative cost by grade: 16/7, 16/10, 16/16, 16/25, … of the standard's multiples of i."""
 NUMBER_ZONE_LETTER = "js"
 """ISO 286 letter for a tolerance that is a number in the scene."""
-CostByGrade = Mapping[int, float]
-"""Cost of each grade; a coarser grade costs no more."""
-CostsByKey = Mapping[str, CostByGrade]
-"""Costs by key of ``[tolerances]``."""
+CostsByKey = Mapping[str, Mapping[int, float]]
+"""Cost of each grade by key of ``[tolerances]``; a coarser grade costs no more."""
 ALLOCATION_WORK = 60e6
 """Default work of the search."""
 GRADES_PROOF_WORK, GRADES_WORK = 20e6, 2e3  # most work of the proof for a set of grades; work to reject a set
@@ -158,13 +156,9 @@ class Allocation(Result):
             if self.least_cost >= self.cost
             else f"no grades below a cost of {number_text(self.least_cost)} keep"
         )
-        note = f"Proved: no cam has a larger error than the last share, and {cheaper} {self._limit_text}."
-        title = f"{self.scene.name}: the cheapest grades within {self._limit_text}"
-        return Table.from_texts(title, kinds, rows, note)
-
-    @property
-    def _limit_text(self) -> str:
-        return f"±{with_unit(self.within, self.unit)}"
+        limit = f"±{with_unit(self.within, self.unit)}"
+        note = f"Proved: no cam has a larger error than the last share, and {cheaper} {limit}."
+        return Table.from_texts(f"{self.scene.name}: the cheapest grades within {limit}", kinds, rows, note)
 
     def document(self) -> dict[str, Any]:
         """The allocation for ``--json``: costs, the worst case, and one record for each tolerance."""
@@ -238,7 +232,9 @@ def allocate(
         raise BadInput([Mistake("camopt", "within", within, "a distance above 0, mm (deg)")])
     scene = scene.with_profile_tolerance_moved
     problem = resolve_design(scene)
-    keys = gradable_tolerance_keys(scene, problem)
+    moving = {each.key for each in problem.variables if each.unit == "mm" and does_error_move_tool(each.key)}
+    keys = tuple(key for key in scene.tolerances.numbers if key in moving)
+    keys += ("profile",) if scene.tolerances.profile else ()
     only = (only,) if isinstance(only, str) else only
     if unknown := [each for each in only if each not in keys]:
         why = f"is not a tolerance with a grade; {suggest_names(unknown[0], keys)}" if keys else "has no grade"
@@ -268,7 +264,9 @@ class _GradeSearch:
     def find_cheapest_grades(self) -> Allocation:
         """The cheapest grades with a proven bound within the limit."""
         finest = {key: min(each) for key, each in self.zones_by_key_and_grade.items()}
-        if self.has_nested_zones and (
+        ordered = [[each[grade] for grade in sorted(each)] for each in self.zones_by_key_and_grade.values()]
+        are_nested = all(a[0] <= b[0] and b[1] <= a[1] for each in ordered for b, a in pairwise(each))
+        if are_nested and (  # zones of coarser grades contain those of finer ones
             self.has_cam_beyond_limit(finest) or self.largest_first_order_clearance(finest) > 0.0
         ):
             raise self.no_grades_error(finest)
@@ -369,11 +367,12 @@ class _GradeSearch:
                 float((each.upper if upwards else -each.lower)[0, place]) for each in parts
             )
 
+        letters = {key: zone_letter(each.iso) for key, each in self.scene.tolerances.numbers.items()}
         allotted = [
             Allotted(
                 key,
                 grade,
-                grade_name(self.scene, key, grade),
+                f"{letters.get(key, 'IT')}{grade}",
                 *self.zones_by_key_and_grade[key][grade],
                 self.costs[key][grade],
                 contributed_error_at_worst_place(graded[key]),
@@ -416,12 +415,6 @@ class _GradeSearch:
         }
 
     @cached_property
-    def has_nested_zones(self) -> bool:
-        """Whether the zones of coarser grades contain those of finer ones."""
-        ordered = [[each[grade] for grade in sorted(each)] for each in self.zones_by_key_and_grade.values()]
-        return all(wide[0] <= low and high <= wide[1] for each in ordered for (low, high), wide in pairwise(each))
-
-    @cached_property
     def contributions_by_key_and_grade(self) -> dict[str, dict[int, list[Contribution]]]:
         """Contributions of each graded tolerance, by key and grade."""
         return {
@@ -455,17 +448,14 @@ class _GradeSearch:
         return sum(others, np.zeros(self.turn_errors.nodes.size))
 
     def _least_contact_separation_by_key(self, scene: Scene) -> dict[str, FloatArray]:
-        return {key: ends.low for key, ends in separation_range_by_key(scene, self.problem, self.turn_errors.nodes)}
+        responses = separation_responses_by_tolerance(scene, self.problem, self.turn_errors.nodes)
+        return {each.key: each.range_over_turn.low for each in responses}
 
     @cached_property
     def ungraded_contributions(self) -> list[Contribution]:
         """Contributions of tolerances that get no grade."""
         graded = [each for key in self.costs for each in error_keys_at_contacts(self.problem, key)]
-        return [
-            each
-            for each in tolerance_contributions(self.scene, self.problem, self.turn_errors.nodes)
-            if each.key not in graded
-        ]
+        return [each for each in self.turn_errors.node_contributions if each.key not in graded]
 
     def _contributions_of_key(self, scene: Scene, key: str) -> list[Contribution]:
         keys = error_keys_at_contacts(self.problem, key)
@@ -474,13 +464,6 @@ class _GradeSearch:
             for each in tolerance_contributions(scene, self.problem, self.turn_errors.nodes)
             if each.key in keys
         ]
-
-
-def gradable_tolerance_keys(scene: Scene, problem: Problem) -> tuple[str, ...]:
-    """Keys of the tolerances that may have a grade: those of lengths, and the profile."""
-    moving = {each.key for each in problem.variables if each.unit == "mm" and does_error_move_tool(each.key)}
-    lengths = (key for key in scene.tolerances.numbers if key in moving)
-    return (*lengths, *(("profile",) if scene.tolerances.profile else ()))
 
 
 def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Scene:
@@ -507,13 +490,6 @@ def with_grades(scene: Scene, problem: Problem, grades: Mapping[str, int]) -> Sc
 def zone_letter(iso: str | None) -> str:
     """The letter of an ISO 286 class; js for a number."""
     return NUMBER_ZONE_LETTER if iso is None else re.sub(r"\d", "", iso)
-
-
-def grade_name(scene: Scene, key: str, grade: int) -> str:
-    """The grade of a key as written: h7, or IT7 for the profile."""
-    if key == "profile":
-        return f"IT{grade}"
-    return f"{zone_letter(scene.tolerances.numbers[key].iso)}{grade}"
 
 
 def grade_costs_by_key(costs: Any, keys: tuple[str, ...]) -> CostsByKey:
@@ -552,7 +528,7 @@ def _read_grade_costs(file: Path, keys: tuple[str, ...]) -> CostsByKey:
 
 def _check_grade_costs(costs_by_key: CostsByKey, file: str) -> CostsByKey:
     """The costs with whole grades, the finest first; raises BadInput if they are invalid."""
-    checked = dict[str, CostByGrade]()
+    checked = dict[str, Mapping[int, float]]()
     for key, costs in costs_by_key.items():
         for grade, cost in costs.items():
             if grade not in GRADE_WIDTHS:

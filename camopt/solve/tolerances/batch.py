@@ -14,10 +14,9 @@ E. Borgonovo, C. L. Smith, Global sensitivity measures from given data, Eur. J. 
 """
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -31,7 +30,6 @@ from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import find_quantity
 from camopt.model.effects.error_response import RESPONSE_ORDERS, SECOND_CONTACT_SUFFIX
 from camopt.model.effects.motion import motion_error_quantity_names, motion_table_unit, motion_unit_factor
-from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
@@ -47,6 +45,7 @@ from camopt.solve.tolerances.error_samples import (
     exceed_tolerances,
     real_error_parts_in_mm_and_deg,
     sample_errors,
+    take_cams,
 )
 from camopt.solve.tolerances.errors import CamErrors, error_ranges_at_one_contact, error_unit
 from camopt.solve.tolerances.margins import (
@@ -59,12 +58,11 @@ from camopt.solve.tolerances.margins import (
 )
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, separating_errors
 from camopt.solve.tolerances.real_cam import RealCam
-from camopt.solve.tolerances.response import SeparationRange
 from camopt.solve.tolerances.turn_errors import (
     MOTION_NAMES,
     TurnErrors,
     no_tolerances_error,
-    root_sum_square_magnitude,
+    root_sum_square_range,
 )
 
 if TYPE_CHECKING:
@@ -254,21 +252,19 @@ class Batch(Result, Drawable):
     def table(self) -> Table:
         """The spread of the motion errors."""
         rows = [
-            self._error_row("half of the cams", lambda each: each.median),
-            self._error_row("95 % of the cams", lambda each: each.of_95),
-            self._error_row("99.73 % of the cams", lambda each: each.of_99_73),
-            self._error_row("worst cam", lambda each: each.worst),
-            self._error_row("at cam angle, deg", lambda each: _number_cell(each.at_deg)),
-            *(
-                self._error_row(f"variance by {key}, %", partial(_variance_percent, key=key))
-                for key in dict.fromkeys(key for each in self.errors for key in each.variances)
-            ),
-            self._error_row("missed by the search, at most", lambda each: each.missed),
+            row_of_field("half of the cams", self.errors, "median"),
+            row_of_field("95 % of the cams", self.errors, "of_95"),
+            row_of_field("99.73 % of the cams", self.errors, "of_99_73"),
+            row_of_field("worst cam", self.errors, "worst"),
+            row_of_field("at cam angle, deg", self.errors, "at_deg"),
         ]
-        if any(each.held for each in self.errors):
-            rows.append(
-                self._error_row("limit held by", lambda each: each.held and _percent_with_confidence(each.held))
-            )
+        with_variances = [each for each in self.errors if each.variances]
+        for key in dict.fromkeys(key for each in with_variances for key in each.variances):
+            shares = {each.name: number_text(round(100.0 * each.variances[key], 9)) for each in with_variances}
+            rows.append({"": f"variance by {key}, %", **shares})
+        rows.append(row_of_field("missed by the search, at most", self.errors, "missed"))
+        if held := {each.name: _percent_with_confidence(each.held) for each in self.errors if each.held}:
+            rows.append({"": "limit held by", **held})
         units = {each.name: each.unit for each in self.errors}
         title = f"{self.scene.name}: largest errors of the motions of {self.cams:,} cams"
         limit = (
@@ -289,13 +285,6 @@ class Batch(Result, Drawable):
         return (
             f"{few} outside of a tolerance (tails of normal distributions): the proven bounds do not cover these."
         )
-
-    def _error_row(
-        self, row_heading: str, value_of_spread: Callable[[ErrorSpread], float | str | None]
-    ) -> dict[str, Any]:
-        """One row of the table; "" where a value is None."""
-        values = {each.name: value_of_spread(each) for each in self.errors}
-        return {"": row_heading, **{name: "" if each is None else each for name, each in values.items()}}
 
     def limits_table(self) -> Table | None:
         """The share of cams that holds each limit, and the spread of its quantity."""
@@ -407,54 +396,52 @@ def sample_cams(
         raise BadInput([Mistake("camopt", "cams", cams, f"a whole number from 1 to {MOST_SAMPLED_CAMS:,}")])
     scene = scene.with_profile_tolerance_moved
     problem = resolve_design(scene)
-    sampled = _SampledCams.from_tolerances(scene, problem, cams, seed)
-    moving, error_bounds = sampled.tool_moving_errors, sampled.motion_error_limits_by_column
-    if not sampled.errors:
+    sampled = sample_errors(scene, problem, cams, seed)
+    if not sampled:
         raise no_tolerances_error(problem.file)
-    held, samples = np.ones(cams, dtype=bool), dict(_error_columns(scene, sampled.errors))
-    largest, spreads = (
-        [*_largest_error_columns(TurnErrors(scene, problem), moving)] if moving else [],
-        tuple[Spread, ...](),
-    )
-    samples |= {each.column: SampleColumn(each.unit, each.sentence, each.values) for each in largest}
-    if results := sampled.limit_results:
+    moving, error_bounds = _tool_moving_errors(sampled), _motion_error_bounds(problem)
+    error_bounds |= {} if within is None else {motion_error_quantity_names(problem.setup)[0]: within}
+    held, samples = np.ones(cams, dtype=bool), dict(_error_columns(scene, sampled))
+    errors = [*_largest_errors(TurnErrors(scene, problem), moving, error_bounds)] if moving else []
+    samples |= {column: SampleColumn(each.unit, sentence, values) for column, sentence, values, each in errors}
+    spreads = tuple[Spread, ...]()
+    if results := _limit_results(scene, problem, sampled):
         held = np.all(results.excess <= 0.0, axis=0)
         spreads = tuple(_limit_spreads(*results))
         for limit, values in zip(results.limits, results.values, strict=True):
             quantity = find_quantity(limit.shown_quantities[0], limit.setup)
             samples[quantity.name] = SampleColumn(quantity.unit, quantity.sentence, values)
-    error_bounds |= {} if within is None else {motion_error_quantity_names(problem.setup)[0]: within}
-    for each in largest:
-        held &= each.values <= error_bounds.get(each.column, inf)
-    errors = tuple(
-        _spread_of_errors(each, real_error_parts_in_mm_and_deg(moving), error_bounds.get(each.column))
-        for each in largest
-    )
+    for column, _, values, _ in errors:
+        held &= values <= error_bounds.get(column, inf)
     ends = {
         key: (zone.lower, zone.upper)
         for key, zone in tolerance_zones_of_numbers_and_angles(scene, problem.nominal_numbers).items()
-    }
-    ends |= error_ranges_at_one_contact(scene, problem)
-    ends = {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in sampled.errors}
-    outside = int(np.count_nonzero(exceed_tolerances(sampled.errors, ends)))
-    share = share_with_confidence(int(np.count_nonzero(held)), cams)
-    return Batch(scene, cams, seed, outside, share, errors, spreads, samples, within)
+    } | error_ranges_at_one_contact(scene, problem)
+    ends = {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in sampled}
+    outside = int(np.count_nonzero(exceed_tolerances(sampled, ends)))
+    share, error_spreads = (
+        share_with_confidence(int(np.count_nonzero(held)), cams),
+        tuple(each[-1] for each in errors),
+    )
+    return Batch(scene, cams, seed, outside, share, error_spreads, spreads, samples, within)
 
 
 def yield_of_cams(scene: Scene, problem: Problem, cams: int) -> Share | None:
     """Share of cams that hold the limits, as in ``sample_cams``; None if no limit depends on the tolerances."""
-    sampled, held = _SampledCams.from_tolerances(scene, problem, cams, 0), np.ones(cams, dtype=bool)
-    if not (sampled.limit_results or (sampled.tool_moving_errors and sampled.motion_error_limits_by_column)):
+    sampled = sample_errors(scene, problem, cams, 0)
+    results, moving = _limit_results(scene, problem, sampled), _tool_moving_errors(sampled)
+    error_bounds = _motion_error_bounds(problem) if moving else {}
+    if not (results or error_bounds):
         return None
-    if sampled.limit_results:
-        held = np.all(sampled.limit_results.excess <= 0.0, axis=0)
-    search, columns = sampled.largest_error_search, motion_error_quantity_names(problem.setup)
-    for column, bound in sampled.motion_error_limits_by_column.items() if sampled.tool_moving_errors else ():
+    held = np.all(results.excess <= 0.0, axis=0) if results else np.ones(cams, dtype=bool)
+    cam, columns = RealCam(problem, scene.tolerances.waves or 0), motion_error_quantity_names(problem.setup)
+    search = LargestErrorSearch(cam, tuple(moving))
+    for column, bound in error_bounds.items():
         order = columns.index(column)
         errors = (
-            search.largest_motion_errors(sampled.tool_moving_errors, order).error
+            search.largest_motion_errors(moving, order).error
             if order < RESPONSE_ORDERS
-            else search.largest_dwell_changes(sampled.tool_moving_errors)
+            else search.largest_dwell_changes(moving)
         )
         held &= errors <= bound / motion_unit_factor(problem.setup, order % RESPONSE_ORDERS)
     return share_with_confidence(int(np.count_nonzero(held)), cams)
@@ -474,88 +461,70 @@ class _LimitResults(NamedTuple):
     """Interference at which two contacts of each cam are worst, shape (limits, cams)."""
 
 
-@dataclass(frozen=True)
-class _SampledCams:
-    scene: Scene
-    problem: Problem
-    errors: CamErrors
+def _tool_moving_errors(sampled: CamErrors) -> CamErrors:
+    return {
+        key: each for key, each in sampled.items() if does_error_move_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
+    }
 
-    @classmethod
-    def from_tolerances(cls, scene: Scene, problem: Problem, cams: int, seed: int) -> "_SampledCams":
-        return cls(scene, problem, sample_errors(scene, problem, cams, seed))
 
-    @cached_property
-    def tool_moving_errors(self) -> CamErrors:
-        return {
-            key: each
-            for key, each in self.errors.items()
-            if does_error_move_tool(key.removesuffix(SECOND_CONTACT_SUFFIX))
-        }
+def _motion_error_bounds(problem: Problem) -> dict[str, float]:
+    """Bounds of limits on motion errors, by column."""
+    return {limit.shown_quantities[0]: limit.bound for limit in problem.limits if limit.is_on_motion_error}
 
-    @cached_property
-    def motion_error_limits_by_column(self) -> dict[str, float]:
-        """Bounds of limits on motion errors, by column."""
-        return {limit.shown_quantities[0]: limit.bound for limit in self.problem.limits if limit.is_on_motion_error}
 
-    @cached_property
-    def largest_error_search(self) -> LargestErrorSearch:
-        return LargestErrorSearch(
-            RealCam(self.problem, self.scene.tolerances.waves or 0), tuple(self.tool_moving_errors)
+def _limit_results(scene: Scene, problem: Problem, sampled: CamErrors) -> _LimitResults | None:
+    """Excesses and quantities of limits; None if no limit depends on the errors.
+
+    Two contacts have their worst interference over the turn, from the mounting and all errors.
+    """
+    box = ToleranceBox.from_scene(scene, problem)
+    variables = {key: each for key, each in box.variables.items() if each.varies_by_design and key in sampled}
+    numbers = {key: box.problem.nominal_numbers[key] + sampled[key] for key in variables}
+    waves, nodes = scene.tolerances.waves or 0, TurnErrors(scene, problem).nodes
+    interference = (
+        None
+        if box.interference is None
+        else box.interference.sampled_interference_range(problem, sampled, waves, nodes)
+    )
+    if not numbers and interference is None:
+        return None
+    limits = [
+        limit
+        for limit in box.problem.without_deferred_limits.limits
+        if limit.shown_quantities and not (limit.is_decided_by_motion_alone or limit.is_on_motion_error)
+    ]
+    designs = box.problem.design.take(np.zeros(count_cams(sampled), dtype=int))
+    designs = designs.with_values({each.field: numbers[key] for key, each in variables.items()})
+    errors = {key: sampled[key] for key in numbers}
+    if interference is None:
+        ((excess, values),) = _evaluate_in_blocks(
+            len(designs), lambda block: [evaluate_limits(box.problem, limits, designs.take(block))]
         )
-
-    @cached_property
-    def limit_results(self) -> _LimitResults | None:
-        """Excesses and quantities of limits; None if no limit depends on the errors.
-
-        Two contacts have their worst interference over the turn, from the mounting and all errors.
-        """
-        box = ToleranceBox.from_scene(self.scene, self.problem)
-        variables = {
-            key: each for key, each in box.variables.items() if each.varies_by_design and key in self.errors
-        }
-        numbers = {key: box.problem.nominal_numbers[key] + self.errors[key] for key in variables}
-        waves, nodes = self.scene.tolerances.waves or 0, TurnErrors(self.scene, self.problem).nodes
-        interference = (
-            None
-            if box.interference is None
-            else box.interference.sampled_interference_range(self.problem, self.errors, waves, nodes)
-        )
-        if not numbers and interference is None:
-            return None
-        limits = [
-            limit
-            for limit in box.problem.without_deferred_limits.limits
-            if limit.shown_quantities and not (limit.is_decided_by_motion_alone or limit.is_on_motion_error)
-        ]
-        designs = box.problem.design.take(np.zeros(count_cams(self.errors), dtype=int))
-        designs = designs.with_values({each.field: numbers[key] for key, each in variables.items()})
-        errors = {key: self.errors[key] for key in numbers}
-        if interference is None:
-            ((excess, values),) = _evaluate_in_blocks(
-                len(designs), lambda block: [evaluate_limits(box.problem, limits, designs.take(block))]
-            )
-            return _LimitResults(limits, excess, values, numbers, errors)
-        (low_excess, low), (high_excess, high) = limits_at_interference_ends(
-            LimitsByNumber(box.problem, limits, INTERFERENCE_KEY), designs, interference
-        )
-        if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit depends on the interference
-            return None
-        side = np.array(
-            [find_quantity(limit.shown_quantities[0], limit.setup).limit_sign for limit in limits]
-        ).reshape(-1, 1)
-        tight = ~(side * low >= side * high)
-        values, worst = (np.where(tight, *ends) for ends in ((high, low), (interference.high, interference.low)))
-        errors |= separating_errors(self.errors)
-        return _LimitResults(limits, np.maximum(low_excess, high_excess), values, numbers, errors, worst)
+        return _LimitResults(limits, excess, values, numbers, errors)
+    by_number = LimitsByNumber(box.problem, limits, INTERFERENCE_KEY)
+    (low_excess, low), (high_excess, high) = _evaluate_in_blocks(
+        len(designs),
+        lambda block: [
+            *by_number.evaluate_limits_by_number(designs.take(block), (end[block] for end in interference))
+        ],
+    )
+    if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit depends on the interference
+        return None
+    side = np.array([find_quantity(limit.shown_quantities[0], limit.setup).limit_sign for limit in limits]).reshape(
+        -1, 1
+    )
+    tight = ~(side * low >= side * high)
+    values, worst = (np.where(tight, *ends) for ends in ((high, low), (interference.high, interference.low)))
+    errors |= separating_errors(sampled)
+    return _LimitResults(limits, np.maximum(low_excess, high_excess), values, numbers, errors, worst)
 
 
-def _number_cell(value: float | None) -> str | None:
-    """A number whose unit is not that of its column, as text."""
-    return None if value is None else number_text(round(value, 9))
-
-
-def _variance_percent(spread: ErrorSpread, key: str) -> str | None:
-    return _number_cell(100.0 * spread.variances[key]) if spread.variances else None
+def row_of_field(head: str, errors: Sequence[Any], field_name: str) -> dict[str, Any]:
+    """One row of a table of motion errors: a field of each of them, "" where it is None."""
+    values = {each.name: getattr(each, field_name) for each in errors}
+    if field_name.endswith("_deg"):  # an angle, whatever the unit of the column
+        values = {name: value if value is None else number_text(round(value, 9)) for name, value in values.items()}
+    return {"": head, **{name: "" if value is None else value for name, value in values.items()}}
 
 
 def _error_columns(scene: Scene, cams: CamErrors) -> Iterator[tuple[str, SampleColumn]]:
@@ -566,25 +535,14 @@ def _error_columns(scene: Scene, cams: CamErrors) -> Iterator[tuple[str, SampleC
         yield name, SampleColumn(unit, f"Error within tolerances.{key}.", values)
 
 
-class LargestErrorColumn(NamedTuple):
-    """Largest motion error of each cam."""
+def _largest_errors(
+    turn: TurnErrors, cams: CamErrors, bounds: Mapping[str, float]
+) -> Iterator[tuple[str, str, FloatArray, ErrorSpread]]:
+    """Largest errors of displacement, velocity and acceleration, and the change in a dwell.
 
-    name: str
-    column: str
-    unit: str
-    values: FloatArray
-    """Shape (cams,); infinite where a follower does not touch its cam."""
-    at_deg: float | None
-    variances: dict[str, float]
-    missed: float | None
-
-    @property
-    def sentence(self) -> str:
-        return "Largest change in a dwell." if self.name == DWELL_CHANGE else f"Largest error of the {self.name}."
-
-
-def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[LargestErrorColumn]:
-    """Largest errors of displacement, velocity and acceleration, and the change in a dwell."""
+    Each with its column, its meaning, the value of each cam, and the spread of these. A value is infinite where a
+    follower does not touch its cam.
+    """
     setup = turn.problem.setup
     columns = motion_error_quantity_names(setup)
     search = LargestErrorSearch(RealCam(turn.problem, turn.scene.tolerances.waves or 0), tuple(cams))
@@ -592,35 +550,42 @@ def _largest_error_columns(turn: TurnErrors, cams: CamErrors) -> Iterator[Larges
         unit, largest = motion_unit_factor(setup, order), search.largest_motion_errors(cams, order)
         variances = {}
         if not turn.angles_of_unbounded_tolerances(order):
-            angle = turn.angle_of_largest_total(root_sum_square_magnitude, order)
+            angle = turn.angle_of_largest_total(root_sum_square_range, order)
             errors = search.errors_at_angle(cams, angle, order)
             variances = {key: _variance_share_explained_by_error(errors, each) for key, each in cams.items()}
-        yield LargestErrorColumn(
-            name,
-            columns[order],
-            motion_table_unit(setup, order),
-            unit * np.where(np.isnan(largest.error), inf, largest.error),
-            search.angle_of_largest_error_deg(cams, largest, _worst_cam_index(largest.error)),
-            variances,
-            unit * search.error_missed_by_search(cams, order),
-        )
-    if search.has_dwells:
+        values = unit * np.where(np.isnan(largest.error), inf, largest.error)
+        worst = np.array([_worst_cam_index(largest.error)])
+        places = search.real_cam.contact_angles(take_cams(cams, worst), largest.place[worst])
+        at_deg = float(np.degrees(search.real_cam.angles_in_turn(places)[0]))
+        missed = unit * search.error_missed_by_search(cams, order)
+        head = name, motion_table_unit(setup, order)
+        spread = _spread_of_errors(*head, values, cams, bounds.get(columns[order]), at_deg, variances, missed)
+        yield columns[order], f"Largest error of the {name}.", values, spread
+    if turn.problem.programme.tool.dwells:
         change = search.largest_dwell_changes(cams)
         values = motion_unit_factor(setup, 0) * np.where(np.isnan(change), inf, change)
-        yield LargestErrorColumn(DWELL_CHANGE, columns[-1], motion_table_unit(setup, 0), values, None, {}, None)
+        head = DWELL_CHANGE, motion_table_unit(setup, 0)
+        spread = _spread_of_errors(*head, values, cams, bounds.get(columns[-1]), None, {}, None)
+        yield columns[-1], "Largest change in a dwell.", values, spread
 
 
-def _spread_of_errors(column: LargestErrorColumn, parts: CamErrors, bound: float | None) -> ErrorSpread:
+def _spread_of_errors(
+    name: str,
+    unit: str,
+    values: FloatArray,
+    cams: CamErrors,
+    bound: float | None,
+    at_deg: float | None,
+    variances: dict[str, float],
+    missed: float | None,
+) -> ErrorSpread:
     """Spread of one motion error, with the errors of its worst cam."""
-    values = column.values
     median, of_95, of_99_73 = (float(each) for each in np.quantile(values, ERROR_QUANTILES, method="higher"))
     worst = _worst_cam_index(values)
-    errors = {key: float(each[worst]) for key, each in parts.items()}
+    errors = {key: float(each[worst]) for key, each in real_error_parts_in_mm_and_deg(cams).items()}
     held = None if bound is None else share_with_confidence(int(np.count_nonzero(values <= bound)), values.size)
     ends = median, of_95, of_99_73, float(values[worst])
-    return ErrorSpread(
-        column.name, column.unit, *ends, column.at_deg, errors, column.variances, column.missed, held
-    )
+    return ErrorSpread(name, unit, *ends, at_deg, errors, variances, missed, held)
 
 
 def _worst_cam_index(errors: FloatArray) -> int:
@@ -630,24 +595,15 @@ def _worst_cam_index(errors: FloatArray) -> int:
 
 def _variance_share_explained_by_error(values: FloatArray, errors: FloatArray) -> float:
     """Share of the variance of ``values`` that an error explains, from the means over classes of the error."""
-    return sum(
-        variance_share_explained_by_part(values, part)
-        for part in ((errors.real, errors.imag) if np.iscomplexobj(errors) else (errors,))
-    )
-
-
-def limits_at_interference_ends(
-    limits: LimitsByNumber, designs: Designs, interference: SeparationRange
-) -> list[LimitValues]:
-    """Limits of designs with their least and with their largest interference, in blocks of designs."""
-    return _evaluate_in_blocks(
-        len(designs),
-        lambda block: [
-            *limits.evaluate_limits_by_number(
-                designs.take(block), (interference.low[block], interference.high[block])
-            )
-        ],
-    )
+    if np.iscomplexobj(errors):
+        return sum(_variance_share_explained_by_error(values, part) for part in (errors.real, errors.imag))
+    count = min(VARIANCE_CLASSES, max(values.size // VARIANCE_CLASSES, 1))
+    spread = float(np.var(values)) if np.all(np.isfinite(values)) else 0.0
+    if spread <= (1e-12 * float(np.max(np.abs(values)))) ** 2:
+        return 0.0
+    classes = np.array_split(values[np.argsort(errors, kind="stable")], count)
+    means, weights = (np.array([f(each) for each in classes]) for f in (np.mean, np.size))
+    return float(np.average(np.square(means - np.average(means, weights=weights)), weights=weights) / spread)
 
 
 def _evaluate_in_blocks(count: int, evaluate_block: Callable[[slice], list[LimitValues]]) -> list[LimitValues]:
@@ -687,18 +643,6 @@ def _limit_spreads(
         worst_sizes = {key: float(size[worst]) for key, size in sizes.items()}
         parts = {key: _variance_share_explained_by_error(column, error) for key, error in errors.items()}
         yield Spread(limit.name, limit.shown_quantities[0], held, *ends, worst_sizes, parts)
-
-
-def variance_share_explained_by_part(values: FloatArray, part_errors: FloatArray) -> float:
-    """Share of the variance of values that a size explains, from the means over classes of the size."""
-    count = min(VARIANCE_CLASSES, max(values.size // VARIANCE_CLASSES, 1))
-    spread = float(np.var(values)) if np.all(np.isfinite(values)) else 0.0
-    if spread <= (1e-12 * float(np.max(np.abs(values)))) ** 2:
-        return 0.0
-    classes = np.array_split(values[np.argsort(part_errors, kind="stable")], count)
-    means, weights = (np.array([f(each) for each in classes]) for f in (np.mean, np.size))
-    middle = np.average(means, weights=weights)
-    return float(np.average(np.square(means - middle), weights=weights) / spread)
 
 
 def _percent_with_confidence(held: Share) -> str:

@@ -21,11 +21,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from itertools import product
 from math import inf, pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray
+from camopt.core.numerics import INPUT_ROUNDOFF, BoolArray, FloatArray, IntArray, Number
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.motion_ranges import slopes_of_function_of_angle
@@ -34,7 +34,7 @@ from camopt.core.numerics.stretches import motion_ranges_over_parts
 from camopt.model.motion.programme import Jump
 from camopt.scene.problem.problem import Problem
 from camopt.solve.tolerances.enclosures import LAST_DERIVATIVE, JumpRanges, PartMotion
-from camopt.solve.tolerances.errors import direction_key, is_direction, polar_from_flat_errors
+from camopt.solve.tolerances.errors import direction_key, direction_keys, is_direction, polar_from_flat_errors
 from camopt.solve.verdicts.constraint_boxes import (
     CONSTRAINT_PART_CUTS,
     LEAST_PART_SHARE,
@@ -51,7 +51,7 @@ NARROW_ANGLE = 0.5
 LENGTH_ROUNDING = 1e-9
 """Relative allowance for rounding of the lengths of vectors."""
 ErrorValues = dict[str, float]
-BoundedQuantity = Callable[[Mapping[str, SlopedInterval], PartMotion], Any]
+BoundedQuantity = Callable[[Mapping[str, SlopedInterval], PartMotion], Number]
 """Computes a quantity over boxes, from flat errors and the motion over parts of the turn."""
 JumpCase = tuple[bool | None, bool | None]
 """Whether a jump within reach of a place lies between it and its cam angle, and between it and the second contact's
@@ -183,14 +183,21 @@ class BoundSearch:
 
     def enclose_quantity_times_side(self, parts: BoxParts) -> SlopedInterval:
         """The quantity over parts, times their side."""
-        middle = (parts.low + parts.high) / 2.0
-        half = self.problem.programme.table.half_width[parts.panel]
-        place = Interval(parts.low[0] * half, parts.high[0] * half)
-        sides = [place, *(Interval(low, high) for low, high in zip(parts.low[1:], parts.high[1:], strict=True))]
-        angle, *numbers = box_variables(sides, [middle[0] * half, *middle[1:]])
-        value = self.quantity(
-            dict(zip(self.box, numbers, strict=True)), self._motion_over_parts(parts, middle[0], angle)
-        )
+        middle, table = (parts.low + parts.high) / 2.0, self.problem.programme.table
+        half = table.half_width[parts.panel]
+        low, high, centre = (each * half for each in (parts.low[0], parts.high[0], middle[0]))
+        sides = [Interval(low, high), *map(Interval, parts.low[1:], parts.high[1:])]
+        angle, *numbers = box_variables(sides, [centre, *middle[1:]])
+        ranges = motion_ranges_over_parts(table, parts.panel, middle[0], angle.span.high[0])
+        values = zip(ranges.middle[: LAST_DERIVATIVE + 1], ranges.whole, ranges.whole[1:], strict=False)
+        motion = [
+            replace(angle, value=whole, at=at, slopes=slopes_of_function_of_angle(angle, slope))
+            for at, whole, slope in values
+        ]
+        angles = table.centre[parts.panel] + centre
+        jumps = (self._jump_ranges(parts.panel, angles, passed) for passed in self.jump_case)
+        part_motion = PartMotion(motion, parts.panel, low, high, centre, *jumps)
+        value = self.quantity(dict(zip(self.box, numbers, strict=True)), part_motion)
         value = value.divide() if isinstance(value, Quotient) else value
         return as_sloped_interval(value * parts.side, angle)
 
@@ -201,10 +208,8 @@ class BoundSearch:
             low[both], high[both] = -1.0, 1.0  # keeps both ends
         reduced = parts.reduce_monotone_variables_to_ends(Interval(low, high))
         low, high = reduced.low.copy(), reduced.high.copy()
-        for (
-            both,
-            longest,
-        ) in self._vector_rows_and_lengths:  # the worst vector has the largest length, and points along its slopes
+        # the worst vector has the largest length, and points along its slopes
+        for both, longest in self._vector_rows_and_lengths:
             (along, across), ahead = _slopes_along_direction(slopes, both)
             spread, way = np.arctan2(across.largest_magnitude, along.low), np.arctan2(*ahead[::-1])
             for row, turn in zip(both, (0.0, 0.5 * pi), strict=True):
@@ -229,10 +234,7 @@ class BoundSearch:
         """Errors within parts that are nearest to the given ones."""
         errors = np.clip(target_errors, parts.low, parts.high)
         for both, longest in self._vector_rows_and_lengths:
-            way = target_errors[both] / longest
-            errors[both] = _furthest_vector(
-                parts.low[both], parts.high[both], way, longest * (1.0 - LENGTH_ROUNDING)
-            )
+            errors[both] = _furthest_vector(parts, both, target_errors[both] / longest, longest)
         return errors
 
     def _error_corners_along_slopes(self, parts: BoxParts, slopes: Interval) -> FloatArray:
@@ -240,9 +242,7 @@ class BoundSearch:
         corner = np.where(slopes.low + slopes.high > 0.0, parts.high, parts.low)
         for both, longest in self._vector_rows_and_lengths:
             _, way = _slopes_along_direction(slopes, both)
-            corner[both] = _furthest_vector(
-                parts.low[both], parts.high[both], way, longest * (1.0 - LENGTH_ROUNDING)
-            )
+            corner[both] = _furthest_vector(parts, both, way, longest)
         return corner
 
     def _largest_gain(self, parts: BoxParts, slopes: Interval, point_errors: FloatArray) -> FloatArray:
@@ -272,38 +272,19 @@ class BoundSearch:
         """Rows of both coordinates of each vector, and its largest length."""
         rows = {name: 1 + number for number, name in enumerate(self.box)}
         return [
-            ([rows[key], rows[direction_key(key)]], high)
-            for key, (_, high) in self.error_ranges.items()
-            if self._has_direction(key)
+            ([rows[key], rows[way]], self.error_ranges[key][1])
+            for key, way in direction_keys(self.error_ranges).items()
         ]
-
-    def _has_direction(self, key: str) -> bool:
-        return not is_direction(key) and direction_key(key) in self.error_ranges
 
     def polar_cam_errors(self, error_coordinates: FloatArray) -> ErrorValues:
         """Errors of a cam in polar form, from the coordinates of its errors."""
         flat = dict(zip(self.box, map(float, error_coordinates), strict=True))
         polar = {key: float(each) for key, each in polar_from_flat_errors(flat, self.error_ranges).items()}
-        longest = {key: high for key, (_, high) in self.error_ranges.items() if self._has_direction(key)}
-        lengths = {key: min(polar[key] * (1.0 + 2.0 * LENGTH_ROUNDING), high) for key, high in longest.items()}
+        lengths = {
+            key: min(polar[key] * (1.0 + 2.0 * LENGTH_ROUNDING), self.error_ranges[key][1])
+            for key in direction_keys(self.error_ranges)
+        }
         return flat | polar | lengths
-
-    def _motion_over_parts(self, parts: BoxParts, u: FloatArray, angle: SlopedInterval) -> PartMotion:
-        table = self.problem.programme.table
-        half, ranges = (
-            table.half_width[parts.panel],
-            motion_ranges_over_parts(table, parts.panel, u, angle.span.high[0]),
-        )
-        motion = [
-            replace(angle, value=whole, at=middle, slopes=slopes_of_function_of_angle(angle, slope))
-            for middle, whole, slope in zip(
-                ranges.middle[: LAST_DERIVATIVE + 1], ranges.whole, ranges.whole[1:], strict=False
-            )
-        ]
-        low, high, middle = (each * half for each in (parts.low[0], parts.high[0], u))
-        angles = table.centre[parts.panel] + middle
-        jumps = (self._jump_ranges(parts.panel, angles, passed) for passed in self.jump_case)
-        return PartMotion(motion, parts.panel, low, high, middle, *jumps)
 
     def _jump_ranges(self, panel: IntArray, angles: FloatArray, passed: bool | None) -> JumpRanges:
         """Ranges of the jumps of y'' and y''' that can be errors of a cam, for each part near a jump.
@@ -311,7 +292,7 @@ class BoundSearch:
         A place at a jump is on the same side of it as its panel.
         """
         ranges, centre = np.zeros((2, 2, panel.size)), self.problem.programme.table.centre[panel]
-        near = dict(zip(self._jump_angles, self._is_each_jump_within_reach(angles), strict=True))
+        near = self._is_within_reach_by_jump_angle(angles)
         known = (sum(near.values(), np.zeros(panel.size)) == 1) & (passed is not None)
         for jump in self.jumps:
             size = np.where(near[jump.at], np.sign(self._angle_to_jump(jump.at, centre)) * jump.size, 0.0)
@@ -323,18 +304,13 @@ class BoundSearch:
         """Whether each part is within reach of a jump."""
         table, middle = self.problem.programme.table, 0.5 * (parts.low[0] + parts.high[0])
         angles = table.centre[parts.panel] + middle * table.half_width[parts.panel]
-        return np.asarray(self._is_each_jump_within_reach(angles).any(axis=0))
+        near = self._is_within_reach_by_jump_angle(angles)
+        return np.asarray(sum(near.values(), np.zeros(angles.size)) > 0.0)
 
-    def _is_each_jump_within_reach(self, angles: FloatArray) -> BoolArray:
-        """Whether each jump is within reach of cam angles, shape (jumps, angles)."""
-        ahead = [np.abs(self._angle_to_jump(at, angles)) for at in self._jump_angles]
-        return np.reshape(ahead, (-1, angles.size)) <= (
-            (1.0 + LENGTH_ROUNDING) * self.reach if self.reach else -1.0
-        )
-
-    @cached_property
-    def _jump_angles(self) -> list[float]:
-        return sorted({jump.at for jump in self.jumps})
+    def _is_within_reach_by_jump_angle(self, angles: FloatArray) -> dict[float, BoolArray]:
+        """Whether each jump is within reach of cam angles, by the angle of the jump."""
+        reach = (1.0 + LENGTH_ROUNDING) * self.reach if self.reach else -1.0
+        return {jump.at: np.abs(self._angle_to_jump(jump.at, angles)) <= reach for jump in self.jumps}
 
     def _angle_to_jump(self, jump_angle: float, angles: FloatArray) -> FloatArray:
         """Angle from cam angles to a jump, within half a turn [rad]."""
@@ -361,8 +337,9 @@ def _slopes_along_direction(
     return (x * way[0] + y * way[1], y * way[0] - x * way[1]), way
 
 
-def _furthest_vector(low: FloatArray, high: FloatArray, direction: FloatArray, largest_length: float) -> FloatArray:
-    """The vector of a box, up to ``largest_length``, that reaches furthest in a direction, or nearly so."""
+def _furthest_vector(parts: BoxParts, rows: list[int], direction: FloatArray, longest: float) -> FloatArray:
+    """The vector of two rows of parts, nearly up to ``longest``, that reaches nearly furthest in a direction."""
+    low, high, largest_length = parts.low[rows], parts.high[rows], longest * (1.0 - LENGTH_ROUNDING)
     nearest, far = np.clip(0.0, low, high), np.clip(direction * largest_length, low, high)
     step = far - nearest
     a, b, c = (

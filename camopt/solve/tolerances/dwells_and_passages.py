@@ -42,7 +42,7 @@ Entire Functions, ch. 11.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from itertools import product
 from math import degrees, inf, isinf, pi
 from operator import add
@@ -50,13 +50,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.budget import Budget
 from camopt.core.numerics.sloped_interval import as_sloped_interval
 from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import Stroke
 from camopt.solve.tolerances.bound_search import (
-    BoundedQuantity,
     BoundSearch,
     ErrorValues,
     ProvedBound,
@@ -79,10 +78,9 @@ from camopt.solve.tolerances.errors import (
     polar_from_flat_errors,
     with_turned_vector_error,
 )
-from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactShiftSeries, RealCam
+from camopt.solve.tolerances.real_cam import CONTACT_ROUNDS, ContactShiftSeries
 from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_range
 from camopt.solve.tolerances.worst_case import CORNERS_REASON, WorstSearch, make_worst_cam_search
-from camopt.solve.verdicts.constraint_boxes import BoxParts
 
 WOBBLE_GAP = 1e-4
 """Relative gap between bound and worst cam at which a proof of a dwell ends."""
@@ -185,17 +183,15 @@ class WobbleSearch:
         """Errors at the highest and at the lowest place, in flat form."""
         first = {key: values[key] for key in self.cam_search.error_ranges}
         lag = values[LAG_KEY] * self.cam_search.problem.design.sense if BORE_DIRECTION in first else 0.0
-        second = with_turned_vector_error(first, BORE, lag)
-        for key in self.profile_zones:
-            lowest = values[key + LOWEST_SUFFIX]
-            second[key] = (
-                first[key] - self._profile_deviation_with_few_waves(key, values) * 2.0
-                if self.waves_if_too_few_to_cross_zone
-                else lowest
-            )
-        return first, second
+        profiles = {
+            key: first[key] - self._profile_deviation_with_few_waves(key, values) * 2.0
+            if self.waves_if_too_few_to_cross_zone
+            else values[key + LOWEST_SUFFIX]
+            for key in self.profile_zones
+        }
+        return first, with_turned_vector_error(first, BORE, lag) | profiles
 
-    def _profile_deviation_with_few_waves(self, key: str, values: Mapping[str, Any]) -> Any:
+    def _profile_deviation_with_few_waves(self, key: str, values: Mapping[str, Any]) -> Number:
         """Deviation of a profile with few waves from its mean at both places [mm]."""
         return np.sin(np.absolute(values[LAG_KEY]) * (0.5 * self.waves_if_too_few_to_cross_zone)) * (
             values[key + LOWEST_SUFFIX] * self.profile_zones[key]
@@ -214,35 +210,31 @@ class WobbleSearch:
         if not self.profile_zones and BORE_DIRECTION not in self.cam_search.error_ranges:  # no error changes
             start = degrees(self.stroke.start)
             return WorstWobble(0.0, 0.0, start, start, {}, {})
-        values = self.cam_with_largest_wobble()
-        bound = self.bound_search.prove_upper_bound(
-            self._whole_box_on_dwell_panel, self._wobble_of_cam(values), WOBBLE_GAP, budget
-        )
+        values, table = self.cam_with_largest_wobble(), self.cam_search.problem.programme.table
+        middle = self.stroke.start + 0.5 * self.stroke.angle
+        at = self.cam_search.cam.angles_in_turn(np.array([middle]))
+        panel = np.searchsorted(table.centre + table.half_width, at)
+        parts = whole_panel_parts(self.cam_search.problem, self.bound_search.box, panel, (1.0,))
+        bound = self.bound_search.prove_upper_bound(parts, self._wobble_of_cam(values), WOBBLE_GAP, budget)
         if bound.witness is not None:
             values = max(values, self.with_few_wave_profile_deviation(bound.witness), key=self._wobble_of_cam)
-        return self._make_worst_wobble(values, bound.high, missing_bound_reason(bound.high, budget))
-
-    def _make_worst_wobble(self, cam: ErrorValues, bound: float, unproved: str) -> WorstWobble:
-        middle, half = self.stroke.start + 0.5 * self.stroke.angle, 0.5 * cam.get(LAG_KEY, self.stroke.angle)
-        cams = [
-            polar_from_flat_errors(each, self.cam_search.error_ranges)
-            for each in self.errors_at_highest_and_lowest_place(flat_from_polar_errors(cam))
-        ]
+        half = 0.5 * values.get(LAG_KEY, self.stroke.angle)
+        flat = self.errors_at_highest_and_lowest_place(flat_from_polar_errors(values))
         (start, highest), (end, lowest) = (
-            self._contact_angle_and_errors_in_mm_deg(errors, place)
-            for errors, place in zip(cams, (middle - half, middle + half), strict=True)
+            self.cam_search.contact_angle_and_errors_in_deg(
+                polar_from_flat_errors(errors, self.cam_search.error_ranges), place
+            )
+            for errors, place in zip(flat, (middle - half, middle + half), strict=True)
         )
-        unit, at_lowest = (
-            motion_unit_factor(self.cam_search.problem.setup, 0),
+        unit = motion_unit_factor(self.cam_search.problem.setup, 0)
+        return WorstWobble(
+            unit * bound.high,
+            unit * self._wobble_of_cam(values),
+            start,
+            end,
+            highest,
             {key: lowest[key] for key in self.profile_zones},
-        )
-        return WorstWobble(unit * bound, unit * self._wobble_of_cam(cam), start, end, highest, at_lowest, unproved)
-
-    def _contact_angle_and_errors_in_mm_deg(self, errors: ErrorValues, place: float) -> tuple[float, ErrorValues]:
-        """Cam angle at which a cam touches with a place [deg], and its errors in mm and deg."""
-        angle = self.cam_search.tool_error_at_contact(errors, np.array([place])).angle
-        return degrees(float(self.cam_search.cam.angles_in_turn(angle)[0])), self.cam_search.errors_in_mm_and_deg(
-            errors, place, float(angle[0])
+            missing_bound_reason(bound.high, budget),
         )
 
     @cached_property
@@ -256,14 +248,12 @@ class WobbleSearch:
             frozenset({LAG_KEY}),
         )
 
-    def enclose_wobble(self, errors: Errors, at: PartMotion) -> Any:
+    def enclose_wobble(self, errors: Errors, at: PartMotion) -> Number:
         """Difference of the tool's heights at two places of a dwell, mm (rad), over boxes of errors."""
         cam = self.cam_search.cam
 
-        def follower_shift(place_errors: Errors) -> Any:
-            rest = cam.contact_shift(
-                0, cam.problem.design, cam.contact_errors_with_turned_bore(0, place_errors), at.motion, 0
-            )
+        def follower_shift(place_errors: Errors) -> Number:
+            rest = cam.contact_shift(0, place_errors, at.motion, 0)
             first, turn = rest.follower_shift.terms[0], rest.cam_turn.terms[0]
             if len(cam.contacts) == 1:
                 return first
@@ -273,21 +263,12 @@ class WobbleSearch:
         first, second = map(follower_shift, self.errors_at_highest_and_lowest_place(errors))
         return tool_position_difference(cam.problem, errors, first, second, at.y)
 
-    @cached_property
-    def _whole_box_on_dwell_panel(self) -> BoxParts:
-        """The box of all cams, on a panel of the dwell."""
-        table, middle = self.cam_search.problem.programme.table, self.stroke.start + 0.5 * self.stroke.angle
-        panel = np.searchsorted(
-            table.centre + table.half_width, self.cam_search.cam.angles_in_turn(np.array([middle]))
-        )
-        return whole_panel_parts(self.cam_search.problem, self.bound_search.box, panel, (1.0,))
-
     def _wobble_of_cam(self, values: ErrorValues) -> float:
         return float(self._wobbles_of_cams([values])[0])
 
     def _wobbles_of_cams(self, cams: Sequence[ErrorValues]) -> FloatArray:
         """Wobble of cams: heights of their tools at the first place less those at the second."""
-        flat = [flat_from_polar_errors(each) for each in cams]
+        flat = [flat_from_polar_errors(self.with_few_wave_profile_deviation(each)) for each in cams]
         first, second = self.errors_at_highest_and_lowest_place(
             {key: np.array([each[key] for each in flat]) for key in self.bound_search.box}
         )
@@ -298,12 +279,9 @@ class WobbleSearch:
         cam, size = self.cam_search.cam, len(errors[next(iter(errors))])
         angle = cam.angles_in_turn(np.full(size, self.stroke.start + 0.5 * self.stroke.angle))
 
-        def contact_shift_at_rest(number: int, ahead: Any = 0.0) -> ContactShiftSeries:
-            contact = cam.contacts[number]
-            motion = [*contact.programme.motion_at(angle, 1)]
-            return cam.contact_shift(
-                number, contact.design, cam.contact_errors_with_turned_bore(number, errors, ahead), motion, 0
-            )
+        def contact_shift_at_rest(number: int, ahead: Number = 0.0) -> ContactShiftSeries:
+            motion = [*cam.contacts[number].programme.motion_at(angle, 1)]
+            return cam.contact_shift(number, errors, motion, 0, ahead)
 
         first = contact_shift_at_rest(0)
         shift = first.follower_shift
@@ -316,8 +294,7 @@ class WobbleSearch:
 
     def cam_with_largest_wobble(self) -> ErrorValues:
         """Values of the cam with the largest wobble, or nearly so."""
-        best = {key: high for key, (_, high) in self.variable_ranges.items()}
-        best |= {
+        best = {key: high for key, (_, high) in self.variable_ranges.items()} | {
             key + LOWEST_SUFFIX: -zone
             for key, zone in self.profile_zones.items()
             if not self.waves_if_too_few_to_cross_zone
@@ -327,10 +304,12 @@ class WobbleSearch:
         }
         for count in (COARSE_GRID, *[FINE_GRID] * GRID_ZOOMS):
             grid = product(*(np.linspace(*each, count) for each in ranges.values()))
-            best = self._cam_with_largest_of_wobbles(
-                [best | dict(zip(ranges, map(float, each), strict=True)) for each in grid]
-            )
-            ranges = {key: self._narrower_range(key, best[key], each, count) for key, each in ranges.items()}
+            cams = [best | dict(zip(ranges, map(float, each), strict=True)) for each in grid]
+            best = cams[int(self._wobbles_of_cams(cams).argmax())]
+            for key, (low, high) in ranges.items():  # the next range is about the best value of this one
+                half = ZOOM_WIDTH * (high - low) / (count - 1)
+                least, most = (-inf, inf) if key == BORE_DIRECTION else self.variable_ranges[key]
+                ranges[key] = max(best[key] - half, least), min(best[key] + half, most)
             best = self._with_better_error_ends(best)
         return self.with_few_wave_profile_deviation(best)
 
@@ -342,38 +321,11 @@ class WobbleSearch:
             {key: self.cam_search.error_ranges[key][0]}
             for key in self.cam_search.error_ranges
             if key not in (BORE_DIRECTION, BORE, *paired)
-        ]
-        changes += [{key: -best[key] for key in pair} for pair in pairs]
-        before, *after = self._wobbles_of_cams(
-            [self.with_few_wave_profile_deviation(best | each) for each in ({}, *changes)]
-        )
+        ] + [{key: -best[key] for key in pair} for pair in pairs]
+        before, *after = self._wobbles_of_cams([best | each for each in ({}, *changes)])
         for change, wobble in zip(changes, after, strict=True):
             best |= change if wobble > before else {}
         return best
-
-    def _cam_with_largest_of_wobbles(self, cams: Sequence[ErrorValues]) -> ErrorValues:
-        return cams[
-            int(self._wobbles_of_cams([self.with_few_wave_profile_deviation(each) for each in cams]).argmax())
-        ]
-
-    def _narrower_range(
-        self, key: str, best_value: float, previous_range: tuple[float, float], grid_size: int
-    ) -> tuple[float, float]:
-        """The next range of a variable, about the best value of the range before."""
-        half = ZOOM_WIDTH * (previous_range[1] - previous_range[0]) / (grid_size - 1)
-        low, high = (-inf, inf) if key == BORE_DIRECTION else self.variable_ranges[key]
-        return max(best_value - half, low), min(best_value + half, high)
-
-
-def worst_wobbles(turn: TurnErrors) -> Iterator[tuple[Stroke, WorstWobble]]:
-    """The dwells of the motion with their worst wobbles, in the order of the turn."""
-    search, until = make_worst_cam_search(turn), Budget(MOTION_PROOF_WORK)
-    dwells = turn.problem.programme.tool.dwells
-    for number, stroke in enumerate(dwells):
-        yield (
-            stroke,
-            WobbleSearch(search, stroke).find_worst_wobble(until.share(len(dwells) - number)),
-        )
 
 
 class WorstPassage(NamedTuple):
@@ -410,18 +362,6 @@ class WorstPassage(NamedTuple):
 
 ErrorsByPlace = Callable[[FloatArray], dict[str, FloatArray]]
 """Computes the errors of cams from the places with which they touch."""
-
-
-def tool_error_function_at_cam_angle(cam: RealCam) -> BoundedQuantity:
-    """Exact error of the tool at a cam angle, mm (rad), over boxes of errors."""
-
-    def enclose_tool_error(errors: Errors, at: PartMotion) -> Any:
-        contacts = [ContactAhead(cam, number, errors, errors, at) for number in range(len(cam.contacts))]
-        shifts = (each.follower_shift(each.enclose_angle_ahead(as_sloped_interval(0.0, at.y))) for each in contacts)
-        delta = reduce(add, shifts) * (1.0 / len(contacts))
-        return highest_order_tool_error(cam.problem, errors, [delta], at.motion.__getitem__)
-
-    return enclose_tool_error
 
 
 @dataclass(frozen=True)
@@ -512,24 +452,22 @@ class PassageSearch:
 
     def bound_beyond_level_at_distance(self, distance: float, budget: Budget) -> ProvedBound:
         """Bound of the distance by which any cam is beyond the level, at a distance from the nominal passage."""
-        table, error = (
-            self.cam_search.problem.programme.table,
-            tool_error_function_at_cam_angle(self.cam_search.cam),
-        )
-        angle = self.cam_search.cam.angles_in_turn(
-            np.array([self.angle + self.direction * (distance + PROOF_OFFSET)])
-        )
+        cam, table = self.cam_search.cam, self.cam_search.problem.programme.table
+        angle = cam.angles_in_turn(np.array([self.angle + self.direction * (distance + PROOF_OFFSET)]))
         level = self.level - float(self._nominal_tool_positions(angle)[0])
-        search = self.cam_search.bound_search(lambda errors, at: error(errors, at) - level)
+
+        def enclose_height_above_level(errors: Errors, at: PartMotion) -> Number:
+            contacts = [ContactAhead(cam, number, errors, errors, at) for number in range(len(cam.contacts))]
+            ahead = (each.enclose_angle_ahead(as_sloped_interval(0.0, at.y)) for each in contacts)
+            shifts = (each.follower_shift(angle_ahead) for each, angle_ahead in zip(contacts, ahead, strict=True))
+            delta = reduce(add, shifts) * (1.0 / len(contacts))
+            return highest_order_tool_error(cam.problem, errors, [delta], at.motion.__getitem__) - level
+
+        search = self.cam_search.bound_search(enclose_height_above_level)
         panel = np.minimum(np.searchsorted(table.centre + table.half_width, angle), table.centre.size - 1)
         parts = whole_panel_parts(self.cam_search.problem, self.cam_search.box, panel, (self.side,))
         parts.low[0] = parts.high[0] = (angle - table.centre[panel]) / table.half_width[panel]
         return search.prove_upper_bound(parts, 0.0, 0.0, budget, 0.0)
-
-    def errors_in_mm_and_deg(self, values: ErrorValues, distance: float) -> ErrorValues:
-        """Errors in mm and deg, with the direction of the bore in the cam's frame."""
-        angle = self.angle + self.direction * distance
-        return self.cam_search.errors_in_mm_and_deg(values, angle, angle)
 
 
 class NominalPassage(NamedTuple):
@@ -571,13 +509,13 @@ def _worst_passage(
     cam_search: WorstSearch, nominal: NominalPassage, passage_end: str, budget: Budget
 ) -> WorstPassage:
     direction = PASSAGE_DIRECTIONS[passage_end]
-    search = PassageSearch(
+    proved, worst, cam, unproved = PassageSearch(
         cam_search, nominal.level, nominal.angle, direction, PASSAGE_SIDES[nominal.passage, passage_end]
-    )
-    proved, worst, cam, unproved = search.bound_and_worst_passage_distance(budget)
-    bound, found = (degrees(nominal.angle + direction * each) for each in (proved + PROOF_OFFSET, worst))
-    errors = search.errors_in_mm_and_deg(cam, worst) if cam else {}
-    return WorstPassage(nominal.lift, nominal.passage, passage_end, bound, found, errors, unproved)
+    ).bound_and_worst_passage_distance(budget)
+    bound, found = (nominal.angle + direction * each for each in (proved + PROOF_OFFSET, worst))
+    errors = cam_search.errors_in_mm_and_deg(cam, found, found) if cam else {}
+    ends = degrees(bound), degrees(found)
+    return WorstPassage(nominal.lift, nominal.passage, passage_end, *ends, errors, unproved)
 
 
 class PassageRange(NamedTuple):
@@ -587,32 +525,23 @@ class PassageRange(NamedTuple):
     latest: float
 
 
-@dataclass(frozen=True)
-class LevelPassages:
-    """First-order passages of a level of the tool, over a turn of a cam with tolerances."""
+def passage_range(turn: TurnErrors, level: float, nominal_angle: float, *, outward: bool) -> PassageRange:
+    """Cam angles between which all cams pass a level [mm or rad], to first order.
 
-    turn: TurnErrors
-    level: float
-    """Level of the tool, mm (rad)."""
+    The nominal cam passes the level at ``nominal_angle`` [rad].
+    """
 
-    def passage_range(self, nominal_angle: float, *, outward: bool) -> PassageRange:
-        """Cam angles between which all cams pass the level that the nominal cam passes at an angle [rad]."""
-        first, last = (1.0, -1.0) if outward else (-1.0, 1.0)
-        return PassageRange(
-            self._last_angle_of_any_passage(nominal_angle, -1.0, first),
-            self._last_angle_of_any_passage(nominal_angle, 1.0, last),
-        )
-
-    def _last_angle_of_any_passage(self, angle: float, direction: float, side: float) -> float:
-        """Last cam angle, backward or forward, at which some cam is at the level [rad]."""
-        return sign_change_place(angle, direction, lambda angles: side * self._height_above_level(angles, side))
-
-    def _height_above_level(self, angles: FloatArray, side: float) -> FloatArray:
-        """Height of the tool above the level, at the upper (1) or lower (−1) end of its error, mm (rad)."""
+    def distance_beyond_level(side: float, angles: FloatArray) -> FloatArray:
         within = np.mod(angles, 2 * pi)
-        ends = worst_case_range(self.turn.contributions_at(within), 0)
-        y = self.turn.problem.programme.tool.motion_at(within)[0]
-        return np.asarray(y + (ends.upper if side > 0.0 else ends.lower) - self.level)
+        ends = worst_case_range(turn.contributions_at(within), 0)
+        y = turn.problem.programme.tool.motion_at(within)[0]
+        return np.asarray(side * (y + (ends.upper if side > 0.0 else ends.lower) - level))
+
+    first = 1.0 if outward else -1.0
+    return PassageRange(
+        sign_change_place(nominal_angle, -1.0, partial(distance_beyond_level, first)),
+        sign_change_place(nominal_angle, 1.0, partial(distance_beyond_level, -first)),
+    )
 
 
 def sign_change_place(angle: float, direction: float, value_at_angles: Callable[[FloatArray], FloatArray]) -> float:

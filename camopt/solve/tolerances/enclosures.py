@@ -37,7 +37,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import INPUT_ROUNDOFF, FloatArray, IntArray
+from camopt.core.numerics import INPUT_ROUNDOFF, FloatArray, IntArray, Number
 from camopt.core.numerics.interval import Interval, as_interval
 from camopt.core.numerics.sloped_interval import (
     LinkageInterval,
@@ -83,10 +83,6 @@ class PartMotion(NamedTuple):
     def y(self) -> SlopedInterval:
         return self.motion[0]
 
-    @property
-    def y1(self) -> SlopedInterval:
-        return self.motion[1]
-
 
 class JumpRanges(NamedTuple):
     """Ranges of the jumps of y'' and y''' between two neighbouring angles."""
@@ -105,75 +101,51 @@ class MotionAhead:
     jumps: JumpRanges
     _derivative_changes: dict[int, SlopedInterval] = field(default_factory=dict)
 
-    def derivative_change_to_ahead(self, order: int) -> Any:
+    def derivative_change_to_ahead(self, order: int) -> SlopedInterval:
         """Change of a derivative from φ to the angle ahead; of y'' without its jumps."""
         if order not in self._derivative_changes:
             self._derivative_changes[order] = self._enclose_derivative_change(order)
         return self._derivative_changes[order]
 
     def _enclose_derivative_change(self, order: int) -> SlopedInterval:
-        a, at_p, last = (
-            self.angle_ahead,
-            value_at_box_point(self.angle_ahead),
-            self._slope_of_change_by_place(order),
-        )
-        value = range_of(a) * self._ranges_on_way_ahead.ranges[order + 1]
-        point = self._ranges_at_angle_ahead_of_middle.ranges[order] - value_at_box_point(self.place.motion[order])
+        a, at_p = self.angle_ahead, value_at_box_point(self.angle_ahead)
+        ahead, on_way, ahead_of_middle, from_middle = self._motion_ranges_ahead_and_on_way
+        value = range_of(a) * on_way.ranges[order + 1]
+        point = ahead_of_middle.ranges[order] - value_at_box_point(self.place.motion[order])
         if order == 2:
             value = _widen_range(value, self.programme.acceleration_jump_rounding)
-            cut = self._ranges_on_way_from_middle.pieces & bool(find_jumps(self.programme, (2,)))
-            rough = _widen_range(
-                at_p * self._ranges_on_way_from_middle.ranges[3], self.programme.acceleration_jump_rounding
-            )
+            cut = from_middle.pieces & bool(find_jumps(self.programme, (2,)))
+            rough = _widen_range(at_p * from_middle.ranges[3], self.programme.acceleration_jump_rounding)
             point = _select_ranges(cut, rough, point)
         still = _select_ranges((a.value.low == 0.0) & (a.value.high == 0.0), value * 0.0, value)
         point = _select_ranges((at_p.low == 0.0) & (at_p.high == 0.0), point * 0.0, point)
-        place = replace(self.place.y, slopes=_unit_slopes_by_cam_angle(self.place.y))
-        return apply_chain_rule(still, point, [(a, self._ranges_at_angle_ahead.ranges[order + 1]), (place, last)])
+        by_place = range_of(a) * on_way.ranges[order + 2]  # slope of the change by φ
+        if order == 1:
+            by_place = _widen_range(by_place, self.programme.acceleration_jump_rounding)
+        if order:
+            far = ahead.ranges[order + 1] - range_of(self.place.motion[order + 1])
+            by_place = _select_ranges(on_way.pieces, far, by_place)
+        return apply_chain_rule(still, point, [(a, ahead.ranges[order + 1]), (self._cam_angle, by_place)])
 
-    def derivative_ahead(self, order: int) -> Any:
+    def derivative_ahead(self, order: int) -> Number:
         """A derivative of the motion at the angle ahead."""
         if order < LAST_DERIVATIVE:
             derivative = self.place.motion[order] + self.derivative_change_to_ahead(order)
             return derivative + self.jumps.y2_jump if order == 2 else derivative
-        a, y3, slope = (
-            self.angle_ahead,
-            self.place.motion[LAST_DERIVATIVE],
-            self._ranges_at_angle_ahead.ranges[LAST_DERIVATIVE + 1],
+        a, y3 = self.angle_ahead, self.place.motion[LAST_DERIVATIVE]
+        slope, on_way, _, from_middle = (
+            each.ranges[LAST_DERIVATIVE + 1] for each in self._motion_ranges_ahead_and_on_way
         )
-        value = range_of(y3) + range_of(a) * self._ranges_on_way_ahead.ranges[LAST_DERIVATIVE + 1]
-        point = (
-            value_at_box_point(y3)
-            + value_at_box_point(a) * self._ranges_on_way_from_middle.ranges[LAST_DERIVATIVE + 1]
-        )
-        place = replace(self.place.y, slopes=_unit_slopes_by_cam_angle(self.place.y))
-        return apply_chain_rule(value, point, [(a, slope), (place, slope)]) + self.jumps.y3_jump
-
-    def _slope_of_change_by_place(self, order: int) -> Interval:
-        """Slope, by φ, of the change of a derivative from φ to the angle ahead."""
-        near: Interval = range_of(self.angle_ahead) * self._ranges_on_way_ahead.ranges[order + 2]
-        if order == 0:
-            return near
-        far = self._ranges_at_angle_ahead.ranges[order + 1] - range_of(self.place.motion[order + 1])
-        if order == 1:
-            near = _widen_range(near, self.programme.acceleration_jump_rounding)
-        return _select_ranges(self._ranges_on_way_ahead.pieces, far, near)
+        value = range_of(y3) + range_of(a) * on_way
+        point = value_at_box_point(y3) + value_at_box_point(a) * from_middle
+        return apply_chain_rule(value, point, [(a, slope), (self._cam_angle, slope)]) + self.jumps.y3_jump
 
     @property
-    def _ranges_at_angle_ahead(self) -> StretchRanges:
-        return self._motion_ranges_ahead_and_on_way[0]
-
-    @property
-    def _ranges_on_way_ahead(self) -> StretchRanges:
-        return self._motion_ranges_ahead_and_on_way[1]
-
-    @property
-    def _ranges_at_angle_ahead_of_middle(self) -> StretchRanges:
-        return self._motion_ranges_ahead_and_on_way[2]
-
-    @property
-    def _ranges_on_way_from_middle(self) -> StretchRanges:
-        return self._motion_ranges_ahead_and_on_way[3]
+    def _cam_angle(self) -> SlopedInterval:
+        """The cam angle φ as the first variable: slope 1 by itself."""
+        one = np.zeros(self.place.y.slopes.low.shape)
+        one[0] = 1.0
+        return replace(self.place.y, slopes=Interval(one, one))
 
     @cached_property
     def _motion_ranges_ahead_and_on_way(self) -> list[StretchRanges]:
@@ -193,10 +165,10 @@ class MotionAhead:
 class DwellAhead(MotionAhead):
     """The motion on the arc of a dwell, which is the same at every angle ahead."""
 
-    def derivative_change_to_ahead(self, order: int) -> Any:
+    def derivative_change_to_ahead(self, order: int) -> Number:
         return self.place.y * 0.0
 
-    def derivative_ahead(self, order: int) -> Any:
+    def derivative_ahead(self, order: int) -> Number:
         return self.place.motion[order]
 
 
@@ -206,17 +178,6 @@ def _widen_range(x: Interval, margin: float) -> Interval:
 
 def _select_ranges(chosen: Any, a: Interval, b: Interval) -> Interval:
     return Interval(np.where(chosen, a.low, b.low), np.where(chosen, a.high, b.high))
-
-
-def _nan_where_unknown(known: Any, value: Interval) -> Interval:
-    return Interval(np.where(known, value.low, np.nan), np.where(known, value.high, np.nan))
-
-
-def _unit_slopes_by_cam_angle(sloped_interval: SlopedInterval) -> Interval:
-    """Slopes of the cam angle itself, which is the first variable."""
-    one = np.zeros(sloped_interval.slopes.low.shape)
-    one[0] = 1.0
-    return Interval(one, one)
 
 
 @dataclass(frozen=True)
@@ -236,30 +197,24 @@ class ContactAhead:
         """Sign of the contact's own motion relative to the follower's."""
         return -self.cam.second_motion_sign if self.number else 1.0
 
-    @property
-    def contact_problem(self) -> Problem:
-        return self.cam.contacts[self.number]
-
-    def follower_shift(self, angle_ahead: SlopedInterval) -> Any:
+    def follower_shift(self, angle_ahead: SlopedInterval) -> Number:
         """Displacement that the contact gives the follower at the place ahead, less that of the motion at φ."""
         motion = self.motion_ahead(angle_ahead)
         return (
             motion.derivative_change_to_ahead(0)
-            + self._contact_shift(motion, self._contact_motion(motion, 2), 0).follower_shift.terms[0]
-            * self.motion_sign
+            + self._contact_shift(motion).follower_shift.terms[0] * self.motion_sign
         )
 
     def errors_at_first_contact(self, first: MotionAhead, order: int) -> list[Any]:
         """Errors of the contact's own motion at the cam angle at which the first contact touches."""
         ahead = self.motion_ahead(self.enclose_angle_ahead(first.angle_ahead))
-        motion = self._contact_motion(ahead, order + 2)
-
-        def derivative_change_between_contacts(k: int) -> Any:
-            return (first.derivative_change_to_ahead(k) - ahead.derivative_change_to_ahead(k)) * self.motion_sign
-
-        jump = (self.place.jumps_at_contact.y2_jump - self.place.jumps_at_second_contact.y2_jump) * self.motion_sign
+        motion, sign = self._contact_motion(ahead, order + 2), self.motion_sign
         return follower_errors(
-            self._contact_shift(ahead, motion, order), motion, derivative_change_between_contacts, jump, order
+            self.cam.contact_shift(self.number, self.errors, motion, order, ahead.angle_ahead),
+            motion,
+            lambda k: (first.derivative_change_to_ahead(k) - ahead.derivative_change_to_ahead(k)) * sign,
+            (self.place.jumps_at_contact.y2_jump - self.place.jumps_at_second_contact.y2_jump) * sign,
+            order,
         )
 
     def motion_ahead(self, angle_ahead: SlopedInterval) -> MotionAhead:
@@ -268,44 +223,33 @@ class ContactAhead:
     def enclose_angle_ahead(self, cam_angle: SlopedInterval) -> SlopedInterval:
         """Angle a from φ to the place that touches when the cam is turned ``cam_angle`` (b) beyond φ [rad]."""
         place = as_sloped_interval(0.0, cam_angle)
-        guess = cam_angle - self._cam_turn_by_errors_at_place_ahead(place)
+        guess = cam_angle - self._contact_shift(self.motion_ahead(place)).cam_turn.terms[0]
         most = FIRST_RANGE_FACTOR * (cam_angle.value.largest_magnitude + guess.value.largest_magnitude)
         place, inside = as_sloped_interval(Interval(-most, most), cam_angle), np.ones(most.shape, dtype=bool)
         for _ in range(CONTRACTIONS):  # each contracts the range by the ratio of the errors to the cam's size
-            turn = self._cam_turn_by_errors_at_place_ahead(place)
+            turn = self._contact_shift(self.motion_ahead(place)).cam_turn.terms[0]
             nearer = cam_angle - turn  # errors that both have in common nearly cancel
             inside &= (nearer.value.low >= place.value.low) & (nearer.value.high <= place.value.high)
-            place = replace(
-                place, value=_nan_where_unknown(inside, nearer.value), at=_nan_where_unknown(inside, nearer.at)
-            )
-        slope = 1.0 / (self._cam_turn_slope_by_place(turn) + 1.0)
+            value, at = (_select_ranges(inside, each, as_interval(np.nan)) for each in (nearer.value, nearer.at))
+            place = replace(place, value=value, at=at)
+        keys, by_place = [*self.box], as_interval(turn.slopes[0])
+        if BORE in keys and not self.cam.is_developed:  # the bore turns with the place
+            x, y = (range_of(self.box[key]) for key in (BORE, BORE_DIRECTION))
+            by_x, by_y = (turn.slopes[1 + keys.index(key)] for key in (BORE, BORE_DIRECTION))
+            by_place = by_place + (by_y * x - by_x * y) * self.cam.problem.design.sense
+        slope = 1.0 / (by_place + 1.0)
         return apply_chain_rule(place.value, place.at, [(cam_angle, slope), (turn, slope * -1.0)])
 
-    def _cam_turn_by_errors_at_place_ahead(self, angle_ahead: SlopedInterval) -> Any:
-        motion = self.motion_ahead(angle_ahead)
-        return self._contact_shift(motion, self._contact_motion(motion, 2), 0).cam_turn.terms[0]
-
-    def _contact_shift(self, ahead: MotionAhead, motion: list[Any], order: int) -> ContactShiftSeries:
-        """m and τ of the contact at the place ahead."""
-        errors, design = (
-            self.cam.contact_errors_with_turned_bore(self.number, self.errors, ahead.angle_ahead),
-            self.contact_problem.design,
-        )
-        return self.cam.contact_shift(self.number, design, errors, motion, order)
+    def _contact_shift(self, ahead: MotionAhead) -> ContactShiftSeries:
+        """m and τ of the contact at the place ahead, without their derivatives."""
+        motion = self._contact_motion(ahead, 2)
+        return self.cam.contact_shift(self.number, self.errors, motion, 0, ahead.angle_ahead)
 
     def _contact_motion(self, ahead: MotionAhead, count: int) -> list[Any]:
         """The contact's own motion at the place ahead."""
         motion = [ahead.derivative_ahead(order) * self.motion_sign for order in range(count)]
-        return [motion[0] + self.contact_problem.programme.lift, *motion[1:]] if self.motion_sign < 0.0 else motion
-
-    def _cam_turn_slope_by_place(self, turn: SlopedInterval) -> Interval:
-        """Slope of τ by the place; the bore turns with the place."""
-        keys, slope = [*self.box], as_interval(turn.slopes[0])
-        if BORE in keys and not self.cam.is_developed:
-            x, y = (range_of(self.box[key]) for key in (BORE, BORE_DIRECTION))
-            by_x, by_y = (turn.slopes[1 + keys.index(key)] for key in (BORE, BORE_DIRECTION))
-            slope = slope + (by_y * x - by_x * y) * self.cam.problem.design.sense
-        return slope
+        lift = self.cam.contacts[self.number].programme.lift
+        return [motion[0] + lift, *motion[1:]] if self.motion_sign < 0.0 else motion
 
 
 class RestingContact(ContactAhead):
@@ -320,7 +264,7 @@ def highest_order_tool_error(
     errors: Mapping[str, Any],
     follower_deltas: Sequence[Any],
     nominal_derivative: Callable[[int], Any],
-) -> Any:
+) -> Number:
     """Error ε of the tool of the last order, from the follower's errors δ of all orders.
 
     ``nominal_derivative`` gives the derivatives of the follower's programmed motion.
@@ -330,8 +274,8 @@ def highest_order_tool_error(
     if problem.setup.train is None:
         return deltas[order]
     motion = [nominal_derivative(k) for k in range(order + 1)]
-    links = _train_link_errors(problem, errors, motion[0])
-    if (ratio := _ratio_of_exact_constant_train(problem, links)) is not None:
+    links = _train_link_errors(errors, motion[0])
+    if not links and (ratio := problem.setup.train.constant_ratio) is not None:
         return deltas[order] * ratio
     train = RealTrain(problem, links, deltas[0], motion[0], order)
     if order == 0:
@@ -348,14 +292,14 @@ def highest_order_tool_error(
 
 
 def tool_position_difference(
-    problem: Problem, errors: Mapping[str, Any], first_error: Any, second_error: Any, position: SlopedInterval
-) -> Any:
+    problem: Problem, errors: Mapping[str, Any], first_error: Number, second_error: Number, position: SlopedInterval
+) -> Number:
     """f*(s + δ₁) − f*(s + δ₂) for a follower with the nominal position s, by the mean value theorem."""
     difference, start = first_error - second_error, position + second_error
     if problem.setup.train is None:
         return difference
-    links = _train_link_errors(problem, errors, position)
-    if (ratio := _ratio_of_exact_constant_train(problem, links)) is not None:
+    links = _train_link_errors(errors, position)
+    if not links and (ratio := problem.setup.train.constant_ratio) is not None:
         return difference * ratio
     step, link_ranges, link_points = range_of(difference), _scaled_link_error_ranges(links), _link_midpoints(links)
     ends = [(value_at_box_point(each), link_points) for each in (start + difference, start)]
@@ -367,21 +311,12 @@ def tool_position_difference(
     return apply_chain_rule(slopes[1] * step, first_at[0] - second_at[0], parts)
 
 
-def _train_link_errors(
-    problem: Problem, errors: Mapping[str, Any], sloped_interval: SlopedInterval
-) -> dict[str, SlopedInterval]:
+def _train_link_errors(errors: Mapping[str, Any], sloped_interval: SlopedInterval) -> dict[str, SlopedInterval]:
     return {
         key: each.divide() if hasattr(each, "divide") else each + sloped_interval * 0.0
         for key, each in errors.items()
         if is_train_key(key)
     }
-
-
-def _ratio_of_exact_constant_train(problem: Problem, links: Mapping[str, SlopedInterval]) -> float | None:
-    """Constant ratio of a train without errors; None if the links have errors or the ratio changes."""
-    train = problem.setup.train
-    assert train is not None
-    return None if links else train.constant_ratio
 
 
 @dataclass(frozen=True)
@@ -400,8 +335,8 @@ class RealTrain:
         parts = [
             (self.error, between[order + 1]),
             (self.nominal_position, self._derivative_change_range(order + 1)),
+            *((each, by_link[key][order]) for key, each in self.links.items()),
         ]
-        parts += [(each, by_link[key][order]) for key, each in self.links.items()]
         return apply_chain_rule(self._derivative_change_range(order), real_at[order] - nominal_at[order], parts)
 
     def nominal_derivative(self, order: int) -> SlopedInterval:
@@ -412,10 +347,8 @@ class RealTrain:
     def _derivative_change_range(self, order: int) -> Interval:
         """Range of Δ_k, by the mean value theorem."""
         (between, *_), by_link = self._derivatives_nominal_and_real
-        change = between[order + 1] * range_of(self.error)
-        for key, each in self.links.items():
-            change = change + by_link[key][order] * range_of(each)
-        return as_interval(change)
+        by_links = (by_link[key][order] * range_of(each) for key, each in self.links.items())
+        return as_interval(sum(by_links, between[order + 1] * range_of(self.error)))
 
     @cached_property
     def _derivatives_nominal_and_real(self) -> "TrainDerivatives":

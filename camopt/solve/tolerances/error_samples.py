@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import product
 from math import ceil, radians
 from typing import NamedTuple, TypeVar
 
@@ -76,28 +77,13 @@ class LargestError(NamedTuple):
     place: FloatArray
 
 
-@dataclass(frozen=True)
-class FirstOrderScreen:
+class FirstOrderScreen(NamedTuple):
     """Cam angles of a turn, or of a part of it, with the first-order response of the motion."""
 
     places: FloatArray
     """Rising cam angles [rad]."""
     responses: FloatArray
     """Shape (errors, places); real and imaginary parts are separate errors."""
-
-    @property
-    def is_response_constant(self) -> bool:
-        """Whether errors are the same at all places."""
-        return bool(np.ptp(self.responses, axis=1).max() <= SAME_RESPONSE * np.abs(self.responses).max())
-
-    def first_order_peak_and_neighbours(self, cams: CamErrors, outward: OutwardMeasure) -> list[LargestError]:
-        """Largest first-order error of each cam with its neighbours: the place before it, it, and the one after."""
-        errors, beside, blocks = real_error_columns(cams), np.array([[-1], [0], [1]]), []
-        for first in range(0, len(errors), SCREENED_CAMS_AT_ONCE):
-            values = outward(errors[first : first + SCREENED_CAMS_AT_ONCE] @ self.responses)
-            index = np.clip(values.argmax(axis=1) + beside, 0, self.places.size - 1)
-            blocks.append([np.take_along_axis(values, index.T, axis=1).T, self.places[index]])
-        return [LargestError(*each) for each in zip(*np.concatenate(blocks, axis=2), strict=True)]
 
 
 def real_error_columns(cams: CamErrors) -> FloatArray:
@@ -123,11 +109,6 @@ class LargestErrorSearch:
     def largest_dwell_changes(self, cams: CamErrors) -> FloatArray:
         """Largest movement of each cam's tool while its follower rests on the arc of one dwell, shape (cams,)."""
         return np.concatenate([*map_cam_blocks(cams, self._dwell_changes_of_block)])
-
-    @property
-    def has_dwells(self) -> bool:
-        """Whether the tool dwells."""
-        return bool(self._screens_by_dwell)
 
     def error_missed_by_search(self, cams: CamErrors, order: int) -> float:
         """Largest difference between a dense scan and the largest error found, over a sample of the cams."""
@@ -161,16 +142,20 @@ class LargestErrorSearch:
 
     def _motion_errors_of_block(self, cams: CamErrors, order: int) -> LargestError:
         screen, exact = self._turn_screens_by_order[order], self._exact_error_magnitude_function(order)
-        largest = _largest_error_about_peak(exact, cams, screen, np.abs)
-        for place in self._angles_beside_jumps_up_to_order(order):
+        largest, programme = _largest_error_about_peak(exact, cams, screen, np.abs), self.real_cam.problem.programme
+        jumps = [jump.at for jump in programme.jumps if jump.order <= order]  # there the derivative has an impulse
+        for at, side in product(jumps, (-1.0, 1.0)):
+            place = float(np.mod(at + side * JUMP_SIDE, programme.strokes[-1].end))
             at_jump = _exact_errors_at_places(exact, cams, np.full(largest.place.size, place))
             largest = _larger_errors(largest, at_jump)
         distance = np.abs(largest.place[:, None] - self._joints)
         index = np.flatnonzero(distance.min(axis=1) <= JOINT_NEARNESS * np.diff(screen.places).max())
         near, joint = take_cams(cams, index), self._joints[distance[index].argmin(axis=1)]
+        at_joint = LargestError(largest.error[index], largest.place[index])
         for side in (-JUMP_SIDE, JUMP_SIDE):
             places = self.real_cam.contact_places(near, joint + side)
-            largest = _larger_errors_at_index(largest, index, _exact_errors_at_places(exact, near, places))
+            at_joint = _larger_errors(at_joint, _exact_errors_at_places(exact, near, places))
+        largest.error[index], largest.place[index] = at_joint
         return largest
 
     @cached_property
@@ -178,12 +163,6 @@ class LargestErrorSearch:
         """Cam angles at which pieces of the motion meet [rad]: a derivative may jump there."""
         programme = self.real_cam.problem.programme
         return np.unique([*programme.piece_starts, *(jump.at for jump in programme.jumps)])
-
-    def angle_of_largest_error_deg(self, cams: CamErrors, largest: LargestError, cam_index: int) -> float:
-        """Cam angle at which the cam of index ``cam_index`` has its largest error [deg]."""
-        one = slice(cam_index, cam_index + 1)
-        angles = self.real_cam.contact_angles(take_cams(cams, one), largest.place[one])
-        return float(np.degrees(self.real_cam.angles_in_turn(angles)[0]))
 
     def errors_at_angle(self, cams: CamErrors, angle: float, order: int) -> FloatArray:
         """Errors of cams at one cam angle (rad)."""
@@ -197,19 +176,13 @@ class LargestErrorSearch:
     def _dwell_changes_of_block(self, cams: CamErrors) -> FloatArray:
         position, changes = self.real_cam.tool_positions, np.zeros(count_cams(cams))
         for screen in self._screens_by_dwell:
-            if screen.is_response_constant:  # errors that do not turn with the cam
+            spread = np.ptp(screen.responses, axis=1).max()
+            if spread <= SAME_RESPONSE * np.abs(screen.responses).max():  # the errors do not turn with the cam
                 continue
             high = _largest_error_about_peak(position, cams, screen, np.positive)
             low = _largest_error_about_peak(lambda *at: -position(*at), cams, screen, np.negative)
             changes = np.maximum(changes, high.error + low.error)
         return changes
-
-    def _angles_beside_jumps_up_to_order(self, order: int) -> Iterator[float]:
-        """Both sides of each jump of the derivative of an order or a lower one [rad]: there it has an impulse."""
-        turn = self.real_cam.problem.programme.strokes[-1].end
-        for jump in self.real_cam.problem.programme.jumps:
-            if jump.order <= order:
-                yield from (float(np.mod(jump.at + side * JUMP_SIDE, turn)) for side in (-1.0, 1.0))
 
     @cached_property
     def _turn_screens_by_order(self) -> list[FirstOrderScreen]:
@@ -249,7 +222,12 @@ def _largest_error_about_peak(
     exact: ExactErrors, cams: CamErrors, screen: FirstOrderScreen, outward: OutwardMeasure
 ) -> LargestError:
     """Largest error of each cam, at the first-order peak or at the top of the parabola about it."""
-    below, best, above = screen.first_order_peak_and_neighbours(cams, outward)
+    errors, beside, blocks = real_error_columns(cams), np.array([[-1], [0], [1]]), []
+    for first in range(0, len(errors), SCREENED_CAMS_AT_ONCE):  # the peak, and the places before and after it
+        values = outward(errors[first : first + SCREENED_CAMS_AT_ONCE] @ screen.responses)
+        index = np.clip(values.argmax(axis=1) + beside, 0, screen.places.size - 1)
+        blocks.append([np.take_along_axis(values, index.T, axis=1).T, screen.places[index]])
+    below, best, above = (LargestError(*each) for each in zip(*np.concatenate(blocks, axis=2), strict=True))
     between = np.clip(_place_of_parabola_top(below, best, above), below.place, above.place)
     return _larger_errors(
         _exact_errors_at_places(exact, cams, best.place), _exact_errors_at_places(exact, cams, between)
@@ -273,13 +251,6 @@ def _larger_errors(one: LargestError, other: LargestError) -> LargestError:
     """The larger error of each cam; NaN counts as the largest."""
     second = ~(other.error <= one.error) & ~np.isnan(one.error)
     return LargestError(*(np.where(second, b, a) for a, b in zip(one, other, strict=True)))
-
-
-def _larger_errors_at_index(largest: LargestError, index: IntArray, other: LargestError) -> LargestError:
-    """Largest errors, in which the cams of ``index`` have the larger one of theirs and ``other``."""
-    error, place = (each.copy() for each in largest)
-    error[index], place[index] = _larger_errors(LargestError(error[index], place[index]), other)
-    return LargestError(error, place)
 
 
 def map_cam_blocks(
@@ -330,8 +301,7 @@ def _error_samplers(scene: Scene, nominal: NumberErrors) -> Iterator[tuple[str, 
     tolerances = scene.tolerances
     for key, zone in tolerance_zones_of_numbers_and_angles(scene, nominal).items():
         unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
-        tolerance = tolerances.number_and_angle_tolerances[key]
-        yield key, (1, partial(_tolerance_quantile, tolerance, zone, unit))
+        yield key, (1, partial(_tolerance_quantile, tolerances.number_and_angle_tolerances[key], zone, unit))
     if tolerances.profile:
         yield (
             "profile",
@@ -351,7 +321,7 @@ def _correlate_with_batch(shares: FloatArray, batch_shares: FloatArray, shared_v
     )
 
 
-def batch_mean_errors_at_quantiles(tolerance: Tolerance, zone: ToleranceZone, unit: float = 1.0) -> FloatArray:
+def batch_mean_errors_at_quantiles(tolerance: Tolerance, zone: ToleranceZone, unit: float) -> FloatArray:
     """Mean error of the parts of a batch less the mean of all batches, at evenly spaced quantiles of batches."""
     z = scipy.special.ndtri((np.arange(BATCH_GRID) + 0.5) / BATCH_GRID)
     z = z / np.std(z)

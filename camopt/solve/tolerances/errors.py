@@ -9,7 +9,7 @@ A profile anywhere within its zone ±t moves the follower by no more than a prof
 t everywhere: the body lies between these two.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from math import pi
 from typing import Any
@@ -73,21 +73,24 @@ def direction_key(key: str) -> str:
     return key.replace("profile", WAVE_PHASE) if key.startswith("profile") else f"{key}_way"
 
 
+def direction_keys(errors: Collection[str]) -> dict[str, str]:
+    """The key of the direction of each error that has one, by key of the error."""
+    return {key: direction_key(key) for key in errors if not is_direction(key) and direction_key(key) in errors}
+
+
 def flat_from_polar_errors(errors: Errors) -> dict[str, Any]:
     """Polar errors in flat form: x under the key of the error, y under the key of its direction."""
     flat = dict(errors)
-    for key in errors:
-        if (way := direction_key(key)) in errors and not is_direction(key):
-            flat |= {key: errors[key] * np.cos(errors[way]), way: errors[key] * np.sin(errors[way])}
+    for key, way in direction_keys(errors).items():
+        flat |= {key: errors[key] * np.cos(errors[way]), way: errors[key] * np.sin(errors[way])}
     return flat
 
 
 def polar_from_flat_errors(errors: Errors, error_ranges_by_key: Errors) -> dict[str, Any]:
     """Flat errors in polar form: length and direction for the keys of ``error_ranges_by_key``."""
     polar = {key: errors[key] for key in error_ranges_by_key}
-    for key in error_ranges_by_key:
-        if (way := direction_key(key)) in error_ranges_by_key and not is_direction(key):
-            polar |= {key: np.hypot(errors[key], errors[way]), way: np.arctan2(errors[way], errors[key])}
+    for key, way in direction_keys(error_ranges_by_key).items():
+        polar |= {key: np.hypot(errors[key], errors[way]), way: np.arctan2(errors[way], errors[key])}
     return polar
 
 
@@ -109,13 +112,12 @@ def contact_errors_from_flat_errors(errors: Errors) -> ContactErrors:
 
 def repeat_cam_errors(errors: Mapping[str, float], count: int) -> CamErrors:
     """Errors of one cam (mm and deg, as ``WorstCase`` has them), repeated for a number of places on it."""
-    repeated: dict[str, FloatArray] = {}
-    for key, value in errors.items():
-        if direction_key(key) in errors and not is_direction(key):
-            repeated[key] = np.full(count, value * np.exp(1j * np.radians(errors[direction_key(key)])))
-        elif not is_direction(key):
-            repeated[key] = np.full(count, np.radians(value) if key in ANGLE_TOLERANCES else value)
-    return repeated
+    factors = {key: np.exp(1j * np.radians(errors[way])) for key, way in direction_keys(errors).items()}
+    return {
+        key: np.full(count, np.radians(value) if key in ANGLE_TOLERANCES else value * factors.get(key, 1.0))
+        for key, value in errors.items()
+        if not is_direction(key)
+    }
 
 
 def contact_problems(problem: Problem) -> tuple[Problem, ...]:

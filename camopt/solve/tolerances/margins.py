@@ -12,7 +12,7 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, isfinite
 from typing import NamedTuple
@@ -44,7 +44,7 @@ from camopt.scene.problem.tolerance_zones import (
 )
 from camopt.scene.problem.variables import Variable, variables_of_scene
 from camopt.scene.scene import Scene
-from camopt.scene.tolerances import NUMBER_TABLES, ToleranceZone
+from camopt.scene.tolerances import ToleranceZone
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Table
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, LEAST_INTERFERENCE, Interference
@@ -128,6 +128,8 @@ class ToleranceBox:
     variables: Mapping[str, Variable]
     interference: Interference | None = None
     """Interference of two contacts; all proofs take its whole zone, whatever the sizes of a cam."""
+    _proven_gaps: dict[tuple[tuple[str, ...], float], tuple[TriedCam, float | None]] = field(default_factory=dict)
+    """Worst cams and proven gaps so far, by quantities and worst value of the tried cams."""
 
     @classmethod
     def from_scene(cls, scene: Scene, problem: Problem) -> "ToleranceBox":
@@ -153,16 +155,13 @@ class ToleranceBox:
     @cached_property
     def margins(self) -> tuple[Margin, ...]:
         """The margin of each limit; without tolerances of numbers, only of limits on motion errors."""
+        # limits on motion errors are those of the nominal cam
+        nominal_box = ToleranceBox(replace(self.problem, zones={}, robust_errors=()), {}, {})
         return tuple(
-            (self.nominal_box if limit.is_on_motion_error else self)._margin_of_limit(place, limit)
+            (nominal_box if limit.is_on_motion_error else self)._margin_of_limit(place, limit)
             for place, limit in enumerate(self.problem.limits)
             if limit.is_on_motion_error or self.zones
         )
-
-    @cached_property
-    def nominal_box(self) -> "ToleranceBox":
-        """The nominal cam alone, for limits on motion errors."""
-        return ToleranceBox(replace(self.problem, zones={}, robust_errors=()), {}, {})
 
     @cached_property
     def number_ranges(self) -> NumberRanges:
@@ -249,8 +248,8 @@ class ToleranceBox:
     def _worst_cam_of_train(self, problem: Problem, limit: Limit) -> TriedCam:
         """The worst cam with the train of a problem."""
         designs = self.nominal_and_corner_designs
-        excess, values = self._excess_and_quantity(limit, designs, problem)
         if len(self.design_zones) > MOST_CORNER_NUMBERS:
+            excess, values = self._excess_and_quantity(limit, designs, problem)
             cams = [TriedCam(problem, designs, *both) for both in zip(excess, values, strict=True)]
             designs = design_copies_with_errors(
                 self.problem.design,
@@ -259,7 +258,11 @@ class ToleranceBox:
                     _worst_ends_of_numbers(limit, cams, self.nominal_and_corner_errors, self.design_zones),
                 ],
             )
-            excess, values = self._excess_and_quantity(limit, designs, problem)
+        return self._worst_of_designs(limit, designs, problem)
+
+    def _worst_of_designs(self, limit: Limit, designs: Designs, problem: Problem) -> TriedCam:
+        """The worst of designs with the train of a problem."""
+        excess, values = self._excess_and_quantity(limit, designs, problem)
         place = worst_design_index(limit, excess, values)
         return TriedCam(problem, designs.take([place]), float(excess.max()), float(values[place]))
 
@@ -278,9 +281,7 @@ class ToleranceBox:
             if v.field in self.design_zones
         }
         cams = cams.with_values({field: np.clip(cams.values[field], *interference.interference_range(errors))})
-        excess, values = self._excess_and_quantity(limit, cams, worst.problem)
-        place = worst_design_index(limit, excess, values)
-        return TriedCam(worst.problem, cams.take([place]), float(excess.max()), float(values[place]))
+        return self._worst_of_designs(limit, cams, worst.problem)
 
     def _depends_on_train(self, limit: Limit) -> bool:
         """Whether errors of the train change a limit."""
@@ -315,14 +316,6 @@ class ToleranceBox:
         """Proof that all cams hold a limit, or a witness that breaks it."""
         return limit_verdict_over_box(self.problem, limit, self.problem.design, self.number_ranges, budget)
 
-    def _cam_of_witness(self, limit: Limit, witness: Designs) -> TriedCam:
-        """The cam of a proof's witness, which may have its own train."""
-        train = {key: float(witness.numbers[key][0]) for key in self.train_zones if key in witness.numbers}
-        problem, design = self.problem.with_numbers(train), witness.without_numbers(train)
-        limit = next(each for each in problem.limits if each.name == limit.name)
-        excess, values = self._excess_and_quantity(limit, design, problem)
-        return TriedCam(problem, design, float(excess[0]), float(values[0]))
-
     def _worst_cam_and_proven_gap(self, limit: Limit, worst: TriedCam) -> tuple[TriedCam, float | None]:
         """The worst cam, and the proven gap to any worse cam; None if no gap is proved."""
         if not isinstance(limit, QuantityLimit) or not isfinite(worst.value):
@@ -330,26 +323,25 @@ class ToleranceBox:
         if limit.is_decided_by_motion_alone and not self._depends_on_train(limit):
             return worst, 0.0
         question = limit.quantities, worst.value  # two limits may bound one quantity
-        if question not in self._proven_gaps_by_worst_value:
-            self._proven_gaps_by_worst_value[question] = self._prove_gap(limit, worst)
-        return self._proven_gaps_by_worst_value[question]
-
-    @cached_property
-    def _proven_gaps_by_worst_value(self) -> dict[tuple[tuple[str, ...], float], tuple[TriedCam, float | None]]:
-        """Worst cams and proven gaps so far, by quantities and worst value of the tried cams."""
-        return {}
+        if question not in self._proven_gaps:
+            self._proven_gaps[question] = self._prove_gap(limit, worst)
+        return self._proven_gaps[question]
 
     def _prove_gap(self, limit: QuantityLimit, worst: TriedCam) -> tuple[TriedCam, float | None]:
         """The worst cam, and the least of ``MARGIN_GAPS`` that is proved with its share of the budget."""
         side, gaps, budget = limit.bound_sign, [*MARGIN_GAPS], self._proof_budget(limit)
         for _ in range(WORSE_CAMS):
             gap = gaps[0] * (abs(worst.value) or 1.0)
-            easier = replace(limit, bound=worst.value + side * gap)
-            proof = self._certify_limit(easier, budget.share(len(gaps)))
+            proof = self._certify_limit(replace(limit, bound=worst.value + side * gap), budget.share(len(gaps)))
             if proof.verdict == HELD:
                 return worst, gap
-            if proof.witness is not None:
-                cam = self._cam_of_witness(limit, proof.witness)
+            if proof.witness is not None:  # it may have its own train
+                train = {
+                    k: float(proof.witness.numbers[k][0]) for k in self.train_zones if k in proof.witness.numbers
+                }
+                problem, design = self.problem.with_numbers(train), proof.witness.without_numbers(train)
+                own_limit = next(each for each in problem.limits if each.name == limit.name)
+                cam = self._worst_of_designs(own_limit, design, problem)
                 if side * (cam.value - worst.value) > 0.0:
                     worst = cam
                     continue
@@ -364,17 +356,6 @@ def _has_no_interference(numbers: Mapping[str, float]) -> bool:
     return numbers.get(INTERFERENCE_KEY, inf) <= 2.0 * LEAST_INTERFERENCE
 
 
-def scene_of_cam(scene: Scene, numbers: Mapping[str, float]) -> Scene:
-    """The scene of one cam within the tolerances, with these numbers instead of their tolerances.
-
-    Tolerances of the profile, the bore and angles stay. If none stays, limits on motion errors are removed.
-    """
-    tables = scene.to_dict()
-    tolerances = {key: each for key, each in tables["tolerances"].items() if key not in NUMBER_TABLES}
-    limits = {f"limits.{key}": None for key in ERROR_LIMITS if not tolerances and key in tables.get("limits", {})}
-    return scene.replace(**{"tolerances": tolerances, "search.robust": None, **limits, **numbers})
-
-
 def _worst_tried_cam_index(limit: Limit, cams: Sequence[TriedCam]) -> int:
     """Index of the worst cam for a limit."""
     excess, values = (np.array([getattr(each, name) for each in cams]) for name in ("excess", "value"))
@@ -386,8 +367,8 @@ def _worst_ends_of_numbers(
 ) -> NumberErrors:
     """The worst single error of each number, combined. ``cam_errors`` are those of the cams; the first has none."""
     errors: dict[str, float] = {}
-    for field in fields:
-        places = [0, *(k for k, each in enumerate(cam_errors) if field in each)]
+    for name in fields:
+        places = [0, *(k for k, each in enumerate(cam_errors) if name in each)]
         errors |= cam_errors[places[_worst_tried_cam_index(limit, [cams[k] for k in places])]]
     return errors
 
@@ -446,20 +427,16 @@ class LimitsByNumber:
         self, designs: Designs, number_values: Iterable[FloatArray]
     ) -> Iterator[LimitValues]:
         """Values of the limits, for each array (designs,) of values of the number."""
-        block = self._block_with_known_quantities(designs)
+        nominal = self.problem.design.values
+        block = EvaluationBlock(self.problem.setup, self.problem.programme, designs)
+        if all(np.all(each == nominal[name]) for name, each in designs.values.items() if name != self.field):
+            # only the number differs from the nominal design: the other quantities are known
+            block = select_designs(self._block_of_nominal_and_huge_number, np.zeros(len(designs), dtype=int))
         for numbers in number_values:
             block = with_designs_and_kept_columns(
                 block, designs.with_values({self.field: numbers}), self._quantities_depending_on_number
             )
             yield _evaluate_block(block, self.limits)
-
-    def _block_with_known_quantities(self, designs: Designs) -> EvaluationBlock:
-        """A block of designs, with known quantities if only the number differs from the nominal design."""
-        nominal = self.problem.design.values
-        others = {name: each for name, each in designs.values.items() if name != self.field}
-        if all(np.all(each == nominal[name]) for name, each in others.items()):
-            return select_designs(self._block_of_nominal_and_huge_number, np.zeros(len(designs), dtype=int))
-        return EvaluationBlock(self.problem.setup, self.problem.programme, designs)
 
     @cached_property
     def _quantities_depending_on_number(self) -> frozenset[str]:

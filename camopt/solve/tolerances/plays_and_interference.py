@@ -26,9 +26,8 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.model.effects import EvaluationBlock, available_quantities
 from camopt.model.effects.error_response import (
+    RESPONSE_ORDERS,
     SECOND_CONTACT_SUFFIX,
-    ErrorAtContacts,
-    second_contact_profile_shift_sign,
 )
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.scene.problem.problem import Problem, resolve_design
@@ -37,7 +36,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ToleranceZone, does_error_move_tool
 from camopt.solve.tables.cells import with_unit
 from camopt.solve.tolerances.error_samples import map_cam_blocks, real_error_columns
-from camopt.solve.tolerances.errors import CamErrors
+from camopt.solve.tolerances.errors import CamErrors, error_keys_at_contacts
 from camopt.solve.tolerances.response import (
     BASE_RADII,
     PairResponse,
@@ -120,7 +119,7 @@ def list_plays(turn: TurnErrors) -> Iterator[Play]:
 def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterator[Play]:
     problem, separation = turn.problem, separation_range(turn.scene, turn.problem, turn.nodes)
     unit, angle = (degrees(1.0), "deg") if problem.setup.angular else (1.0, "mm")
-    low, high = unit * separation.lowest, unit * separation.highest
+    low, high = unit * float(separation.low.min()), unit * float(separation.high.max())
     name = next(each for each in SEPARATION_QUANTITIES if each in available_quantities(problem.setup))
     columns = run_effects(EvaluationBlock(problem.setup, problem.programme, problem.design), [name]).columns
     nominal = float(np.ravel(columns[name])[0])
@@ -128,13 +127,9 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
     numbers = problem.nominal_numbers
     if (clearance := numbers.get("drive.clearance")) is not None:
         zone, response = zones.get("drive.clearance", ZERO_ZONE), PairResponse(problem, turn.nodes)
-        both_profiles = ErrorAtContacts(
-            ("profile", 1.0), ("profile", second_contact_profile_shift_sign(problem.setup.mechanism))
-        )
-        width, ratio = (
-            response.separation_response(both_profiles) / 2.0,
-            motion_unit_factor(problem.setup, 0) * np.abs(response.tool_ratio),
-        )
+        width = sum(response.separation_rows(key, 0)[0] for key in error_keys_at_contacts(problem, "profile")) / 2.0
+        tool_ratio = response.tool_derivatives(np.ones((RESPONSE_ORDERS, turn.nodes.size)))[0]
+        ratio = motion_unit_factor(problem.setup, 0) * np.abs(tool_ratio)
         least = (ratio * ((clearance + zone.lower) * width - separation.high)).min()
         most = (ratio * ((clearance + zone.upper) * width - separation.low)).max()
         nominal = (ratio * clearance * width).max()
@@ -150,8 +145,8 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
         preload = stiffness * interference / unit
         yield Play("preload", "N·m" if problem.setup.angular else "N", preload, min(products), max(products))
         most = (stiffness + zone.upper) * np.maximum(ends[1] - high + unit * separation.high, 0.0) / unit
-        torque = float((most * largest_separation_slope_at_angles(turn.scene, problem, turn.nodes)).max())
-        torque *= 1.0 if problem.setup.angular else 1e-3
+        slope = largest_separation_slope_at_angles(turn.scene, problem, turn.nodes)
+        torque = float((most * slope).max()) * (1.0 if problem.setup.angular else 1e-3)
         yield Play(TORQUE_NAME, "N·m", 0.0, -torque, torque)
 
 
@@ -159,7 +154,6 @@ INTERFERENCE_KEY, LEAST_INTERFERENCE = "drive.interference", 1e-12
 """The key of the mounting's interference, and the value that replaces a clearance, which has no preload."""
 SEPARATED_CAMS_AT_ONCE = 2**8
 """Cams in a block whose separations at all cam angles stay in the cache of a processor."""
-EXACT_MOUNTING = ToleranceZone(0.0, 0.0, 0.0)
 
 
 def separating_errors(cams: CamErrors) -> CamErrors:
@@ -186,8 +180,7 @@ class Interference:
         cls, scene: Scene, problem: Problem, nominal: float, mounting_zone: ToleranceZone | None
     ) -> "Interference":
         responses = (*separation_responses_by_tolerance(scene, problem, TurnErrors(scene, problem).nodes),)
-        unit_factor = degrees(1.0) if problem.setup.angular else 1.0
-        return cls(nominal, mounting_zone or EXACT_MOUNTING, responses, unit_factor)
+        return cls(nominal, mounting_zone or ZERO_ZONE, responses, degrees(1.0) if problem.setup.angular else 1.0)
 
     @property
     def zone(self) -> ToleranceZone:
@@ -197,11 +190,11 @@ class Interference:
 
     def interference_range(self, errors: Mapping[str, FloatArray]) -> SeparationRange:
         """Least and largest interference of cams whose sizes have these errors, by key."""
-        none = np.zeros((1, 1))  # a single cam if no errors are given
-        low, high = (
-            sum((each.separation_of_cams(errors.get(each.key), end) for each in self.responses), none)
-            for end in (0, 1)
-        )
+        low = high = np.zeros((1, 1))  # a single cam if no errors are given
+        for each in self.responses:  # with errors shape (cams, angles)
+            exact = np.multiply.outer(errors[each.key], each.rows.sum(axis=0)) if each.key in errors else None
+            ends = each.range_over_turn if exact is None else (exact, exact)
+            low, high = low + ends[0], high + ends[1]
         ends = (
             self.nominal + self.mounting_zone.lower + self.unit_factor * low.min(axis=-1),
             self.nominal + self.mounting_zone.upper + self.unit_factor * high.max(axis=-1),

@@ -37,7 +37,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.taylor import Taylor
 from camopt.model.effects.error_response import second_contact_motion_error_sign
 from camopt.model.mechanisms import Designs
@@ -113,15 +113,25 @@ class RealCam:
         return self.problem.setup.mechanism.body.developed
 
     def contact_shift(
-        self, contact_number: int, design: Designs, errors: Errors, motion: Sequence[Any], order: int
+        self,
+        contact_number: int,
+        errors: Errors,
+        motion: Sequence[Any],
+        order: int,
+        angle_ahead: Number = 0.0,
+        *,
+        errors_in_cam_frame: bool = False,
     ) -> ContactShiftSeries:
         """m and τ of one contact (0 or 1) at the point that the nominal follower touches, from flat errors.
 
-        ``motion`` is y, y', y'' and y''' of the contact there. All values are numbers, arrays, or ranges with
-        slopes.
+        ``motion`` is y, y', y'' and y''' of the contact there. ``angle_ahead`` is the lead of its point over that
+        of the first contact [rad]. All values are numbers, arrays, or ranges with slopes.
         """
-        problem = self.contacts[contact_number]
+        problem, design = self.contacts[contact_number], self.contacts[contact_number].design
         mechanism, sense = problem.setup.mechanism, design.sense
+        errors = self.contact_errors_with_turned_bore(
+            contact_number, errors, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
+        )
         y, slope = (_motion_series(motion[k:], order) for k in (0, 1))
         constant = {
             key: each
@@ -170,18 +180,18 @@ class RealCam:
         errors_in_cam_frame: bool = False,
     ) -> FollowerContact:
         """As ``tool_error_at_contact``, with the errors of the follower in the middle of its contacts."""
-        first = self._single_contact_at_places(
-            0, self.contact_errors_with_turned_bore(0, errors), places, order, include_jumps
-        )
+        first = self._single_contact_at_places(0, errors, places, 0.0, order, include_jumps=include_jumps)
         if len(self.contacts) == 1:
             return first
         ahead = self.second_contact_lead(errors, places, first.cam_turn, errors_in_cam_frame=errors_in_cam_frame)
         second = self._single_contact_at_places(
             1,
-            self.contact_errors_with_turned_bore(1, errors, ahead, errors_in_cam_frame=errors_in_cam_frame),
-            places + ahead,
+            errors,
+            places,
+            ahead,
             order,
-            include_jumps,
+            include_jumps=include_jumps,
+            errors_in_cam_frame=errors_in_cam_frame,
         )
         both = zip(first.errors, second.errors, strict=True)
         return FollowerContact(
@@ -275,23 +285,20 @@ class RealCam:
         errors: Errors,
         places: FloatArray,
         contact_number: int = 0,
-        angle_ahead: Any = 0.0,
+        angle_ahead: Number = 0.0,
         *,
         errors_in_cam_frame: bool = False,
     ) -> FloatArray:
         """τ of a contact that touches with the points ``places + ahead`` [rad]."""
-        local, programme = (
-            self.contact_errors_with_turned_bore(
-                contact_number, errors, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
-            ),
-            self.contacts[contact_number].programme,
-        )
+        programme = self.contacts[contact_number].programme
         motion = [*programme.motion_at(self.angles_in_turn(places + angle_ahead), 1)]
-        shift = self.contact_shift(contact_number, self.contacts[contact_number].design, local, motion, 0)
+        shift = self.contact_shift(
+            contact_number, errors, motion, 0, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
+        )
         return np.asarray(shift.cam_turn.terms[0] + np.zeros_like(places))
 
     def contact_errors_with_turned_bore(
-        self, contact_number: int, errors: Errors, angle_ahead: Any = 0.0, *, errors_in_cam_frame: bool = False
+        self, contact_number: int, errors: Errors, angle_ahead: Number = 0.0, *, errors_in_cam_frame: bool = False
     ) -> dict[str, Any]:
         """Errors at a contact that touches an angle [rad] ahead of the first, with the axis of the bore then."""
         local = errors_at_contact(self.problem, contact_number, errors)
@@ -302,13 +309,22 @@ class RealCam:
         )
 
     def _single_contact_at_places(
-        self, contact_number: int, errors: Errors, places: FloatArray, order: int = 0, include_jumps: bool = True
+        self,
+        contact_number: int,
+        errors: Errors,
+        places: FloatArray,
+        angle_ahead: FloatArray | float,
+        order: int,
+        *,
+        include_jumps: bool,
+        errors_in_cam_frame: bool = False,
     ) -> FollowerContact:
-        """One contact with the points that its nominal follower touches at the cam angles ``places`` (rad)."""
-        problem, base = self.contacts[contact_number], self.angles_in_turn(places)
-        programme = problem.programme
+        """One contact with the points that its nominal follower touches at ``places + angle_ahead`` (rad)."""
+        programme, base = self.contacts[contact_number].programme, self.angles_in_turn(places + angle_ahead)
         motion = [*programme.motion_at(base, order + 1)]
-        shift = self.contact_shift(contact_number, problem.design, errors, motion, order)
+        shift = self.contact_shift(
+            contact_number, errors, motion, order, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
+        )
         cam_turn = shift.cam_turn.terms[0] + np.zeros_like(base)
         at_contact, passed = programme.motion_at(self.angles_in_turn(base + cam_turn), order), np.zeros_like(base)
         turn = programme.strokes[-1].end
@@ -329,7 +345,7 @@ def follower_errors(
     shift: ContactShiftSeries,
     motion: Sequence[Any],
     derivative_change: Callable[[int], Any],
-    acceleration_jump: Any,
+    acceleration_jump: Number,
     order: int,
 ) -> list[Any]:
     """δ and its derivatives by the cam angle θ, up to an order.

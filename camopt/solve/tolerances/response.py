@@ -35,7 +35,6 @@ from camopt.model.effects.error_response import (
     RESPONSE_ORDERS,
     SECOND_CONTACT_SUFFIX,
     ContactResponse,
-    ErrorAtContacts,
     SignedKey,
     errors_at_contacts_by_key,
     largest_error_by_profile_zone,
@@ -49,7 +48,14 @@ from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import tolerance_zones_of_numbers, tolerance_zones_that_move_tool
 from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import BORE, contact_problems, reverses_cam_at_second_contact
+from camopt.solve.tolerances.errors import (
+    BORE,
+    BORE_DIRECTION,
+    contact_problems,
+    error_keys_at_contacts,
+    error_ranges_at_one_contact,
+    reverses_cam_at_second_contact,
+)
 
 BASE_RADII = "cam.base_radius", "drive.base_radius"
 BASE_RADIUS_STEP = 1e-6
@@ -87,10 +93,6 @@ class ToolResponse:
         if key == "profile":
             return self.wave_responses(waves) if waves else (self.profile_response,)
         return (self.number_response(key),)
-
-    def response_to_size(self, field: str) -> FloatArray:
-        """Response to an error of a size of the follower, by field of ``Designs``."""
-        return self._tool_derivatives(self.follower_response.response_to_size(field))
 
     @cached_property
     def profile_response(self) -> FloatArray:
@@ -142,26 +144,6 @@ class PairResponse:
         first, second = (ToolResponse(each, self.angles) for each in contact_problems(self.problem))
         return first, second
 
-    def tool_response(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
-        """Response of the tool to an error, shape (3, angles)."""
-        return self.tool_derivatives(
-            (
-                self._contact_response(0, error_at_contacts.first)
-                - self._contact_response(1, error_at_contacts.second)
-            )
-            / 2.0
-        )
-
-    def separation_response(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
-        """Response of the separation s of both contacts to an error, shape (angles,)."""
-        return np.asarray(self.separation_derivatives(error_at_contacts)[0])
-
-    def separation_derivatives(self, error_at_contacts: ErrorAtContacts) -> FloatArray:
-        """Response of the separation s with its derivatives by the cam angle, shape (3, angles)."""
-        return self._contact_response(0, error_at_contacts.first) + self._contact_response(
-            1, error_at_contacts.second
-        )
-
     @cached_property
     def bore_responses_in_two_directions(
         self,
@@ -177,11 +159,6 @@ class PairResponse:
             -sign * up if reverses_cam_at_second_contact(self.problem) else sign * up,
         )
 
-    @property
-    def tool_ratio(self) -> FloatArray:
-        """Ratio of the tool's movement to the follower's, shape (angles,)."""
-        return np.asarray(self.tool_derivatives(np.ones((RESPONSE_ORDERS, self.angles.size)))[0])
-
     def tool_derivatives(self, derivatives: FloatArray) -> FloatArray:
         """Derivatives at the tool, from those at the follower, shape (3, angles)."""
         if self.problem.setup.train is None:
@@ -191,47 +168,35 @@ class PairResponse:
 
     def response_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """Responses of the tool to the error of a key: one, or those to its real and imaginary part."""
-        if key == BORE:
-            return tuple(
-                self.tool_derivatives((first - second) / 2.0)
-                for first, second in self.bore_responses_in_two_directions
-            )
         if is_train_key(key):
             return (ToolResponse(self.problem, self.angles).number_response(key),)
-        at = errors_at_contacts_by_key(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
-        if not (waves and key.startswith("profile")):
-            return (self.tool_response(at),)
-        place, sign = self._contact_and_sign(at)
-        half = 0.5 - place  # half of e₁, or of −e₂
-        return tuple(
-            self.tool_derivatives(half * sign * each)
-            for each in self.contact_responses[place].wave_responses(waves)
-        )
+        both = self.responses_of_contacts(key, waves)
+        return tuple(self.tool_derivatives((first - second) / 2.0) for first, second in both)
 
     def separation_rows(self, key: str, waves: int) -> Sequence[FloatArray]:
         """Responses of the separation s to the error of a key: one, or those to its real and imaginary part.
 
         A base radius changes s too; a number of the train does not.
         """
-        if key == BORE:
-            return tuple((first + second)[0] for first, second in self.bore_responses_in_two_directions)
         if key in BASE_RADII:
             return (np.full(self.angles.size, _separation_slopes_by_base_radius(self.problem)[key]),)
         if is_train_key(key):
             return (np.zeros(self.angles.size),)
-        at = errors_at_contacts_by_key(self.problem.setup.mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
-        if not (waves and key.startswith("profile")):
-            return (self.separation_response(at),)
-        place, sign = self._contact_and_sign(at)
-        return tuple(sign * each[0] for each in self.contact_responses[place].wave_responses(waves))
+        return tuple((first + second)[0] for first, second in self.responses_of_contacts(key, waves))
 
-    def _contact_and_sign(self, error_at_contacts: ErrorAtContacts) -> tuple[int, float]:
-        """The contact (0 or 1) at which an error of a single contact acts, and its sign there."""
-        return (
-            (0, 1.0)
-            if error_at_contacts.second is None
-            else (1, second_contact_motion_error_sign(self.problem.setup.mechanism) * error_at_contacts.second[1])
-        )
+    def responses_of_contacts(self, key: str, waves: int = 0) -> Sequence[tuple[FloatArray, FloatArray]]:
+        """Responses e₁ and e₂ to the error of a key: one pair, or those to its real and imaginary part."""
+        if key == BORE:
+            return self.bore_responses_in_two_directions
+        mechanism, (first, second) = self.problem.setup.mechanism, self.contact_responses
+        at = errors_at_contacts_by_key(mechanism, key.removesuffix(SECOND_CONTACT_SUFFIX))[key]
+        if not (waves and key.startswith("profile")):
+            return ((self._contact_response(0, at.first), self._contact_response(1, at.second)),)
+        none = np.zeros((RESPONSE_ORDERS, self.angles.size))
+        if at.second is None:
+            return [(each, none) for each in first.wave_responses(waves)]
+        sign = second_contact_motion_error_sign(mechanism) * at.second[1]
+        return [(none, sign * each) for each in second.wave_responses(waves)]
 
     def _contact_response(self, contact_number: int, signed_key: SignedKey | None) -> FloatArray:
         if signed_key is None:
@@ -248,19 +213,11 @@ class SeparationRange(NamedTuple):
     low: FloatArray
     high: FloatArray
 
-    @property
-    def lowest(self) -> float:
-        return float(self.low.min())
-
-    @property
-    def highest(self) -> float:
-        return float(self.high.max())
-
 
 def separation_range(scene: Scene, problem: Problem, angles: FloatArray) -> SeparationRange:
     """Range of the separation s over all cams within the tolerances, at cam angles (rad), to first order."""
-    ranges, zero = [*separation_range_by_key(scene, problem, angles)], np.zeros(angles.size)
-    return SeparationRange(*(sum((by_key[end] for _, by_key in ranges), zero) for end in (0, 1)))
+    ranges = [each.range_over_turn for each in separation_responses_by_tolerance(scene, problem, angles)]
+    return SeparationRange(*(sum((each[end] for each in ranges), np.zeros(angles.size)) for end in (0, 1)))
 
 
 class SeparationResponse(NamedTuple):
@@ -276,42 +233,18 @@ class SeparationResponse(NamedTuple):
     def range_over_turn(self) -> SeparationRange:
         return SeparationRange(*np.sort([self.lower * self.rows, self.upper * self.rows], axis=0).sum(axis=1))
 
-    def separation_of_cams(self, errors: FloatArray | None, range_end: int) -> FloatArray:
-        """Separation of cams with these errors, shape (cams, angles); without errors its least (0) or most (1)."""
-        return (
-            self.range_over_turn[range_end] if errors is None else np.multiply.outer(errors, self.rows.sum(axis=0))
-        )
-
-
-def separation_range_by_key(
-    scene: Scene, problem: Problem, angles: FloatArray
-) -> Iterator[tuple[str, SeparationRange]]:
-    """Contribution of each tolerance to the separation s, by key."""
-    for response in separation_responses_by_tolerance(scene, problem, angles):
-        yield response.key, response.range_over_turn
-
 
 def separation_responses_by_tolerance(
     scene: Scene, problem: Problem, angles: FloatArray
 ) -> Iterator[SeparationResponse]:
     """Response of the separation s to each tolerance; for the bore in the direction of the largest response."""
-    response, tolerances = PairResponse(problem, angles), scene.tolerances
-    zones = {
-        key: (zone.lower, zone.upper)
-        for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items()
-    }
-    if tolerances.profile:
-        zones["profile"] = -tolerances.profile, tolerances.profile
-    for key, ends in zones.items():
-        if not is_train_key(key):
-            rows = [
-                response.separation_response(at)
-                for at in errors_at_contacts_by_key(problem.setup.mechanism, key).values()
-            ]
+    response = PairResponse(problem, angles)
+    for key, ends in error_ranges_at_one_contact(scene, problem).items():
+        if not is_train_key(key) and key not in (BORE, BORE_DIRECTION):
+            rows = [response.separation_rows(each, 0)[0] for each in error_keys_at_contacts(problem, key)]
             yield SeparationResponse(key, np.array(rows), *ends)
-    if bore := tolerances.bore_eccentricity:
-        most = np.hypot(*(first[0] + second[0] for first, second in response.bore_responses_in_two_directions))
-        yield SeparationResponse(BORE, most[None], -bore, bore)
+    if bore := scene.tolerances.bore_eccentricity:
+        yield SeparationResponse(BORE, np.hypot(*response.separation_rows(BORE, 0))[None], -bore, bore)
     for key, zone in tolerance_zones_of_numbers(scene, problem.nominal_numbers).items():
         if key in BASE_RADII:
             slope = _separation_slopes_by_base_radius(problem)[key]
@@ -326,12 +259,13 @@ def largest_separation_slope_at_angles(scene: Scene, problem: Problem, angles: F
     response, tolerances, speed = PairResponse(problem, angles), scene.tolerances, np.zeros(angles.size)
     for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
         if not is_train_key(key):
-            for at in errors_at_contacts_by_key(problem.setup.mechanism, key).values():
-                speed += max(-zone.lower, zone.upper) * np.abs(response.separation_derivatives(at)[1])
+            for error_key in error_keys_at_contacts(problem, key):
+                ((first, second),) = response.responses_of_contacts(error_key)
+                speed += max(-zone.lower, zone.upper) * np.abs((first + second)[1])
     if tolerances.profile:
-        for at in errors_at_contacts_by_key(problem.setup.mechanism, "profile").values():
-            derivatives = response.separation_derivatives(at)
-            speed += largest_error_by_profile_zone(derivatives, tolerances.profile, tolerances.waves)[1]
+        for error_key in error_keys_at_contacts(problem, "profile"):
+            ((first, second),) = response.responses_of_contacts(error_key)
+            speed += largest_error_by_profile_zone(first + second, tolerances.profile, tolerances.waves)[1]
     if tolerances.bore_eccentricity:
         speed += tolerances.bore_eccentricity * np.hypot(
             *(first[1] + second[1] for first, second in response.bore_responses_in_two_directions)

@@ -28,23 +28,25 @@ import numpy as np
 
 from camopt.core.mistakes import UnknownName, suggest_names
 from camopt.core.numerics import FloatArray
+from camopt.core.numerics.budget import Budget
 from camopt.core.quantities.display import Drawable
 from camopt.core.storage.publishing import Publication
 from camopt.model.effects.error_response import RESPONSE_ORDERS
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.arguments import SceneSource, scene_from
+from camopt.scene.problem.limits import ERROR_LIMITS
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.scene.scene_file import write_scene
-from camopt.scene.tolerances import does_error_move_tool
+from camopt.scene.tolerances import NUMBER_TABLES, does_error_move_tool
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Result, Table, table_of, to_json_values
 from camopt.solve.tolerances.allocation import Allocation
-from camopt.solve.tolerances.batch import Batch
-from camopt.solve.tolerances.dwells_and_passages import WorstWobble, worst_wobbles
+from camopt.solve.tolerances.batch import Batch, row_of_field
+from camopt.solve.tolerances.dwells_and_passages import MOTION_PROOF_WORK, WobbleSearch, WorstWobble
 from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_unit
-from camopt.solve.tolerances.margins import Margin, ToleranceBox, margins_table, scene_of_cam
+from camopt.solve.tolerances.margins import Margin, ToleranceBox, margins_table
 from camopt.solve.tolerances.plays_and_interference import Play, list_plays, lost_preload_sentence
 from camopt.solve.tolerances.turn_errors import (
     BAND_NAME,
@@ -52,9 +54,9 @@ from camopt.solve.tolerances.turn_errors import (
     Contribution,
     TurnErrors,
     no_tolerances_error,
-    root_sum_square_magnitude,
+    root_sum_square_range,
     variance_by_tolerance,
-    worst_case_magnitude,
+    worst_case_range,
 )
 from camopt.solve.tolerances.worst_case import NO_ERROR, WorstCase, make_worst_cam_search
 
@@ -206,30 +208,28 @@ class MotionErrors(Result, Drawable):
 
     def table(self) -> Table:
         """Worst case with the contribution of each tolerance, root sum square and proven bound, a column each."""
-        rows = [
-            self._row_of_field("worst case", "worst"),
-            *({"": key, **{each.name: each.shares[key] for each in self.errors}} for key in self.errors[0].shares),
-            self._row_of_field("at cam angle, deg", "at_deg"),
-            self._row_of_field(BAND_NAME, "three_sigma"),
-            self._row_of_field("at cam angle, deg", "three_sigma_at_deg"),
-        ]
         by_motion = dict(zip(MOTION_NAMES, self.worst_cases, strict=True))
-        bounds = {name: worst.bound for name, worst in by_motion.items()}
-        rows.append({"": "proven upper bound", **_finite_bounds(bounds)})
-        rows.append(
-            {"": "worst cam found, exact contact", **{name: abs(worst.error) for name, worst in by_motion.items()}}
-        )
+        rows = [
+            row_of_field("worst case", self.errors, "worst"),
+            *({"": key, **{each.name: each.shares[key] for each in self.errors}} for key in self.errors[0].shares),
+            row_of_field("at cam angle, deg", self.errors, "at_deg"),
+            row_of_field(BAND_NAME, self.errors, "three_sigma"),
+            row_of_field("at cam angle, deg", self.errors, "three_sigma_at_deg"),
+            {
+                "": "proven upper bound",
+                **{name: each.bound for name, each in by_motion.items() if each.bound < inf},
+            },
+            {"": "worst cam found, exact contact", **{name: abs(each.error) for name, each in by_motion.items()}},
+        ]
         if self.dwells:
-            rows.append({"": "change in a dwell", MOTION_NAMES[0]: max(each.change for each in self.dwells)})
             wobbles = [each.worst_case for each in self.dwells]
-            bounds = {MOTION_NAMES[0]: max(each.bound for each in wobbles)}
-            rows.append({"": "change in a dwell, proven upper bound", **_finite_bounds(bounds)})
-            rows.append(
-                {
-                    "": "change in a dwell, worst cam found",
-                    MOTION_NAMES[0]: max(each.change for each in wobbles),
-                }
-            )
+            bound = max(each.bound for each in wobbles)
+            changes = {
+                "change in a dwell": max(each.change for each in self.dwells),
+                "change in a dwell, proven upper bound": bound if bound < inf else "",
+                "change in a dwell, worst cam found": max(each.change for each in wobbles),
+            }
+            rows += [{"": head, MOTION_NAMES[0]: change} for head, change in changes.items()]
         units = {each.name: each.unit for each in self.errors}
         table = table_of(f"{self.scene.name}: errors of the motion", rows, ["", *MOTION_NAMES], units=units)
         sentences = (
@@ -383,7 +383,8 @@ class MotionErrors(Result, Drawable):
     def worst_cam(self, limit: str) -> Scene:
         """The scene of the worst cam found for a limit.
 
-        Its numbers include the errors, and have no tolerances.
+        Its numbers include the errors, and have no tolerances. Tolerances of the profile, the bore and angles stay.
+        If none stays, limits on motion errors are removed.
 
         Raises
         ------
@@ -393,16 +394,10 @@ class MotionErrors(Result, Drawable):
         margins = {each.limit: each for each in self.margins if each.sizes}
         if limit not in margins:
             raise UnknownName(f"{limit!r} is not a limit with a margin; {suggest_names(str(limit), margins)}")
-        return scene_of_cam(self.scene, margins[limit].sizes)
-
-    def _row_of_field(self, head: str, field: str) -> dict[str, Any]:
-        """One row of the table: a field of each of the three errors, "" where it is None."""
-        values = {each.name: getattr(each, field) for each in self.errors}
-        if field.endswith("_deg"):  # an angle, whatever the unit of the column
-            values = {
-                name: value if value is None else number_text(round(value, 9)) for name, value in values.items()
-            }
-        return {"": head, **{name: "" if value is None else value for name, value in values.items()}}
+        tables = self.scene.to_dict()
+        kept = {key: each for key, each in tables["tolerances"].items() if key not in NUMBER_TABLES}
+        limits = {f"limits.{key}": None for key in ERROR_LIMITS if not kept and key in tables.get("limits", {})}
+        return self.scene.replace(**{"tolerances": kept, "search.robust": None, **limits, **margins[limit].sizes})
 
 
 def tolerance(scene: SceneSource) -> MotionErrors:
@@ -444,17 +439,12 @@ def tolerance(scene: SceneSource) -> MotionErrors:
     worst_case = make_worst_cam_search(turn).find_worst_cam() if turn.node_contributions else NO_ERROR
     errors = first_order_errors(turn)
     reason = " ".join(_infinite_or_unproved_reasons(turn, worst_case, errors[0].shares))
-    beyond = tuple(each.key for each in turn.node_contributions if each.spreads_beyond_zone)
+    beyond = tuple(each.key for each in turn.node_contributions if any(side.any() for side in each.beyond_zone))
     return MotionErrors(scene, errors, worst_case, reason, margins, tuple(list_plays(turn)), beyond)
 
 
 def _degrees_text(deg: float) -> str:
     return f"{number_text(round(deg, 9))} deg"
-
-
-def _finite_bounds(bounds: dict[str, float]) -> dict[str, float]:
-    """The finite bounds; the others have an empty cell."""
-    return {name: bound for name, bound in bounds.items() if bound < inf}
 
 
 def _gap_sentence(gap: float, error: float) -> str:
@@ -469,44 +459,33 @@ def first_order_errors(turn: TurnErrors) -> tuple[MotionError, ...]:
 
 
 def _first_order_motion_error(turn: TurnErrors, order: int) -> MotionError:
+    setup, unit = turn.problem.setup, motion_unit_factor(turn.problem.setup, order)
+    head = MOTION_NAMES[order], motion_table_unit(setup, order)
     if not turn.node_contributions:
-        return MotionError(
-            MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), 0.0, None, 0.0, None, {}, {}
-        )
+        return MotionError(*head, 0.0, None, 0.0, None, {}, {})
     if unbounded := turn.angles_of_unbounded_tolerances(order):
-        return _infinite_error(turn, order, unbounded)
-    unit, worst_at, band_at = (
-        motion_unit_factor(turn.problem.setup, order),
-        turn.angle_of_largest_total(worst_case_magnitude, order),
-        turn.angle_of_largest_total(root_sum_square_magnitude, order),
+        at = next((degrees(angle) for angle in unbounded.values() if angle is not None), None)
+        infinite = {
+            each.key: unit * float(worst_case_range([each], order).magnitude.max())
+            for each in turn.node_contributions
+        } | dict.fromkeys(unbounded, inf)
+        causes = {key: float(key in unbounded) / len(unbounded) for key in infinite}
+        return MotionError(*head, inf, at, inf, at, infinite, causes)
+    worst_at, band_at = (
+        turn.angle_of_largest_total(total, order) for total in (worst_case_range, root_sum_square_range)
     )
     at_worst, at_band = (turn.contributions_at(np.array([place])) for place in (worst_at, band_at))
     ends = np.array([[each.upper[order, 0], -each.lower[order, 0]] for each in at_worst])
     shares = unit * ends[:, ends.sum(axis=0).argmax()]
     parts = variance_by_tolerance(at_band, order)[:, 0]
     return MotionError(
-        MOTION_NAMES[order],
-        motion_table_unit(turn.problem.setup, order),
+        *head,
         float(shares.sum()),
         degrees(worst_at),
-        unit * float(root_sum_square_magnitude(at_band, order)[0]),
+        unit * float(root_sum_square_range(at_band, order).magnitude[0]),
         degrees(band_at),
         _values_by_contribution_key(at_worst, shares),
         _values_by_contribution_key(at_band, parts / (parts.sum() or 1.0)),
-    )
-
-
-def _infinite_error(turn: TurnErrors, order: int, unbounded_tolerances: dict[str, float | None]) -> MotionError:
-    """An infinite error, with the tolerances ``angles_of_unbounded_tolerances`` that cause it."""
-    at = next((degrees(angle) for angle in unbounded_tolerances.values() if angle is not None), None)
-    largest = {
-        each.key: motion_unit_factor(turn.problem.setup, order) * float(worst_case_magnitude([each], order).max())
-        for each in turn.node_contributions
-    }
-    shares = largest | dict.fromkeys(unbounded_tolerances, inf)
-    parts = {key: float(key in unbounded_tolerances) / len(unbounded_tolerances) for key in shares}
-    return MotionError(
-        MOTION_NAMES[order], motion_table_unit(turn.problem.setup, order), inf, at, inf, at, shares, parts
     )
 
 
@@ -515,8 +494,11 @@ def _values_by_contribution_key(contributions: list[Contribution], values: Float
 
 
 def _dwell_errors(turn: TurnErrors) -> Iterator[DwellError]:
-    unit = motion_unit_factor(turn.problem.setup, 0)
-    for stroke, worst_case in worst_wobbles(turn):
+    """The dwells of the motion, in the order of the turn."""
+    unit, dwells = motion_unit_factor(turn.problem.setup, 0), turn.problem.programme.tool.dwells
+    search, budget = make_worst_cam_search(turn), Budget(MOTION_PROOF_WORK)
+    for number, stroke in enumerate(dwells):
+        worst_case = WobbleSearch(search, stroke).find_worst_wobble(budget.share(len(dwells) - number))
         contributions = turn.contributions_at(np.linspace(stroke.start, stroke.end - JUMP_SIDE, DWELL_ANGLES))
         change = unit * sum(each.change() for each in contributions)
         over = 2.0 * pi if stroke.end > turn.problem.programme.strokes[-1].end else 0.0

@@ -21,17 +21,16 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.model.effects.error_response import (
     RESPONSE_ORDERS,
-    errors_at_contacts_by_key,
     largest_error_by_profile_zone,
 )
 from camopt.model.motion.programme import JUMP_SIDE
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.tolerance_zones import tolerance_zones_that_move_tool
-from camopt.scene.problem.variables import is_train_key
 from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ANGLE_TOLERANCES, DEVIATIONS_AT_CPK_1, Tolerance, ToleranceZone
 from camopt.solve.tolerances.error_samples import batch_mean_errors_at_quantiles
-from camopt.solve.tolerances.response import PairResponse, ToolResponse
+from camopt.solve.tolerances.errors import BORE, error_keys_at_contacts
+from camopt.solve.tolerances.response import motion_response
 
 MOTION_NAMES = ("displacement", "velocity", "acceleration")
 BAND_NAME = "root sum square, 3σ"
@@ -67,82 +66,39 @@ class Contribution(NamedTuple):
     batch_means: FloatArray = np.zeros(1)
     """Mean errors of batches (``error_samples.batch_mean_errors_at_quantiles``)."""
     beyond_zone: tuple[FloatArray, FloatArray] = (np.zeros((RESPONSE_ORDERS, 1)), np.zeros((RESPONSE_ORDERS, 1)))
-    """Distance of the furthest parts below ``lower`` and above ``upper``."""
-
-    @property
-    def spreads_beyond_zone(self) -> bool:
-        """Whether parts lie outside of the zone, more than the tails of a normal distribution with a Cpk of 1."""
-        return any(bool(each.any()) for each in self.beyond_zone)
+    """Distance of the furthest parts below ``lower`` and above ``upper``, beyond the tails of a Cpk of 1."""
 
 
 def tolerance_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
     """Contributions of all tolerances of a scene at cam angles (rad)."""
-    if problem.setup.mechanism.further_contacts:
-        yield from _pair_contributions(scene, problem, angles)
-        return
-    tolerances, response = scene.tolerances, ToolResponse(problem, angles)
-    for key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
-        yield _with_means_of_part_batches(
-            _number_contribution(key, response.number_response(key), zone),
-            key,
-            tolerances.number_and_angle_tolerances[key],
-            zone,
-        )
-    span = float(np.ptp(angles))
+    tolerances, response, span = scene.tolerances, motion_response(problem, angles), float(np.ptp(angles))
+    for tolerance_key, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
+        tolerance = tolerances.number_and_angle_tolerances[tolerance_key]
+        for key in error_keys_at_contacts(problem, tolerance_key):
+            (number_response,) = response.response_rows(key, 0)
+            yield _number_contribution(key, number_response, zone, tolerance_key, tolerance)
     if tolerances.profile:
-        most = largest_error_by_profile_zone(response.profile_response, tolerances.profile, tolerances.waves)
-        yield _contribution_along_profile("profile", most, span * (tolerances.waves or inf))
-    if tolerances.bore_eccentricity:
-        most = tolerances.bore_eccentricity * np.hypot(*response.bore_responses_in_two_directions)
-        yield _contribution_along_profile("bore_eccentricity", most, span)
-
-
-def _pair_contributions(scene: Scene, problem: Problem, angles: FloatArray) -> Iterator[Contribution]:
-    """Contributions of all tolerances for a follower with two contacts."""
-    tolerances, response, span = scene.tolerances, PairResponse(problem, angles), float(np.ptp(angles))
-    for tolerance, zone in tolerance_zones_that_move_tool(scene, problem.nominal_numbers).items():
-        if is_train_key(tolerance):
-            by_key = {tolerance: ToolResponse(problem, angles).number_response(tolerance)}
-        else:
-            contact_errors = errors_at_contacts_by_key(problem.setup.mechanism, tolerance)
-            by_key = {key: response.tool_response(at) for key, at in contact_errors.items()}
-        for key, number_response in by_key.items():
-            contribution = _number_contribution(key, number_response, zone)
-            yield _with_means_of_part_batches(
-                contribution, tolerance, tolerances.number_and_angle_tolerances[tolerance], zone
-            )
-    if tolerances.profile:
-        for key, at in errors_at_contacts_by_key(problem.setup.mechanism, "profile").items():
-            most = largest_error_by_profile_zone(response.tool_response(at), tolerances.profile, tolerances.waves)
+        for key in error_keys_at_contacts(problem, "profile"):
+            (profile_response,) = response.response_rows(key, 0)
+            most = largest_error_by_profile_zone(profile_response, tolerances.profile, tolerances.waves)
             yield _contribution_along_profile(key, most, span * (tolerances.waves or inf))
     if tolerances.bore_eccentricity:
-        x, y = (
-            response.tool_derivatives((first - second) / 2.0)
-            for first, second in response.bore_responses_in_two_directions
-        )
-        yield _contribution_along_profile("bore_eccentricity", tolerances.bore_eccentricity * np.hypot(x, y), span)
+        most = tolerances.bore_eccentricity * np.hypot(*response.response_rows(BORE, 0))
+        yield _contribution_along_profile(BORE, most, span)
 
 
-def _with_means_of_part_batches(
-    contribution: Contribution, key: str, tolerance: Tolerance, zone: ToleranceZone
+def _number_contribution(
+    key: str, response: FloatArray, zone: ToleranceZone, tolerance_key: str, tolerance: Tolerance
 ) -> Contribution:
-    """A contribution with the batch of its tolerance, if it has one."""
-    if tolerance.batch is None:
-        return contribution
-    unit = radians(1.0) if key in ANGLE_TOLERANCES else 1.0
-    return contribution._replace(
-        batch=tolerance.batch, batch_means=batch_mean_errors_at_quantiles(tolerance, zone, unit)
-    )
-
-
-def _number_contribution(key: str, response: FloatArray, zone: ToleranceZone) -> Contribution:
-    """Contribution of a number with an error within its zone."""
+    """Contribution of a number with an error within its zone, with the batch of its tolerance if it has one."""
     ends, most = (response * zone.lower, response * zone.upper), max(-zone.lower, zone.upper)
     lower, upper, deviation = np.minimum(*ends), np.maximum(*ends), np.abs(response) * zone.deviation
     change, middle = lambda: most * float(np.ptp(response[0])), response * zone.mean
     furthest = response * (zone.lower - zone.below_lower), response * (zone.upper + zone.above_upper)
     beyond = lower - np.minimum(*furthest), np.maximum(*furthest) - upper
-    return Contribution(key, lower, upper, deviation, change, middle, response, beyond_zone=beyond)
+    unit, batch = radians(1.0) if tolerance_key in ANGLE_TOLERANCES else 1.0, tolerance.batch
+    means = np.zeros(1) if batch is None else batch_mean_errors_at_quantiles(tolerance, zone, unit)
+    return Contribution(key, lower, upper, deviation, change, middle, response, batch, means, beyond)
 
 
 def variance_by_tolerance(contributions: list[Contribution], order: int) -> FloatArray:
@@ -179,6 +135,7 @@ class ErrorRange(NamedTuple):
 
     @property
     def magnitude(self) -> FloatArray:
+        """Largest |error| at each cam angle."""
         return np.asarray(np.maximum(-self.lower, self.upper))
 
 
@@ -197,16 +154,6 @@ def root_sum_square_range(contributions: list[Contribution], order: int) -> Erro
     half = DEVIATIONS_AT_CPK_1 * np.sqrt(np.maximum(variance_by_tolerance(contributions, order).sum(axis=0), 0.0))
     under, over = (sum(each.beyond_zone[side][order] for each in contributions) for side in (0, 1))
     return ErrorRange(np.maximum(middle - half, most.lower - under), np.minimum(middle + half, most.upper + over))
-
-
-def worst_case_magnitude(contributions: list[Contribution], order: int) -> FloatArray:
-    """Largest |error| of an order in the worst case, at each cam angle."""
-    return worst_case_range(contributions, order).magnitude
-
-
-def root_sum_square_magnitude(contributions: list[Contribution], order: int) -> FloatArray:
-    """Root sum square |mean| + 3σ of an order at each cam angle, at most the worst case of the furthest parts."""
-    return root_sum_square_range(contributions, order).magnitude
 
 
 def angle_of_largest_value(nodes: FloatArray, value_at_angles: Callable[[FloatArray], FloatArray]) -> float:
@@ -232,8 +179,6 @@ class Impulse(NamedTuple):
     """Cam angles (rad) at which a tolerance's contribution of an order, and of higher ones, is infinite."""
 
     order: int
-    at: float
-    """The first of ``places`` [rad]."""
     places: tuple[float, ...]
 
 
@@ -247,16 +192,18 @@ class TurnErrors:
     def contributions_at(self, angles: FloatArray) -> list[Contribution]:
         return [*tolerance_contributions(self.scene, self.problem, angles)]
 
-    def angle_of_largest_total(self, total: Callable[[list[Contribution], int], FloatArray], order: int) -> float:
-        """Cam angle of the largest total error of a bounded order [rad]."""
-        return angle_of_largest_value(self.nodes, lambda angles: total(self.contributions_at(angles), order))
+    def angle_of_largest_total(self, total: Callable[[list[Contribution], int], ErrorRange], order: int) -> float:
+        """Cam angle of the largest total |error| of a bounded order [rad]."""
+        return angle_of_largest_value(
+            self.nodes, lambda angles: total(self.contributions_at(angles), order).magnitude
+        )
 
     def angles_of_unbounded_tolerances(self, order: int) -> dict[str, float | None]:
         """Tolerances whose contribution to an order is infinite, with the first cam angle at which it is [rad].
 
         None instead of an angle if the contribution is infinite everywhere.
         """
-        jumps = {key: impulse.at for key, impulse in self.impulses.items() if impulse.order <= order}
+        jumps = {key: impulse.places[0] for key, impulse in self.impulses.items() if impulse.order <= order}
         return jumps | {each.key: None for each in self.node_contributions if np.isinf(each.upper[order]).any()}
 
     def impulse_angles_text(self, order: int) -> str:
@@ -284,11 +231,10 @@ class TurnErrors:
                 with np.errstate(invalid="ignore"):
                     ends = (right.lower - left.lower)[order], (right.upper - left.upper)[order]
                 jumps = np.flatnonzero(
-                    np.abs(ends).max(axis=0) > SAME_JUMP_SIDES * worst_case_magnitude([usual], order).max()
+                    np.abs(ends).max(axis=0) > SAME_JUMP_SIDES * worst_case_range([usual], order).magnitude.max()
                 )
                 if jumps.size:
-                    where = tuple(float(each) for each in places[jumps])
-                    impulses[left.key] = Impulse(order + 1, where[0], where)
+                    impulses[left.key] = Impulse(order + 1, tuple(places[jumps].tolist()))
         return impulses
 
     @cached_property

@@ -15,9 +15,9 @@ case the motion has no jump, so the slopes are those of one side of it.
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6 and 11.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from math import degrees, inf, pi
 from typing import Any, NamedTuple
@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.core.mistakes import BadInput, Mistake
-from camopt.core.numerics import FloatArray
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.budget import Budget
 from camopt.model.effects.curvature import CONVEX_RADIUS
 from camopt.model.effects.effect import EvaluationBlock
@@ -53,6 +53,7 @@ from camopt.solve.tolerances.errors import (
     WAVE_PHASE,
     Errors,
     direction_key,
+    direction_keys,
     error_ranges_at_all_contacts,
     flat_from_polar_errors,
     is_direction,
@@ -132,10 +133,8 @@ def tool_motion_error_at_contact_maker(cam: RealCam, order: int) -> BoundedQuant
     """
     problem = cam.problem
 
-    def enclose_tool_error(errors: Errors, at: PartMotion) -> Any:
-        shift = cam.contact_shift(
-            0, problem.design, cam.contact_errors_with_turned_bore(0, errors), at.motion, order
-        )
+    def enclose_tool_error(errors: Errors, at: PartMotion) -> Number:
+        shift = cam.contact_shift(0, errors, at.motion, order)
         ahead = MotionAhead(problem.programme, at, shift.cam_turn.terms[0], at.jumps_at_contact)
         deltas = follower_errors(
             shift, at.motion, ahead.derivative_change_to_ahead, at.jumps_at_contact.y2_jump, order
@@ -147,21 +146,6 @@ def tool_motion_error_at_contact_maker(cam: RealCam, order: int) -> BoundedQuant
         return highest_order_tool_error(problem, errors, deltas, ahead.derivative_ahead)
 
     return enclose_tool_error
-
-
-def angle_ahead_function(cam: RealCam, contact_number: int) -> BoundedQuantity:
-    """Angle from a place to its contact's cam angle [rad].
-
-    For ``contact_number`` 1, to the second contact's place.
-    """
-
-    def enclose_angle_ahead(errors: Errors, at: PartMotion) -> Any:
-        turn = cam.contact_shift(
-            0, cam.problem.design, cam.contact_errors_with_turned_bore(0, errors), at.motion, 0
-        ).cam_turn.terms[0]
-        return ContactAhead(cam, 1, errors, errors, at).enclose_angle_ahead(turn) if contact_number else turn
-
-    return enclose_angle_ahead
 
 
 class CandidateCam(NamedTuple):
@@ -198,46 +182,47 @@ class WorstSearch:
         """
         try:
             worst = self._make_candidate(self.errors_of_nearly_worst_cam())
-            if why := self.no_bound_reason:
-                return self._make_worst_case(worst, inf, why)
-            budget = Budget(RATE_WORK if self.order else DISPLACEMENT_WORK)
-            bound = self.prove_error_bound(abs(worst.error), RATE_GAP if self.order else DISPLACEMENT_GAP, budget)
-            if bound.witness is not None:
-                worst = max(
-                    worst,
-                    self._make_candidate({key: bound.witness[key] for key in self.error_ranges}),
-                    key=lambda each: abs(each.error),
+            high, unproved = inf, self.no_bound_reason
+            if not unproved:
+                budget = Budget(RATE_WORK if self.order else DISPLACEMENT_WORK)
+                bound = self.prove_error_bound(
+                    abs(worst.error), RATE_GAP if self.order else DISPLACEMENT_GAP, budget
                 )
-            return self._make_worst_case(worst, bound.high, missing_bound_reason(bound.high, budget))
+                if bound.witness is not None:
+                    worst = max(
+                        worst,
+                        self._make_candidate({key: bound.witness[key] for key in self.error_ranges}),
+                        key=lambda each: abs(each.error),
+                    )
+                high, unproved = bound.high, missing_bound_reason(bound.high, budget)
+            unit = motion_unit_factor(self.problem.setup, self.order)
+            shown = self.contact_angle_and_errors_in_deg(worst.errors, worst.angle)
+            return WorstCase(unit * high, unit * worst.error, *shown, unproved)
         except FloatingPointError:
             raise self.tolerance_too_large_error() from None
 
-    def _make_worst_case(self, worst: CandidateCam, bound: float, unproved: str) -> WorstCase:
-        unit, (errors, place, error) = motion_unit_factor(self.problem.setup, self.order), worst
-        angle = float(self.tool_error_at_contact(errors, np.array([place])).angle[0])
-        at = degrees(float(self.cam.angles_in_turn(np.array([angle]))[0]))
-        return WorstCase(unit * bound, unit * error, at, self.errors_in_mm_and_deg(errors, place, angle), unproved)
+    def contact_angle_and_errors_in_deg(self, errors: ErrorValues, place: float) -> tuple[float, ErrorValues]:
+        """Cam angle at which a cam touches with a place [deg], and its errors in mm and deg."""
+        angle = self.tool_error_at_contact(errors, np.array([place])).angle
+        shown = self.errors_in_mm_and_deg(errors, place, float(angle[0]))
+        return degrees(float(self.cam.angles_in_turn(angle)[0])), shown
 
     @property
     def no_bound_reason(self) -> str:
         """Why no bound exists; "" where one may exist."""
-        tolerances = self.turn.scene.tolerances
-        if self.problem.programme.corners:
+        problem, tolerances = self.problem, self.turn.scene.tolerances
+        if problem.programme.corners:
             return CORNERS_REASON
         if not self.order or not tolerances.profile:
             return ""
         if tolerances.waves is None:
             return SLOPES_REASON
-        return HOLLOWS_REASON if self._flat_face_may_miss_wave_hollows(tolerances.profile) else ""
-
-    def _flat_face_may_miss_wave_hollows(self, zone: float) -> bool:
-        """Whether a flat face may not follow the waves: the radius ρ + w + w'' with the wave w reaches 0."""
-        problem, convex = self.problem, frozenset({CONVEX_RADIUS})
         if not problem.setup.mechanism.flat_faced:
-            return False
+            return ""
+        # a flat face may not follow the waves if the radius ρ + w + w'' with the wave w reaches 0
         block = EvaluationBlock(problem.setup, problem.programme, problem.design)
-        radius = run_effects(block, convex).columns[CONVEX_RADIUS]
-        return bool(radius[0] <= (self.cam.waves**2 - 1) * zone)
+        radius = run_effects(block, frozenset({CONVEX_RADIUS})).columns[CONVEX_RADIUS]
+        return HOLLOWS_REASON if radius[0] <= (self.cam.waves**2 - 1) * tolerances.profile else ""
 
     def _make_candidate(self, errors: ErrorValues) -> CandidateCam:
         return CandidateCam(errors, *self.place_and_largest_error(errors))
@@ -252,11 +237,11 @@ class WorstSearch:
         search = self.bound_search(
             tool_motion_error_at_contact_maker(self.cam, self.order), self.largest_early_or_late_angle
         )
-        parts, bound = (
-            search.split_at_reach_of_jumps(whole_panel_parts(self.problem, self.box)),
-            ProvedBound(-inf, reached_value),
-        )
-        cases = [*self.jump_cases]
+        parts = search.split_at_reach_of_jumps(whole_panel_parts(self.problem, self.box))
+        bound, cases = ProvedBound(-inf, reached_value), list[JumpCase]([(None, None)])
+        if len(self.cam.contacts) > 1:  # jumps already passed or not, one case after the other for parts near jumps
+            first = (False, True) if self._acceleration_jumps_of_two_contacts else (None,)
+            cases = [*product(first, (False, True))]
         for remaining, case in zip(range(len(cases), 0, -1), cases, strict=True):
             more = replace(search, jump_case=case).prove_upper_bound(
                 parts, bound.witness_value, gap, budget.share(remaining), sufficient_bound
@@ -271,13 +256,6 @@ class WorstSearch:
     def bound_search(self, quantity: BoundedQuantity, jump_reach: float = 0.0) -> BoundSearch:
         """Search for the bound of a quantity over all cams."""
         return BoundSearch(self.problem, quantity, self.error_ranges, self.box, jumps=self.jumps, reach=jump_reach)
-
-    @property
-    def jump_cases(self) -> Iterable[JumpCase]:
-        """Cases of jumps already passed or not, proved one after the other for parts near jumps."""
-        if len(self.cam.contacts) == 1:
-            return [(None, None)]
-        return product((False, True) if self._acceleration_jumps_of_two_contacts else (None,), (False, True))
 
     @cached_property
     def box(self) -> NumberRanges:
@@ -303,11 +281,15 @@ class WorstSearch:
         """Largest angle by which any cam is late or early [rad]; 0 where no jump matters."""
         if not self.jumps:
             return 0.0
-        parts = whole_panel_parts(self.problem, self.box, sides=(1.0,))
+        cam, parts = self.cam, whole_panel_parts(self.problem, self.box, sides=(1.0,))
+
+        def enclose_angle_ahead(contact_number: int, errors: Errors, at: PartMotion) -> Number:
+            """Angle from a place to its contact's cam angle, or to the second contact's place [rad]."""
+            turn = cam.contact_shift(0, errors, at.motion, 0).cam_turn.terms[0]
+            return ContactAhead(cam, 1, errors, errors, at).enclose_angle_ahead(turn) if contact_number else turn
+
         parts = parts.cut_across_steepest_variable(np.eye(1, len(parts.low)).T + np.zeros(parts.size))
-        proofs = (
-            self.bound_search(angle_ahead_function(self.cam, number)) for number in range(len(self.cam.contacts))
-        )
+        proofs = (self.bound_search(partial(enclose_angle_ahead, number)) for number in range(len(cam.contacts)))
         with np.errstate(all="ignore"):
             angles = [proof.enclose_quantity_times_side(parts).value.largest_magnitude.max() for proof in proofs]
         return (1.0 + LENGTH_ROUNDING) * float(max(angles))
@@ -398,23 +380,16 @@ class WorstSearch:
 
     def _contact_places_beside_jumps(self, errors: Mapping[str, FloatArray]) -> FloatArray:
         """Places just before and after each place where a jump starts or stops to act, shape (places, cams)."""
-        count, jumps = (
-            len(next(iter(errors.values()))),
-            [jump.at for jump in self._acceleration_jumps_of_two_contacts],
-        )
-        repeated, at = {key: np.tile(each, len(jumps)) for key, each in errors.items()}, np.repeat(jumps, count)
-        places = np.reshape([at, *self._places_as_each_contact_touches(repeated, at)], (-1, count))
-        return self.cam.angles_in_turn(np.concatenate([places - JUMP_SIDE_DISTANCE, places + JUMP_SIDE_DISTANCE]))
-
-    def _places_as_each_contact_touches(
-        self, errors: Mapping[str, FloatArray], angles: FloatArray
-    ) -> list[FloatArray]:
-        """Places of the first contact when it touches at cam angles, and when the second touches at that place."""
-        flat, places = flat_from_polar_errors(errors), [angles, angles]
+        jumps = [jump.at for jump in self._acceleration_jumps_of_two_contacts]
+        flat = flat_from_polar_errors({key: np.tile(each, len(jumps)) for key, each in errors.items()})
+        count = len(next(iter(errors.values())))
+        at = np.repeat(jumps, count)
+        first, second = at, at  # places of the first contact as it, or as the second contact, touches at a jump
         for _ in range(CONTACT_ROUNDS):
-            turns = [self.cam.cam_turn_angles_at_contact(flat, each) for each in places]
-            places = [angles - turns[0], angles - self.cam.second_contact_lead(flat, places[1], turns[1])]
-        return places
+            turns = [self.cam.cam_turn_angles_at_contact(flat, each) for each in (first, second)]
+            first, second = at - turns[0], at - self.cam.second_contact_lead(flat, second, turns[1])
+        places = np.reshape([at, first, second], (-1, count))
+        return self.cam.angles_in_turn(np.concatenate([places - JUMP_SIDE_DISTANCE, places + JUMP_SIDE_DISTANCE]))
 
     def part_errors_moving_tool_furthest(
         self, angles: FloatArray, side: float, delay_weight: float = 0.0
@@ -424,31 +399,27 @@ class WorstSearch:
         A weight also counts how late the errors make the cam, relative to the delay with all errors at one end.
         """
         rows, upper_ends = list[ErrorValues](), {key: high for key, (_, high) in self.error_ranges.items()}
+        ways = direction_keys(self.error_ranges)
         for key, ends in self.error_ranges.items():
-            if (way := direction_key(key)) in self.error_ranges and not is_direction(key):
-                rows += [{key: ends[1], way: each} for each in QUARTER_TURNS]
+            if key in ways:
+                rows += [{key: ends[1], ways[key]: each} for each in QUARTER_TURNS]
             elif not is_direction(key):
                 rows += [{key: end} for end in ends]
-        errors = dict[str, FloatArray]()
-        shifts = iter(self._tool_shifts_with_weighted_delay([*rows, upper_ends], angles, side, delay_weight))
+        # movement of the tool by each cam, plus its weighted delay in units of the last cam's delay
+        cams = [*rows, upper_ends]
+        repeated = {key: np.repeat([cam.get(key, 0.0) for cam in cams], angles.size) for key in self.error_ranges}
+        places = np.tile(angles, len(cams))
+        contact = self._tool_error_at_contact_or_raise(repeated, places, include_jumps=False)
+        error, delay = (each.reshape(len(cams), -1) for each in (contact.error, contact.angle - places))
+        weight = np.abs(error[-1]) / np.maximum(np.abs(delay[-1]), JUMP_SIDE)
+        shifts, errors = iter(side * error + delay_weight * weight * delay), dict[str, FloatArray]()
         for key, (low, high) in self.error_ranges.items():
-            if (way := direction_key(key)) in self.error_ranges and not is_direction(key):
+            if key in ways:
                 right, up, left, down = (next(shifts) for _ in QUARTER_TURNS)
-                errors |= {key: np.full(angles.size, high), way: np.arctan2(up - down, right - left)}
+                errors |= {key: np.full(angles.size, high), ways[key]: np.arctan2(up - down, right - left)}
             elif not is_direction(key):
                 errors[key] = np.where(next(shifts) > next(shifts), low, high)
         return errors
-
-    def _tool_shifts_with_weighted_delay(
-        self, cams: list[ErrorValues], angles: FloatArray, side: float, delay_weight: float
-    ) -> FloatArray:
-        """Movement of the tool to a side by each cam, plus its weighted delay in units of the last cam's delay."""
-        errors = {key: np.repeat([cam.get(key, 0.0) for cam in cams], angles.size) for key in self.error_ranges}
-        places = np.tile(angles, len(cams))
-        contact = self._tool_error_at_contact_or_raise(errors, places, include_jumps=False)
-        error, delay = (each.reshape(len(cams), -1) for each in (contact.error, contact.angle - places))
-        weight = np.abs(error[-1]) / np.maximum(np.abs(delay[-1]), JUMP_SIDE)
-        return np.asarray(side * error + delay_weight * weight * delay)
 
     def motion_errors(self, errors: Mapping[str, Any], angles: FloatArray) -> FloatArray:
         """Errors of the motion of cams that touch with the places ``angles`` (rad)."""
@@ -518,9 +489,8 @@ class WorstSearch:
             cam_angle = angle + errors.get("phase", 0.0) if developed else place
             way = errors.get(BORE_DIRECTION, 0.0 if length >= 0.0 else pi)
             shown |= {BORE: abs(length), BORE_DIRECTION: way - sense * cam_angle}
-        for key in errors:
-            if key.startswith(WAVE_PHASE):
-                shown[key] = self.cam.waves * self.profile_place(key, errors, place) - errors[key]
+        waves = [key for key in errors if key.startswith(WAVE_PHASE)]
+        shown |= {key: self.cam.waves * self.profile_place(key, errors, place) - errors[key] for key in waves}
         in_deg = {key: degrees(each) for key, each in shown.items() if is_direction(key) or key in ANGLE_TOLERANCES}
         return shown | {key: each % 360.0 if is_direction(key) else each for key, each in in_deg.items()}
 

@@ -30,6 +30,7 @@ from camopt.solve.measured.band_certificate import certify_band
 from camopt.solve.measured.columns import TableReadingOptions
 from camopt.solve.measured.dwell_likelihood import INTEGRAL_ORDERS, INTEGRAL_SIZES, FlatWindow, likeliest_dwell
 from camopt.solve.measured.fit import fit
+from camopt.solve.measured.fit_result import one_sided_stretches
 from camopt.solve.measured.least_jerk import (
     LEVELLING,
     AllowedDeviation,
@@ -48,7 +49,6 @@ from camopt.solve.measured.noise import (
     noise_from_neighbours,
     noise_rms_bound_factor,
 )
-from camopt.solve.measured.one_sided_stretches import one_sided_stretches
 from camopt.solve.measured.outline import LIKELY_DROP, Dwell, TurningPoint, find_outline_and_doubtful_dwells
 from camopt.solve.measured.smoothing import (
     JERK_WEIGHTS,

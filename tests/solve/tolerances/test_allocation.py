@@ -95,7 +95,7 @@ def test_grades_cost_no_less_than_the_best_widths_of_reciprocal_cost():
     costs = {key: {grade: price[key] / t for grade, t in each.items()} for key, each in widths.items()}
     found = camopt.allocate(scene, within, costs=costs)
     answers = ToolResponse(problem, np.linspace(0.01, 6.27, 400))
-    c = np.abs([answers.response_to_size("offset")[0], answers.profile_response[0]])
+    c = np.abs([answers.number_response("follower.offset")[0], answers.profile_response[0]])
     t, b = cp.Variable(2, pos=True), np.array([*price.values()])
     best = cp.Problem(cp.Minimize(cp.sum(cp.multiply(b, cp.inv_pos(t)))), [c.T @ t <= within]).solve()
     one = c[:, c.sum(axis=0).argmax()]

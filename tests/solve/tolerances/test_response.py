@@ -32,9 +32,7 @@ def package_response(answers, key):
         return answers.bore_responses_in_two_directions[key == "bore y"]
     if key == "profile":
         return answers.profile_response
-    if key in ("phase", "face_tilt"):
-        return answers.number_response(key)
-    return answers.response_to_size("roller_radius" if "radius" in key else key)
+    return answers.number_response(key if key in ("phase", "face_tilt") else f"follower.{key}")
 
 
 def single_error(key, size):

@@ -17,7 +17,7 @@ from camopt.model.motion.tool_drive import tool_position
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.response import ToolResponse
-from camopt.solve.tolerances.turn_errors import TurnErrors, root_sum_square_magnitude, worst_case_magnitude
+from camopt.solve.tolerances.turn_errors import TurnErrors, root_sum_square_range, worst_case_range
 from camopt.solve.tolerances.worst_case import make_worst_cam_search
 
 GIVEN = {
@@ -48,10 +48,10 @@ def test_the_largest_is_that_of_a_dense_scan(contact, order):
     given = own.get(contact, {"profile": 0.02, "waves": 9, "phase": 0.03})
     turn = turn_errors(scene_of(contact, given=given))
     angles = np.linspace(0.0, 2 * np.pi, 200_001)[:-1]
-    for total in (worst_case_magnitude, root_sum_square_magnitude):
+    for total in (worst_case_range, root_sum_square_range):
         found, scanned = (
-            total(turn.contributions_at(np.array([turn.angle_of_largest_total(total, order)])), order)[0],
-            total(turn.contributions_at(angles), order),
+            total(turn.contributions_at(np.array([turn.angle_of_largest_total(total, order)])), order).magnitude[0],
+            total(turn.contributions_at(angles), order).magnitude,
         )
         assert found >= scanned.max() * (1.0 - 1e-12)
         assert found == pytest.approx(scanned.max(), rel=1e-4)  # which has no side of a jump
@@ -64,8 +64,8 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
     angles = np.linspace(0.01, 6.2, 40)
     answers, found = ToolResponse(turn.problem, angles), turn.contributions_at(angles)
     lengths = [
-        answers.response_to_size("roller_radius"),
-        answers.response_to_size("offset"),
+        answers.number_response("follower.roller_radius"),
+        answers.number_response("follower.offset"),
         answers.number_response("phase"),
         *answers.bore_responses_in_two_directions,
     ]
@@ -76,11 +76,11 @@ def test_no_errors_within_their_zones_are_worse_than_the_worst_case_and_a_corner
         for _ in range(500):
             way, distance = rng.uniform(0, 2 * np.pi), 0.015 * rng.uniform() ** 0.1
             errors = [*rng.uniform(low, high), distance * np.cos(way), distance * np.sin(way)]
-            assert (np.abs(errors @ terms) <= worst_case_magnitude(found, order) * (1 + 1e-12)).all()
+            assert (np.abs(errors @ terms) <= worst_case_range(found, order).magnitude * (1 + 1e-12)).all()
         ends = np.maximum(low[:, None] * terms[:3], high[:, None] * terms[:3])
         below = np.maximum(-low[:, None] * terms[:3], -high[:, None] * terms[:3])
         corner = np.maximum(ends.sum(axis=0), below.sum(axis=0)) + 0.015 * np.hypot(*terms[3:])
-        np.testing.assert_allclose(worst_case_magnitude(found, order), corner, rtol=1e-12)
+        np.testing.assert_allclose(worst_case_range(found, order).magnitude, corner, rtol=1e-12)
 
 
 def test_no_profile_within_its_zone_and_waves_is_worse_and_a_cosine_is_as_bad():
@@ -101,12 +101,12 @@ def test_no_profile_within_its_zone_and_waves_is_worse_and_a_cosine_is_as_bad():
         waves = (rng.normal(size=n + 1) + 1j * rng.normal(size=n + 1)) * rng.choice([0.0, 1.0], n + 1)
         most = np.abs((waves @ np.exp(1j * np.outer(orders, dense))).real).max() * 1.0001 + 1e-9
         for order, value in enumerate(motion(zone / most * waves)):
-            assert (np.abs(value) <= worst_case_magnitude(found, order)).all()
+            assert (np.abs(value) <= worst_case_range(found, order).magnitude).all()
     turned = [motion(zone * np.eye(n + 1)[n] * np.exp(1j * phase)) for phase in np.linspace(0, 2 * np.pi, 721)]
     reached = [np.max([np.abs(each[order]) for each in turned], axis=0) for order in range(3)]
     for order in range(2):
-        np.testing.assert_allclose(worst_case_magnitude(found, order), reached[order], rtol=1e-4)
-    assert (worst_case_magnitude(found, 2) <= 1.1 * reached[2]).all()
+        np.testing.assert_allclose(worst_case_range(found, order).magnitude, reached[order], rtol=1e-4)
+    assert (worst_case_range(found, 2).magnitude <= 1.1 * reached[2]).all()
 
 
 def test_a_band_is_that_of_random_cams():
@@ -124,18 +124,18 @@ def test_a_band_is_that_of_random_cams():
     angles = np.linspace(0.1, 6.0, 12)
     answers = ToolResponse(turn.problem, angles)
     drawn = {
-        "roller_radius": rng.normal(0, 0.02 / 3.6, count),
-        "arm_length": rng.uniform(-0.02, 0.02, count),
-        "centre_distance": rng.triangular(-0.02, 0, 0.02, count),
+        "follower.roller_radius": rng.normal(0, 0.02 / 3.6, count),
+        "follower.arm_length": rng.uniform(-0.02, 0.02, count),
+        "follower.centre_distance": rng.triangular(-0.02, 0, 0.02, count),
     }
     for order in range(3):
-        errors = sum(np.outer(values, answers.response_to_size(name)[order]) for name, values in drawn.items())
+        errors = sum(np.outer(values, answers.number_response(key)[order]) for key, values in drawn.items())
         found = turn.contributions_at(angles)
         deviation = np.sqrt(sum(each.deviation[order] ** 2 for each in found))
         np.testing.assert_allclose(errors.std(axis=0), deviation, rtol=0.02)
         np.testing.assert_allclose(
-            root_sum_square_magnitude(found, order),
-            np.minimum(3 * deviation, worst_case_magnitude(found, order)),
+            root_sum_square_range(found, order).magnitude,
+            np.minimum(3 * deviation, worst_case_range(found, order).magnitude),
             rtol=1e-12,
         )
 

@@ -20,7 +20,7 @@ from camopt.solve.tolerances.margins import LimitsByNumber, ToleranceBox, evalua
 from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, Interference, list_plays
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.response import PairResponse, separation_range
-from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_magnitude
+from camopt.solve.tolerances.turn_errors import TurnErrors, worst_case_range
 from camopt.solve.tolerances.worst_case import make_worst_cam_search, tool_motion_error_at_contact_maker
 from camopt.solve.verdicts.constraint_boxes import BoxParts
 from tests.solve.measured.test_pair_inspection import drawn_pair as pair_drawn
@@ -112,10 +112,10 @@ def test_first_order_is_the_slope_of_what_both_contacts_do_exactly():
     problem, step = resolve_design(pair_of(**EVERY)), 1e-5
     answers = PairResponse(problem, ANGLES)
     for tolerance in (key for key in (*EVERY, *MORE) if key not in ("drive.base_radius", "bore_eccentricity")):
-        for key, at in errors_at_contacts_by_key(problem.setup.mechanism, tolerance).items():
+        for key in errors_at_contacts_by_key(problem.setup.mechanism, tolerance):
             off, apart = (np.array(each) / step for each in PairCams(problem).at({key: step}, ANGLES))
-            np.testing.assert_allclose(answers.tool_response(at)[0], off, rtol=1e-4, atol=1e-7)
-            np.testing.assert_allclose(answers.separation_response(at), apart, rtol=1e-4, atol=1e-5)
+            np.testing.assert_allclose(answers.response_rows(key, 0)[0][0], off, rtol=1e-4, atol=1e-7)
+            np.testing.assert_allclose(answers.separation_rows(key, 0)[0], apart, rtol=1e-4, atol=1e-5)
     for way in (0.0, np.pi / 2):
         errors = {"bore_eccentricity": step, "bore_eccentricity_way": way}
         off, apart = (np.array(each) / step for each in PairCams(problem).at(errors, ANGLES))
@@ -145,8 +145,8 @@ def test_the_worst_cam_of_a_pair_is_within_what_is_proved_and_random_ones_too(ev
     assert unit * np.abs(off).max() <= worst.bound
     between = separation_range(scene, problem, np.linspace(0.0, 6.28, 2000))
     room = np.radians(0.005 / np.hypot(1, 1))  # of the base radius, which is in it, and of second order
-    assert between.lowest - room <= apart.min()
-    assert apart.max() <= between.highest + room
+    assert between.low.min() - room <= apart.min()
+    assert apart.max() <= between.high.max() + room
 
 
 JUMPING = [{"segment": each, "angle": 180, "lift": 20, "law": "parabolic"} for each in ("rise", "return")]
@@ -291,7 +291,7 @@ def test_the_worst_cam_has_an_interference_that_its_own_sizes_give_and_the_gap_i
     }
     assert margin.sizes["drive.interference"] == pytest.approx(most_interference(sizes), rel=1e-3)
     others = {key: -by for key, by in sizes.items()}
-    least = interference.interference_range({key: np.array([by]) for key, by in others.items()}).highest
+    least = interference.interference_range({key: np.array([by]) for key, by in others.items()}).high.max()
     assert least == pytest.approx(most_interference(others), rel=1e-3)
     assert least < 0.6 * margin.sizes["drive.interference"]
     assert 1e-4 < margin.gap / margin.worst < 3e-3  # the interference of any cam, with the sizes of any other
@@ -404,7 +404,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
     np.testing.assert_allclose(cams.motion_errors(off, places, 2), (after - 2 * at + before) / step**2, rtol=6e-3)
     (found, *_), most = (
         camopt.sample_cams(scene, cams=4).errors,
-        worst_case_magnitude(search.turn.node_contributions, 0).max(),
+        worst_case_range(search.turn.node_contributions, 0).magnitude.max(),
     )
     assert 0.1 * most < np.radians(found.worst) < most
 

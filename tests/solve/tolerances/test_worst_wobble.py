@@ -15,7 +15,6 @@ from camopt.model.effects.motion import motion_unit_factor
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances import dwells_and_passages
 from camopt.solve.tolerances.dwells_and_passages import WobbleSearch
 from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_ranges_at_all_contacts
 from camopt.solve.tolerances.turn_errors import TurnErrors
@@ -156,7 +155,7 @@ def test_the_command_shows_the_bound_of_a_dwell_and_its_worst_cam(command, tmp_p
     assert "with profile 0.01 mm, lowest at" in out
     (found,) = json.loads(command("tolerance", file, "--json")[1])["dwells"]
     assert found["worst_case"]["bound"] > found["worst_case"]["change"] > 0.0399999
-    monkeypatch.setattr(dwells_and_passages, "MOTION_PROOF_WORK", 0.0)
+    monkeypatch.setattr("camopt.solve.tolerances.tolerance.MOTION_PROOF_WORK", 0.0)
     late = camopt.tolerance(Scene.from_toml(file))
     assert np.isinf(late.dwells[0].worst_case.bound)
     assert (
