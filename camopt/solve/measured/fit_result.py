@@ -398,22 +398,18 @@ class Fit(Result, Drawable):
 
 def one_sided_stretches(deviations: FloatArray, noise: float) -> list[OneSidedStretch]:
     """Separate stretches round the turn with deviations on one side, in their order."""
+    sums = np.concatenate([[0.0], np.cumsum(np.concatenate([deviations, deviations]))])
+    length, biased = FEWEST_POINTS, list[tuple[float, int, int]]()
+    while length <= MOST_POINT_SHARE * deviations.size:  # means in their standard deviations
+        means = np.abs(sums[length : length + deviations.size] - sums[: deviations.size]) / (
+            noise * np.sqrt(length)
+        )
+        biased += [(float(means[k]), int(k), length) for k in np.flatnonzero(means > MEAN_SIGMAS)]
+        length = max(length + 1, round(LENGTH_RATIO * length))
     is_taken, stretches = np.zeros(deviations.size, dtype=bool), []
-    for _, first, count in sorted(_biased_stretches(deviations, noise), reverse=True):
+    for _, first, count in sorted(biased, reverse=True):
         places = np.arange(first, first + count) % deviations.size
         if not is_taken[places].any():
             is_taken[places] = True
             stretches.append(OneSidedStretch(first, int(places[-1]), count, float(deviations[places].mean())))
     return sorted(stretches)
-
-
-def _biased_stretches(deviations: FloatArray, noise: float) -> Iterator[tuple[float, int, int]]:
-    """Stretches with a far mean: the mean in its standard deviations, the first place, and the number of points."""
-    sums = np.concatenate([[0.0], np.cumsum(np.concatenate([deviations, deviations]))])
-    count = FEWEST_POINTS
-    while count <= MOST_POINT_SHARE * deviations.size:
-        distances = np.abs(sums[count : count + deviations.size] - sums[: deviations.size]) / (
-            noise * np.sqrt(count)
-        )
-        yield from ((float(distances[k]), int(k), count) for k in np.flatnonzero(distances > MEAN_SIGMAS))
-        count = max(count + 1, round(LENGTH_RATIO * count))

@@ -112,9 +112,6 @@ class _SplineVariables:
         self.variation = cp.norm1(cp.multiply(chain.difference_factors[-1], scaled[3]))
         """∫ |y'''| dx in jerk units, or a little more: the variation of the coefficients of y''."""
 
-    def values_at(self, x: FloatArray) -> Any:
-        return self.chain.value_matrix(x) @ self.c[0]
-
 
 # ---------------------------------------------------------------------------------------------------- freest
 
@@ -172,7 +169,9 @@ def _solve_least_jerk(points: MeasuredPoints, allowed: AllowedDeviation, usual_j
         last * (variables.c[3][1] - variables.c[3][0]) == first * (variables.c[3][-1] - variables.c[3][-2]),
     ]
     middle, x = _mid_range_lift(points), forward_angle_deg(angles[0], points.angles) / TURN_DEG
-    band_constraints = allowed.deviation_constraints(variables.values_at(x) - (points.lifts - middle) / unit, unit)
+    band_constraints = allowed.deviation_constraints(
+        chain.value_matrix(x) @ variables.c[0] - (points.lifts - middle) / unit, unit
+    )
     problem = cp.Problem(cp.Minimize(variables.square), [*variables.limits, *closed, *band_constraints])
     if (status := solve(problem)) not in SOLVED_STATUSES:
         raise Unsolved(failure_message(status))
@@ -290,7 +289,7 @@ class _OutlineModel:
         lifts = (points.lifts - self.middle) / self.unit
         deviations = [
             *(
-                motion.values_at(s.x) - lifts[s.places]
+                motion.chain.value_matrix(s.x) @ motion.c[0] - lifts[s.places]
                 for s, motion in zip(self.strokes, self.motions, strict=True)
             ),
             *(self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size),

@@ -129,9 +129,11 @@ class RealCam:
         """
         problem, design = self.contacts[contact_number], self.contacts[contact_number].design
         mechanism, sense = problem.setup.mechanism, design.sense
-        errors = self.contact_errors_with_turned_bore(
-            contact_number, errors, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
-        )
+        errors = errors_at_contact(self.problem, contact_number, errors)
+        if not self.is_developed:  # the axis of the bore turns with the cam
+            errors = with_turned_vector_error(errors, BORE, angle_ahead * sense)
+        if errors_in_cam_frame:
+            errors = with_turned_vector_error(errors, "profile", angle_ahead * self.waves)
         y, slope = (_motion_series(motion[k:], order) for k in (0, 1))
         constant = {
             key: each
@@ -296,17 +298,6 @@ class RealCam:
             contact_number, errors, motion, 0, angle_ahead, errors_in_cam_frame=errors_in_cam_frame
         )
         return np.asarray(shift.cam_turn.terms[0] + np.zeros_like(places))
-
-    def contact_errors_with_turned_bore(
-        self, contact_number: int, errors: Errors, angle_ahead: Number = 0.0, *, errors_in_cam_frame: bool = False
-    ) -> dict[str, Any]:
-        """Errors at a contact that touches an angle [rad] ahead of the first, with the axis of the bore then."""
-        local = errors_at_contact(self.problem, contact_number, errors)
-        if not self.is_developed:
-            local = with_turned_vector_error(local, BORE, angle_ahead * self.contacts[contact_number].design.sense)
-        return (
-            with_turned_vector_error(local, "profile", angle_ahead * self.waves) if errors_in_cam_frame else local
-        )
 
     def _single_contact_at_places(
         self,
