@@ -25,6 +25,7 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from camopt.model.effects import force
+from camopt.model.effects.contacts import FunctionAtContact
 from camopt.model.effects.effect import LeastForce
 from camopt.model.effects.peak import MotionDerivative
 from camopt.model.mechanisms import cylindrical, translating, translating_flat
@@ -105,8 +106,8 @@ def repeats_first_contact(scene_problem: Problem, constraint: Constraint) -> boo
     if not mechanism.drive.one_disc or constraint.kinds != ALL_STROKES:
         return False
     (contact,) = mechanism.further_contacts
-    contact_curve = getattr(constraint.curve, "make", None)
-    return contact_curve is not None and contact_curve in [
+    curve = constraint.curve
+    return isinstance(curve, FunctionAtContact) and curve.function in [
         getattr(contact.mechanism, name) for name in CONTACT_CURVES
     ]
 
@@ -127,7 +128,8 @@ class _SecondContact(NamedTuple):
 
     def first_contact_curve(self, constraint: Constraint) -> Any:
         """The curve of the first contact for a constraint on the second; None for any other constraint."""
-        return self.curves.get(getattr(constraint.curve, "make", None))
+        curve = constraint.curve
+        return self.curves.get(curve.function) if isinstance(curve, FunctionAtContact) else None
 
     def constraint_on_first(self, constraint: LinearConstraint) -> LinearConstraint:
         """A linear constraint on the second contact, as one on the motion and sizes of the first."""

@@ -267,7 +267,7 @@ def test_units_of_terms_are_those_of_the_quantities(scene):
 
 @pytest.mark.long
 def test_three_axes_and_quantities(scene):
-    coarse = scene.replace(**{"synthesis.pieces": times(5, deep=20)})
+    coarse = scene.replace(**{"synthesis.pieces": times(10, deep=20)})
     three = frontier(coarse, ("size", "acceleration", "jerk"), points=3, workers=1)
     values = np.array([[row[axis] for axis in three.axes] for row in three.rows])
     worse = (values[:, None] >= values[None]).all(axis=2) & (values[:, None] > values[None]).any(axis=2)
@@ -278,7 +278,7 @@ def test_three_axes_and_quantities(scene):
 
 
 LOADED = {
-    "synthesis.pieces": times(4, deep=8),
+    "synthesis.pieces": times(6, deep=8),
     "synthesis.peak_acceleration": 9,
     "synthesis.peak_jerk": 80,
     "search.roller_radius": [8],

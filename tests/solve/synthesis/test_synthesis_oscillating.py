@@ -38,7 +38,7 @@ ARM = {
     },
     "motion": MOTION,
     "limits": {"pressure_angle": 38},
-    "synthesis": {"pieces": times(4, deep=12)},
+    "synthesis": {"pieces": times(8, deep=12)},
 }
 FACE = ARM | {
     "follower": {"motion": "oscillating", "contact": "flat", "face_offset": 6, "centre_distance": 120},
