@@ -163,12 +163,7 @@ class Linear(NamedTuple):
 
 @value_and_slope_formula(Linear)
 def linear_value_and_slope(curve, design, state):
-    value = (
-        curve.constant[design]
-        + curve.displacement[design] * state.y
-        + curve.velocity[design] * state.y1
-        + curve.acceleration[design] * state.y2
-    )
-    return value, curve.displacement[design] * state.y1 + curve.velocity[design] * state.y2 + curve.acceleration[
-        design
-    ] * state.y3
+    displacement, velocity = curve.displacement[design], curve.velocity[design]
+    acceleration = curve.acceleration[design]
+    value = curve.constant[design] + displacement * state.y + velocity * state.y1 + acceleration * state.y2
+    return value, displacement * state.y1 + velocity * state.y2 + acceleration * state.y3

@@ -49,22 +49,6 @@ def write(work: Workpiece, path: Path, chord: float = DEFAULT_CHORD, curves: str
     return Export(path, solid.curves, solid.about)
 
 
-def _name_product(writer: STEPControl_Writer, name: str, number: str, author: str) -> None:
-    """Name the product, and describe it in the header."""
-    model = writer.Model()
-    header = APIHeaderSection_MakeHeader(model)
-    header.SetName(iso_10303_text(name))
-    header.SetTimeStamp(iso_10303_text(EPOCH))
-    header.SetAuthorValue(1, iso_10303_text(author))
-    header.SetOrganizationValue(1, iso_10303_text(""))
-    header.SetOriginatingSystem(iso_10303_text(f"camopt {VERSION}"))
-    header.SetAuthorisation(iso_10303_text(""))
-    entities = (model.Value(k) for k in range(1, model.NbEntities() + 1))
-    for product in (entity for entity in entities if isinstance(entity, StepBasic_Product)):
-        product.SetName(iso_10303_text(name))
-        product.SetId(iso_10303_text(number))
-
-
 def iso_10303_text(text: str) -> TCollection_HAsciiString:
     """A text in the encoding of ISO 10303-21: characters outside of ASCII as Unicode numbers."""
     numbers = (f"\\X2\\{ord(c):04X}\\X0\\" if ord(c) < 0x10000 else f"\\X4\\{ord(c):08X}\\X0\\" for c in text)

@@ -394,11 +394,8 @@ def _follow_points(
     aligned: bool,
 ) -> "InspectedDisc":
     """The follower of a drawing on measured points of one disc; points of a second disc are mirrored."""
-    measured, problem, tables = (
-        profile.mirrored(points) if disc.mirror < 0.0 else points,
-        disc.problem,
-        scene.to_dict(),
-    )
+    measured = profile.mirrored(points) if disc.mirror < 0.0 else points
+    problem, tables = disc.problem, scene.to_dict()
     keys = scene.mechanism.follower_size_keys(scene.tip)
     sizes = {key: float(getattr(problem.design, FIELDS[key])[0]) for key in keys}
     tables["cam"] = {**tables["cam"], "rotation": "ccw" if problem.design.sense > 0.0 else "cw"}
@@ -492,10 +489,8 @@ class InspectedDisc:
     def build_inspection(self) -> Inspection:
         errors = self.smooth_motion_errors
         place = int(np.abs(errors).argmax())
-        unit, (tool_errors, train_ratios) = (
-            motion_unit_factor(self.problem.setup, 0),
-            self._tool_errors_and_ratios(errors),
-        )
+        unit = motion_unit_factor(self.problem.setup, 0)
+        tool_errors, train_ratios = self._tool_errors_and_ratios(errors)
         tool_error, largest = unit * float(tool_errors[place]), unit * float(np.abs(tool_errors).max())
         used = tuple(self._tolerance_uses(place, tool_error, largest, float(train_ratios[place]) * float(unit)))
         outliers = zip(*self._outlier_rows_and_distances[:2], strict=True)

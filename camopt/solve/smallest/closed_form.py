@@ -28,13 +28,17 @@ NUMBER_SHARES = 5  # samples of the range of each free number at which the small
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # relative to the prime radius
 
 
+def least_allowed_size(problem: Problem, bounds: SizeBounds) -> float:
+    """Lower bound of the size from its range and from limits on it [mm]; above 0."""
+    return max(bounds["size"][0], negligible_size(problem, bounds), *(limit.least_size for limit in problem.limits))
+
+
 def size_lower_bound(problem: Problem, bounds: SizeBounds) -> float:
     """Lower bound of the size without a search [mm]: from its range, limits on it, and the base circle.
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which must meet limits on curvature.
     """
-    limit_sizes = (limit.least_size for limit in problem.limits)
-    least = max(bounds["size"][0], negligible_size(problem, bounds), *limit_sizes)
+    least = least_allowed_size(problem, bounds)
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
     is_arc = rests and problem.setup.mechanism.body.closed
     return max(least, required_profile_radius(problem)) if is_arc else least

@@ -136,10 +136,8 @@ class FreeVariables:
             + steps @ self.independent_change_directions.T
         )
         excesses = np.empty((len(limits), len(values)))
-        motions, trains = (
-            values[:, len(self.design_variables) :],
-            [each.key for each in free_train_numbers(self.problem)],
-        )
+        motions = values[:, len(self.design_variables) :]
+        trains = [each.key for each in free_train_numbers(self.problem)]
         for motion in dict.fromkeys(map(tuple, motions)):
             points = np.flatnonzero((motions == motion).all(axis=1))
             numbers, freed = dict(zip(trains, motion, strict=False)), motion[len(trains) :]

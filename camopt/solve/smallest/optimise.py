@@ -255,10 +255,8 @@ def solve_each_train_and_box(problem: Problem, turns: SegmentAngles, budget: Bud
     trains = [*product(*(number.grid_values.tolist() for number in listed_numbers))]
     for done_trains, values in enumerate(trains):
         numbers = {number.key: value for number, value in zip(listed_numbers, values, strict=True)}
-        listed, listed_turns = (
-            problem.with_numbers(numbers),
-            replace(turns, problem=turns.problem.with_numbers(numbers)),
-        )
+        listed = problem.with_numbers(numbers)
+        listed_turns = replace(turns, problem=turns.problem.with_numbers(numbers))
         end, boxes = budget.share(len(trains) - done_trains), search_boxes(listed)
         for done, bounds in enumerate(boxes):
             until = end.share(len(boxes) - done)
@@ -354,22 +352,26 @@ def _optimum_warnings(problem: Problem, best: Design) -> Iterator[str]:
         yield f"{holds}; if you want to make it, also set [limits] such as {join_names(unset)}" if unset else holds
 
 
-def _excess_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
-    """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
+def _evaluated_quantities(problem: Problem, design: Designs) -> dict[str, Any]:
+    """The quantities of a design by name, in the order of columns."""
     names = problem.evaluated_quantities | problem.size_quantity_names
     values = evaluate_with_verdicts(problem, design, names).records()[0]
+    return {name: values[name] for name in in_column_order(values)}
+
+
+def _excess_rank_and_quantities(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
+    """The rank of a design by its excess over the limits, with all robust cams, and its quantities."""
+    quantities = _evaluated_quantities(problem, design)
     excess = worst_excesses_over_variants(problem, problem.limits, design)
     if problem.robust_errors:
-        values["violated"] = str(violated_limit_names(problem.limits, excess)[0])
-    return excess_rank(excess[:, 0]), {name: values[name] for name in in_column_order(values)}
+        quantities["violated"] = str(violated_limit_names(problem.limits, excess)[0])
+    return excess_rank(excess[:, 0]), quantities
 
 
 def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -> dict[str, Any]:
     """The quantities of an optimum, its active limits, its gap, and the size above which larger cams are clear."""
     design = answer.design
     assert design is not None
-    names = problem.evaluated_quantities | problem.size_quantity_names
-    values = evaluate_with_verdicts(problem, design, names).records()[0]
     excess = worst_excesses_over_variants(problem, problem.limits, design)[:, 0]
     smaller = answer.with_larger_sizes(-ACTIVE_DISTANCE * design.prime_radius)
     stopped = str(evaluate_with_verdicts(problem, smaller, frozenset(), budget).column("violated")[0]).split(",")
@@ -379,7 +381,7 @@ def _optimum_quantities(problem: Problem, answer: SmallestCam, budget: Budget) -
         if over > -ACTIVE_DISTANCE or (limit.is_deferred and limit.name in stopped)
     ]
     return {
-        **{name: values[name] for name in in_column_order(values)},
+        **_evaluated_quantities(problem, design),
         "binding": binding,
         "proved": answer.is_proved,
         "gap_mm": answer.gap,

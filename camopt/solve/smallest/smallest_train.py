@@ -26,7 +26,7 @@ from camopt.core.numerics.sloped_interval import SlopedInterval
 from camopt.model.mechanisms.design import Designs, SizeBounds
 from camopt.scene.problem.problem import Problem, with_rounding_relative_error
 from camopt.scene.problem.sample import SAMPLERS
-from camopt.solve.smallest.closed_form import negligible_size
+from camopt.solve.smallest.closed_form import least_allowed_size
 from camopt.solve.smallest.free_variables import free_train_numbers
 from camopt.solve.smallest.grid_search import largest_possible_size
 from camopt.solve.smallest.motion_boxes import BoxExcesses, MotionSearch
@@ -67,8 +67,7 @@ class TrainBoxSearch(MotionSearch):
         return searched_train_keys(self.problem)
 
     def search_ranges(self) -> SizeBounds:
-        limit_sizes = (limit.least_size for limit in self.problem.limits)
-        least = max(self.bounds["size"][0], negligible_size(self.problem, self.bounds), *limit_sizes)
+        least = least_allowed_size(self.problem, self.bounds)
         most = min(largest_possible_size(self.problem, self.bounds), self.best.size)
         trains = {each.key: each.range_ends for each in free_train_numbers(self.problem)}
         return {**self.bounds, **trains, "size": (least, most)}

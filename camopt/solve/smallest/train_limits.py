@@ -180,15 +180,11 @@ class TrainLimits:
 
     def _designs_with_errors(self, designs: Designs, errors: NumberErrors) -> Designs:
         """Designs with errors; numbers that only the problem has start from their nominal values."""
-        return with_added_errors(
-            designs.with_values(
-                {
-                    key: np.full(len(designs), self.problem.nominal_numbers[key])
-                    for key in errors.keys() - designs.values.keys()
-                }
-            ),
-            errors,
-        )
+        nominal = {
+            key: np.full(len(designs), self.problem.nominal_numbers[key])
+            for key in errors.keys() - designs.values.keys()
+        }
+        return with_added_errors(designs.with_values(nominal), errors)
 
     def _excesses_of_cam(self, boxes: Designs, inside: Designs, template_interval: SlopedInterval) -> BoxExcesses:
         places, count = self.evaluation_places, template_interval.size
@@ -248,9 +244,7 @@ class TrainLimits:
         for constraint in constraints:
             for side in constraint.side_signs:
                 over = excess_of(constraint, side, motion, inside) + np.zeros(kinds.shape)
-                over = np.nan_to_num(over, nan=-np.inf)
-                if excess_of is _motion_excess:  # constraints on trains hold in all strokes
-                    over = np.where(kinds & constraint.kinds, over, -np.inf)
+                over = np.where(kinds & constraint.kinds, np.nan_to_num(over, nan=-np.inf), -np.inf)
                 if np.max(over) > IDLE_EXCESS:
                     yield constraint, side, np.argmax(over, axis=0)
 

@@ -419,10 +419,8 @@ def sample_cams(
     } | error_ranges_at_one_contact(scene, problem)
     ends = {key: ends[key.removesuffix(SECOND_CONTACT_SUFFIX)] for key in sampled}
     outside = int(np.count_nonzero(exceed_tolerances(sampled, ends)))
-    share, error_spreads = (
-        share_with_confidence(int(np.count_nonzero(held)), cams),
-        tuple(each[-1] for each in errors),
-    )
+    share = share_with_confidence(int(np.count_nonzero(held)), cams)
+    error_spreads = tuple(spread for *_, spread in errors)
     return Batch(scene, cams, seed, outside, share, error_spreads, spreads, samples, within)
 
 

@@ -561,7 +561,7 @@ def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
         except (BadInput, OSError) as trouble:
             ends["refused"] += "\n" not in str(trouble)
     assert ends.total() == number + 1
-    assert min(ends.values()) > times(4, deep=20)
+    assert min(ends.values()) > times(6, deep=20)
 
 
 def test_a_column_that_has_two_types_is_refused(folders):

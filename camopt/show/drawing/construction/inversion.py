@@ -162,10 +162,8 @@ class Inversion:
     def _add_named_circle(self, shapes: list[PenLine], letters: list[Letter], name: str, radius: float) -> None:
         """Add a circle about O, with its name where the drawing has most room."""
         shapes.append(circle_about(name, 0.0, radius, "reference"))
-        text, way = (
-            f"{name.replace('-', ' ')}, R {four_digit_length_text(radius)}",
-            self._widest_station_gap_direction,
-        )
+        text = f"{name.replace('-', ' ')}, R {four_digit_length_text(radius)}"
+        way = self._widest_station_gap_direction
         letters.append(Letter(text, radius * way, phase(way), "note"))
 
     def _circle_steps(self) -> list[Step]:
