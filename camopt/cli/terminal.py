@@ -165,8 +165,8 @@ def print_result(
         print_notes(result.notes)
         print_written_files(files)
     limit = result.asked_accuracy
-    if result.half_width > limit:
-        print_note(f"relative error of {limit:g} not reached; values are exact to {result.half_width:.2g}")
+    if result.relative_half_width > limit:
+        print_note(f"relative error of {limit:g} not reached; values are exact to {result.relative_half_width:.2g}")
     return result.exit_code
 
 

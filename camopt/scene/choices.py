@@ -54,7 +54,7 @@ CheckedChoice = StepRange | tuple[float, ...]
 """A choice after its checks."""
 
 
-def _value_as_list(value: Any) -> Any:
+def _value_as_list_unless_text(value: Any) -> Any:
     """A value or a list of values, as a list."""
     if isinstance(value, str):
         raise ValueError("a number, a list of numbers, or a table with start, stop and step")
@@ -62,7 +62,7 @@ def _value_as_list(value: Any) -> Any:
 
 
 CHOICE_KIND = Discriminator(lambda value: "range/" if isinstance(value, (dict, StepRange)) else "values/")
-ListedValues = Annotated[tuple[SignedNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
+ListedValues = Annotated[tuple[SignedNumber, ...], Field(min_length=1), ListOrItem(_value_as_list_unless_text)]
 Choice = (
     Annotated[
         Annotated[InnerTable[StepRange], Tag("range/")] | Annotated[ListedValues, Tag("values/")],
@@ -70,7 +70,7 @@ Choice = (
     ]
     | None
 )
-ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), ListOrItem(_value_as_list)]
+ListedNumbers = Annotated[tuple[SceneNumber, ...], Field(min_length=1), ListOrItem(_value_as_list_unless_text)]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
     CHOICE_KIND,

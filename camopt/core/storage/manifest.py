@@ -69,13 +69,13 @@ class Manifest:
         """Text of the manifest, with a digest of itself."""
         about = {
             "camopt": self.camopt,
-            "results": {n: _result_as_json_object(self.results[n]) for n in sorted(self.results)},
+            "results": {n: _result_without_missing_fields(self.results[n]) for n in sorted(self.results)},
         }
         digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
         return json.dumps({**about, "digest": digest}, indent=1) + "\n"
 
 
-def _result_as_json_object(result: CommandResult) -> dict[str, Any]:
+def _result_without_missing_fields(result: CommandResult) -> dict[str, Any]:
     """A result for JSON, without the fields that are None."""
     plain = result._asdict() | {"files": {name: entry._asdict() for name, entry in result.files.items()}}
     return {name: value for name, value in plain.items() if value is not None}

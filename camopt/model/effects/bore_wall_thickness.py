@@ -21,7 +21,7 @@ from camopt.model.mechanisms.elements import INNER_SIDE
 WALL = "hub_wall_min_mm"
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     return (WALL,)
 
 
@@ -45,7 +45,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 EFFECT = Effect(
     "wall",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     lambda setup: {} if setup.solid.bore_radius else {WALL: ("part.bore",)},
     necessary_conditions=lambda setup, name, bound: NecessaryConditions(

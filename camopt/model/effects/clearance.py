@@ -68,7 +68,7 @@ FLIGHT_QUANTITIES, ROLLER_QUANTITIES = (
 )
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism, preloaded = setup.mechanism, bool(setup.given[INTERFERENCE])
     if "clearance" not in mechanism.drive.keys or setup.train is not None or preloaded:
         return ()
@@ -91,12 +91,12 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
         SKIDDING_TIME: (*loads, *turned),
         ROLLER_ACCELERATION: () if setup.omega is not None else ("cam.rpm",),
     }
-    return {name: needs[name] for name in offered_quantities(setup) if needs[name]}
+    return {name: needs[name] for name in applicable_quantities(setup) if needs[name]}
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     """Angular acceleration of a roller that does not slip, on either wall."""
-    if ROLLER_ACCELERATION not in offered_quantities(setup) or setup.omega is None:
+    if ROLLER_ACCELERATION not in applicable_quantities(setup) or setup.omega is None:
         return {}
     curves = tuple(
         (partial(spin_acceleration_curve, setup, side=flank.side), ALL_STROKES) for flank in setup.mechanism.flanks
@@ -153,7 +153,7 @@ def crossing_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     if CROSSING_ANGLE in wanted_quantities:
         columns[CROSSING_ANGLE] = _fastest_crossing_angles_deg(speed, flights, count)
     if case.setup.rolls and case.setup.mechanism.has_flanks_on_both_sides:
-        slip = ends.crosses * (2.0 * omega * _trace_point_speeds_at_landings(case, flights, ends))
+        slip = ends.crosses * (2.0 * omega * _landing_speeds_per_radian(case, flights, ends))
         radius = case.designs.roller_radius[design]
         columns |= {
             SLIP_SPEED: largest_per_design(slip / 1e3),
@@ -241,7 +241,7 @@ def _fastest_crossing_angles_deg(landing_speeds: FloatArray, flights: Flights, d
     return angles
 
 
-def _trace_point_speeds_at_landings(case: EvaluationBlock, flights: Flights, landings: Landings) -> FloatArray:
+def _landing_speeds_per_radian(case: EvaluationBlock, flights: Flights, landings: Landings) -> FloatArray:
     """Speed of the trace point N_p at the landings [mm/rad]."""
     make = case.setup.mechanism.trace_speed_curve_maker
     assert make is not None
@@ -328,5 +328,5 @@ def _angle_to_next_crossing(flights: Flights) -> FloatArray:
 
 
 EFFECT = Effect(
-    "clearance", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks, work=400.0
+    "clearance", applicable_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks, work=400.0
 )

@@ -26,7 +26,7 @@ from camopt.model.motion.stroke import ALL_STROKES
 DISTANCE, ANGLE, BREADTH = "roller_distance_mm", "subtending_angle_deg", "breadth_mm"
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.has_rib:
         return (ANGLE,) if setup.angular else ()
     if not setup.mechanism.further_contacts:
@@ -35,7 +35,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
-    (name,) = offered_quantities(case.setup)
+    (name,) = applicable_quantities(case.setup)
     return {
         name: _contact_distance_scale(case.setup).factor
         * _contact_distance(case.setup, case.designs, case.programme)
@@ -45,7 +45,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 def peaks(setup: Setup) -> dict[str, Peak]:
     """The distance as the largest value of a constant curve, for searches and proofs."""
     curves = ((partial(_constant_contact_distance_curve, setup), ALL_STROKES),)
-    return {name: Peak(curves, LARGEST, _contact_distance_scale(setup)) for name in offered_quantities(setup)}
+    return {name: Peak(curves, LARGEST, _contact_distance_scale(setup)) for name in applicable_quantities(setup)}
 
 
 def _contact_distance_scale(setup: Setup) -> MultipleScale:
@@ -70,4 +70,4 @@ def _contact_distance(setup: Setup, designs: Designs, programme: Programme) -> N
     return along if setup.angular else np.sqrt(np.square(second.offset - designs.offset) + np.square(along))
 
 
-EFFECT = Effect("frame", offered_quantities, evaluate_columns, is_of_sizes=True, peaks=peaks)
+EFFECT = Effect("frame", applicable_quantities, evaluate_columns, is_of_sizes=True, peaks=peaks)

@@ -112,9 +112,9 @@ def smallest_disc_size(setup: Setup, designs: Designs) -> Number:
 def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
     """An effect of one contact as an effect of all contacts: its quantities are the worst of them."""
 
-    @wraps(effect.offered_quantities)
-    def offered_quantities(setup: Setup) -> tuple[str, ...]:
-        names = effect.offered_quantities(setup)
+    @wraps(effect.applicable_quantities)
+    def applicable_quantities(setup: Setup) -> tuple[str, ...]:
+        names = effect.applicable_quantities(setup)
         return tuple(filter(_quantity_has_worst_value, names)) if setup.mechanism.further_contacts else names
 
     def input_quantities(setup: Setup) -> tuple[str, ...]:
@@ -139,7 +139,7 @@ def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
 
     only_run = effect.evaluate_pitch_curve_columns is no_columns and effect.evaluate_columns is not no_columns
     return effect._replace(
-        offered_quantities=offered_quantities,
+        applicable_quantities=applicable_quantities,
         input_quantities=input_quantities,
         evaluate_pitch_curve_columns=no_columns if only_run else evaluate_pitch_curve_columns,
         evaluate_columns=no_columns if effect.evaluate_columns is no_columns else evaluate_columns,
@@ -149,11 +149,11 @@ def worst_contact_effect(effect: Effect, find_columns: ColumnFinder) -> Effect:
 def effect_of_single_discs_only(effect: Effect) -> Effect:
     """An effect of a single disc: a pair of discs has none of its quantities."""
 
-    @wraps(effect.offered_quantities)
-    def offered_quantities(setup: Setup) -> tuple[str, ...]:
-        return () if setup.mechanism.second_contact_size_keys else effect.offered_quantities(setup)
+    @wraps(effect.applicable_quantities)
+    def applicable_quantities(setup: Setup) -> tuple[str, ...]:
+        return () if setup.mechanism.second_contact_size_keys else effect.applicable_quantities(setup)
 
-    return effect._replace(offered_quantities=offered_quantities)
+    return effect._replace(applicable_quantities=applicable_quantities)
 
 
 def _quantity_has_worst_value(name: str) -> bool:
@@ -243,12 +243,12 @@ CONTACT_NAMES = ("first", "second")
 def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder) -> Effect:
     """The effect that reports some quantities of each contact, if the follower has more than one."""
 
-    def offered_quantities(setup: Setup) -> tuple[str, ...]:
+    def applicable_quantities(setup: Setup) -> tuple[str, ...]:
         if not setup.mechanism.further_contacts:
             return ()
         # a single disc has one shape
         reported = CONTACT_QUANTITIES if setup.mechanism.has_two_profiles else CONTACT_QUANTITIES[-1:]
-        known = {name for name in reported if name in effects[QUANTITIES[name].effect].offered_quantities(setup)}
+        known = {name for name in reported if name in effects[QUANTITIES[name].effect].applicable_quantities(setup)}
         return tuple(f"{place}_{name}" for name in CONTACT_QUANTITIES if name in known for place in CONTACT_NAMES)
 
     def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -256,7 +256,7 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
             name: effects[QUANTITIES[name].effect].missing_keys_by_quantity(setup).get(name)
             for name in CONTACT_QUANTITIES
         }
-        every = {name: lacking[name.partition("_")[2]] for name in offered_quantities(setup)}
+        every = {name: lacking[name.partition("_")[2]] for name in applicable_quantities(setup)}
         return {name: keys for name, keys in every.items() if keys}
 
     def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -281,4 +281,4 @@ def per_contact_effect(effects: Mapping[str, Effect], find_columns: ColumnFinder
             )
         }
 
-    return Effect("pair", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks)
+    return Effect("pair", applicable_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks)

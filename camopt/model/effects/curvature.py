@@ -32,7 +32,7 @@ CONVEX_RADIUS, CUTTER_RADIUS = "profile_radius_min_mm", "cutter_radius_max_mm"
 PITCH_PAIR = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return (CONVEX_RADIUS, "undercut")
     return (
@@ -145,7 +145,7 @@ def _radius_and_change_to_other_curvature(
 
 EFFECT = Effect(
     "curvature",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     input_quantities=lambda setup: () if setup.mechanism.curvature is None else PITCH_PAIR,
     evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,

@@ -252,7 +252,7 @@ class Effect(NamedTuple):
     """A discipline that computes quantities: which ones it offers for a setup, and how."""
 
     name: str
-    offered_quantities: Callable[[Setup], tuple[str, ...]]
+    applicable_quantities: Callable[[Setup], tuple[str, ...]]
     """The quantities that it has for the setup's mechanism."""
     evaluate_columns: Callable[[EvaluationBlock, frozenset[str]], dict[str, Any]] = no_columns
     """Computes the wanted columns of a block: arrays (designs,) or one value for all; inexact ones are enclosed."""

@@ -18,7 +18,7 @@ FACE_DIAMETER = "face_diameter_min_mm"
 FACE_REACHES = ("face_reach_max_mm", "face_reach_min_mm")
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.reach is None or setup.angular else (FACE_DIAMETER,)
 
 
@@ -45,9 +45,9 @@ def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> Nece
 
 EFFECT = Effect(
     "face",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
-    input_quantities=lambda setup: FACE_REACHES if offered_quantities(setup) else (),
+    input_quantities=lambda setup: FACE_REACHES if applicable_quantities(setup) else (),
     necessary_conditions=necessary_conditions,
     is_per_contact=True,
 )

@@ -14,7 +14,7 @@ from camopt.model.effects.peak_columns import largest_and_least_columns
 from camopt.model.motion.stroke import ALL_STROKES
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.reach is None else ("face_reach_max_mm", "face_reach_min_mm")
 
 
@@ -22,7 +22,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.reach is None:
         return {}
     curves, goals = ((setup.mechanism.reach, ALL_STROKES),), (LARGEST, LEAST)
-    return {name: Peak(curves, goal) for name, goal in zip(offered_quantities(setup), goals, strict=True)}
+    return {name: Peak(curves, goal) for name, goal in zip(applicable_quantities(setup), goals, strict=True)}
 
 
 def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -> dict[str, Any]:
@@ -30,4 +30,4 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     return dict(zip(ends, largest_and_least_columns(case, *ends.values()), strict=True))
 
 
-EFFECT = Effect("reach", offered_quantities, evaluate_columns, peaks=peaks, is_per_contact=True)
+EFFECT = Effect("reach", applicable_quantities, evaluate_columns, peaks=peaks, is_per_contact=True)

@@ -30,7 +30,7 @@ from camopt.core.numerics.curves import curve_value, value_and_slope
 from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.state import State
 from camopt.model.effects.force import force_polynomials_by_panel
-from camopt.model.effects.panel_parts import motion_polynomials
+from camopt.model.effects.panel_parts import motion_polynomials_to_order_2
 from camopt.model.motion.programme import Programme
 
 NEGLIGIBLE_FORCE = 1e-9  # of the largest force: less counts as 0
@@ -159,7 +159,8 @@ class HalfGap(NamedTuple):
 def motion_state_on_panels(programme: Programme, panel: IntArray, panel_places: FloatArray) -> State:
     """The motion at places of panels, without jerk and load, which curves of sizes do not read."""
     y, y1, y2 = (
-        polynomial.polyval(panel_places, series[:, panel], tensor=False) for series in motion_polynomials(programme)
+        polynomial.polyval(panel_places, series[:, panel], tensor=False)
+        for series in motion_polynomials_to_order_2(programme)
     )
     return State(y, y1, y2, np.zeros_like(y))
 

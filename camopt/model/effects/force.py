@@ -61,7 +61,7 @@ def force_with_train_load(state, steady_force, load_share, inertia_factor):
     return steady_force + load_share * state.load.value + inertia_factor * state.load.carried
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     """Nothing for a follower with two contacts, which a preload keeps in contact (``effects.preload``)."""
     if setup.mechanism.further_contacts:
         return ()
@@ -75,7 +75,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     keys = missing_force_keys(setup)
     mass = tuple(key for key in keys if key != "cam.rpm")
-    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in offered_quantities(setup)}
+    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in applicable_quantities(setup)}
     return {name: keys for name, keys in wanted.items() if keys}
 
 
@@ -255,7 +255,7 @@ def required_spring_rate(programme: Programme, *other_factors: FloatArray) -> Fl
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if setup.omega is None or CONTACT_FORCES[0] not in offered_quantities(setup):
+    if setup.omega is None or CONTACT_FORCES[0] not in applicable_quantities(setup):
         return {}
     curves = ((partial(contact_force_curve, setup), ALL_STROKES),)
     return {
@@ -292,7 +292,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     if setup.omega is None:
         return columns
     force = least_and_largest_contact_force(case)
-    if CONTACT_FORCES[0] in offered_quantities(setup):
+    if CONTACT_FORCES[0] in applicable_quantities(setup):
         lever = case.designs.arm_length if setup.angular else 1.0
         columns |= {name: divide_by_lever(end, lever) for name, end in zip(CONTACT_FORCES, force, strict=True)}
     per_length, per_rate = ("N_m", "N_m_per_rad") if setup.angular else ("N", "N_per_mm")
@@ -396,7 +396,7 @@ def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> Nece
 
 EFFECT = Effect(
     "force",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     missing_keys_by_quantity,
     is_of_motion=lambda setup: True,

@@ -53,7 +53,7 @@ FLANK_SIGNS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
 EITHER_FLANK_STRESS = "contact_stress_either_MPa"
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.is_knife:
         return (STRESS,)
     flanks = (*FLANK_SIGNS, EITHER_FLANK_STRESS) if setup.mechanism.can_pull_follower else ()
@@ -66,7 +66,7 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
         keys += ("materials.cam", "materials.follower")
     if not setup.bodies.face_width and not setup.spherical:
         keys += ("materials.face_width",)
-    return {name: keys for name in offered_quantities(setup) if keys and not setup.is_knife}
+    return {name: keys for name in applicable_quantities(setup) if keys and not setup.is_knife}
 
 
 def load_curves_by_flank_and_friction(setup: Setup) -> list[tuple[Flank, float, Variant]]:
@@ -175,7 +175,7 @@ def _half_axes_at_largest_stress(
 
 EFFECT = Effect(
     "hertz",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     missing_keys_by_quantity,
     lambda setup: () if setup.is_knife else input_quantities_of_loads(setup),

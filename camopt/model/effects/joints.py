@@ -53,7 +53,7 @@ def setup_joint_forces(setup: Setup) -> tuple[JointForce, ...]:
     return () if setup.train is None else setup.train.joint_forces
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     kinds = {force.kind for force in setup_joint_forces(setup)}
     names = tuple(name for kind, name in LARGEST_BY_KIND.items() if kind in kinds)
     return (*names, JOINT_FORCE_ANGLE, JOINT_FORCE_DIRECTION) if "joint" in kinds else names
@@ -64,10 +64,10 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
         return {}
     if not setup.train.carried:
         return dict.fromkeys(
-            offered_quantities(setup), (f"a mass, spring or load in train.{setup.train.stages[-1]}",)
+            applicable_quantities(setup), (f"a mass, spring or load in train.{setup.train.stages[-1]}",)
         )
     return (
-        dict.fromkeys(offered_quantities(setup), ("cam.rpm",))
+        dict.fromkeys(applicable_quantities(setup), ("cam.rpm",))
         if setup.train.has_mass and setup.omega is None
         else {}
     )
@@ -214,7 +214,7 @@ def _largest_force_direction_deg(programme: Programme, forces: list[JointForce],
 
 EFFECT = Effect(
     "joints",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     missing_keys_by_quantity=missing_keys_by_quantity,
     is_of_motion=lambda setup: True,

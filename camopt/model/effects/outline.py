@@ -49,7 +49,7 @@ def clearance_beyond_outline(state: State, outline: Number, distance_from_axis: 
     return distance_from_axis - outline
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
     if mechanism.outline is None:
         return ()
@@ -59,7 +59,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
-    lacking = EDGE_WALL in offered_quantities(setup) and setup.solid.outer_diameter is None
+    lacking = EDGE_WALL in applicable_quantities(setup) and setup.solid.outer_diameter is None
     return {EDGE_WALL: ("part.outer_diameter",)} if lacking else {}
 
 
@@ -105,7 +105,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     }
     return {
         name: clearances[name]._replace(at_ends=True)
-        for name in offered_quantities(setup)
+        for name in applicable_quantities(setup)
         if name not in missing_keys_by_quantity(setup)
     }
 
@@ -115,5 +115,5 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 
 EFFECT = Effect(
-    "outline", offered_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks, is_per_contact=True
+    "outline", applicable_quantities, evaluate_columns, missing_keys_by_quantity, peaks=peaks, is_per_contact=True
 )

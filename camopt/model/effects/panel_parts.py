@@ -47,7 +47,7 @@ def part_states(programme: Programme, parts: PanelParts, part_places: FloatArray
     table = programme.table
     y, y1, y2 = (
         polynomial.polyval(part_places, series[:, parts.panel], tensor=False)
-        for series in motion_polynomials(programme)
+        for series in motion_polynomials_to_order_2(programme)
     )
     if programme.load is None:
         return State(y, y1, y2, 0.0)
@@ -61,6 +61,6 @@ def part_states(programme: Programme, parts: PanelParts, part_places: FloatArray
 
 
 @lru_cache(maxsize=64)
-def motion_polynomials(programme: Programme) -> tuple[FloatArray, ...]:
+def motion_polynomials_to_order_2(programme: Programme) -> tuple[FloatArray, ...]:
     """The polynomials of y, y' and y'' in u, by panel; cached for bisections."""
     return tuple(derivative_polynomials_by_panel(programme.table, order) for order in range(3))

@@ -30,7 +30,7 @@ STROKE_KINDS = {
 """The kind of strokes of each quantity."""
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     bottom = (BOTTOM_ANGLE,) if setup.mechanism.body.developed else ()
     return ("pressure_angle_max_deg", *STROKE_KINDS, PITCH_POINT_ANGLE, *bottom)
 
@@ -47,7 +47,7 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
 def peaks(setup: Setup) -> dict[str, Peak]:
     names = STROKE_KINDS | {"pressure_angle_max_deg": ALL_STROKES}
     curves: dict[str, Variant] = {name: (setup.mechanism.pressure, kinds) for name, kinds in names.items()}
-    if BOTTOM_ANGLE in offered_quantities(setup) and BOTTOM_ANGLE not in missing_keys_by_quantity(setup):
+    if BOTTOM_ANGLE in applicable_quantities(setup) and BOTTOM_ANGLE not in missing_keys_by_quantity(setup):
         curves[BOTTOM_ANGLE] = (partial(_groove_bottom_pressure_curve, setup), ALL_STROKES)
     return {name: Peak((curve,), LARGEST_MAGNITUDE, ANGLE_SCALE) for name, curve in curves.items()}
 
@@ -83,7 +83,7 @@ def evaluate_pitch_curve_columns(case: EvaluationBlock, wanted_quantities: froze
 
 EFFECT = Effect(
     "pressure",
-    offered_quantities,
+    applicable_quantities,
     missing_keys_by_quantity=missing_keys_by_quantity,
     evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
     peaks=peaks,

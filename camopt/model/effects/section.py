@@ -43,7 +43,7 @@ JUST_ABOVE = 1.0 + 1e-12  # factor on a size, for rounding
 RADIAL_NODES = 6  # points along the depth of a groove, where integrands hardly change
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.body.bounded:
         return AREA, PROFILE_LENGTH, *CENTROID, POLAR_MOMENT
     return (GROOVE_LENGTH,) if setup.mechanism.has_flanks_on_both_sides else ()
@@ -186,7 +186,7 @@ def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: Gau
 
 
 def means(setup: Setup) -> dict[str, Mean]:
-    path = setup.mechanism.path if GROOVE_LENGTH in offered_quantities(setup) else None
+    path = setup.mechanism.path if GROOVE_LENGTH in applicable_quantities(setup) else None
     return {} if path is None else {GROOVE_LENGTH: Mean(((path, ALL_STROKES),), 1, TurnIntegralScale())}
 
 
@@ -201,7 +201,7 @@ def necessary_conditions(setup: Setup, quantity_name: str, bound: float) -> Nece
 
 EFFECT = Effect(
     "section",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     means=means,
     necessary_conditions=necessary_conditions,

@@ -11,7 +11,7 @@ from camopt.model.effects.effect import Effect, EvaluationBlock, Setup
 from camopt.model.motion.stroke import RETURN, RISE
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
     names = ["law_rise", "law_return", *mechanism.size_quantity_by_field.values()]
     if mechanism.body.closed and not mechanism.flat_faced:
@@ -35,4 +35,4 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
     }
 
 
-EFFECT = Effect("sizes", offered_quantities, evaluate_columns, is_of_sizes=True)
+EFFECT = Effect("sizes", applicable_quantities, evaluate_columns, is_of_sizes=True)

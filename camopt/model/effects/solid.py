@@ -104,18 +104,18 @@ def keyway_moments(bore_radius: float, width: float, depth: float, angle: float)
     return AreaMoments(area, along * complex(cos(angle), sin(angle)), polar)
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     """Nothing for one flank of a rib, because the body is between both flanks."""
     mechanism = setup.mechanism
-    return (
-        () if mechanism.touches_rib and not mechanism.has_rib else BODY_FORMULAS[mechanism.body].offered_quantities
-    )
+    if mechanism.touches_rib and not mechanism.has_rib:
+        return ()
+    return BODY_FORMULAS[mechanism.body].applicable_quantities
 
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     needed = (*setup.mechanism.body.solid, "density")
     keys = tuple(f"part.{key}" for key in needed if getattr(setup.solid, key) is None)
-    missing = dict.fromkeys(offered_quantities(setup), keys)
+    missing = dict.fromkeys(applicable_quantities(setup), keys)
     if BALANCE[1] in missing:
         missing[BALANCE[1]] = tuple(key for key in keys if key != "part.density")
     return {name: keys for name, keys in missing.items() if keys}
@@ -145,7 +145,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
         MASS: EnclosedValue(mass * KG, density * error.area * KG, np.abs(mass) * KG),
         INERTIA: EnclosedValue(inertia * KG_M2, density * error.polar * KG_M2, np.abs(inertia) * KG_M2),
     }
-    if BALANCE[0] not in offered_quantities(case.setup):
+    if BALANCE[0] not in applicable_quantities(case.setup):
         return columns
     moment, scale = np.abs(body.moment), np.abs(body.area) * size
     columns[BALANCE[0]] = EnclosedValue(
@@ -256,7 +256,7 @@ class BodyFormula(NamedTuple):
 
     volume: Callable[[EvaluationBlock], tuple[AreaMoments, AreaMoments]]
     """Volume and moments, and their errors."""
-    offered_quantities: tuple[str, ...]
+    applicable_quantities: tuple[str, ...]
 
 
 BODY_FORMULAS = {
@@ -270,7 +270,7 @@ BODY_FORMULAS = {
 
 EFFECT = Effect(
     "solid",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     missing_keys_by_quantity,
     necessary_conditions=necessary_conditions,

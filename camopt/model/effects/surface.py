@@ -139,7 +139,7 @@ def inverse_film_thickness(
     return power_of_number(normal_force, FILM_LOAD_POWER) * spread
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     if speed_over_cam_curve_maker(setup.mechanism) is None:
         return ()
     if setup.mechanism.has_flanks_on_both_sides:
@@ -161,7 +161,7 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     needs = {WEAR_DEPTH: ("wear_rate", "face_width"), FILM_THICKNESS: ("face_width", *LUBRICANT)}
     needs[FILM_RATIO] = (*needs[FILM_THICKNESS], "roughness")
     missing = {}
-    for name in offered_quantities(setup):
+    for name in applicable_quantities(setup):
         keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
         if name in (FILM_THICKNESS, FILM_RATIO) and not bodies.modulus:
             keys = ("materials.cam", "materials.follower", *keys)
@@ -257,7 +257,7 @@ def film_thickness_factor(setup: Setup) -> Number:
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
-    if not offered_quantities(setup) or setup.omega is None:
+    if not applicable_quantities(setup) or setup.omega is None:
         return {}
     missing = missing_keys_by_quantity(setup)
     return _speed_peaks(setup) | {
@@ -270,7 +270,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
             if name == WEAR_DEPTH
             else curve_variants_by_friction(normal_force_curve, setup),  # no film without contact
         )
-        for name in offered_quantities(setup)
+        for name in applicable_quantities(setup)
         if name in (WEAR_DEPTH, FILM_THICKNESS, FILM_RATIO) and name not in missing
     }
 
@@ -292,7 +292,7 @@ def _speed_peaks(setup: Setup) -> dict[str, Peak]:
         FASTEST_ENTRAINMENT: Peak((carrying,), LARGEST, speed, jumps),
         SLOWEST_ENTRAINMENT: Peak((carrying,), LEAST, speed, jumps),
     }
-    return {name: speeds[name] for name in speeds if name in offered_quantities(setup)}
+    return {name: speeds[name] for name in speeds if name in applicable_quantities(setup)}
 
 
 def _wear_or_film_scale(name: str, setup: Setup) -> Scale:
@@ -332,7 +332,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
 
 EFFECT = Effect(
     "surface",
-    offered_quantities,
+    applicable_quantities,
     evaluate_columns,
     missing_keys_by_quantity,
     input_quantities_of_loads,

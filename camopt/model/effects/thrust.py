@@ -52,7 +52,7 @@ THRUST_NEEDS = {  # keys of [follower.dynamics] besides those of a force
 JAMMING = ("jamming_margin", "jamming_angle_deg")
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.flat_faced:
         return ("normal_force_max_N",)
     names = ("normal_force_max_N", "side_thrust_max_N")
@@ -61,7 +61,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     missing, loads = {}, force.missing_force_keys(setup)
-    for name in offered_quantities(setup):
+    for name in applicable_quantities(setup):
         keys = ("friction", *GUIDE) if name in JAMMING else THRUST_NEEDS.get(name, ())
         if absent := (*_missing_dynamics_keys(setup, keys), *(() if name in JAMMING else loads)):
             missing[name] = absent
@@ -141,7 +141,7 @@ LEVERS: dict[str, Callable[[FollowerDynamics], tuple[Any, Any, Any]]] = {
 
 EFFECT = Effect(
     "thrust",
-    offered_quantities,
+    applicable_quantities,
     missing_keys_by_quantity=missing_keys_by_quantity,
     evaluate_pitch_curve_columns=evaluate_pitch_curve_columns,
     peaks=peaks,

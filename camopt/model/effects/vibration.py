@@ -49,7 +49,7 @@ class Vibration(NamedTuple):
     residual: Any  # largest amplitude in a dwell; 0 without a dwell
 
 
-def offered_quantities(setup: Setup) -> tuple[str, ...]:
+def applicable_quantities(setup: Setup) -> tuple[str, ...]:
     length, second = ("deg", "rad_s2") if setup.tool_turns else ("mm", "m_s2")
     moving = (
         f"overshoot_max_{length}",
@@ -65,7 +65,7 @@ def offered_quantities(setup: Setup) -> tuple[str, ...]:
 def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     speed = () if setup.omega is not None else ("cam.rpm",)
     train = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
-    keys = dict.fromkeys(offered_quantities(setup), (*speed, *train))
+    keys = dict.fromkeys(applicable_quantities(setup), (*speed, *train))
     if "contact_force_elastic_min_N" in keys:
         keys["contact_force_elastic_min_N"] = (*missing_force_keys(setup), *train)
     return {name: wanting for name, wanting in keys.items() if wanting}
@@ -187,5 +187,5 @@ def _enclosed_value_times_unit(value: Any, bound: Any, unit: Any) -> EnclosedVal
 
 
 EFFECT = Effect(
-    "vibration", offered_quantities, evaluate_columns, missing_keys_by_quantity, is_of_motion=lambda setup: True
+    "vibration", applicable_quantities, evaluate_columns, missing_keys_by_quantity, is_of_motion=lambda setup: True
 )

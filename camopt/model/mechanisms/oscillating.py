@@ -90,7 +90,7 @@ def oscillating_tangential_acceleration(
 
 
 @curve_type_from_formula
-def oscillating_outline(
+def oscillating_outline_distance(
     state: State, centre_distance: Number, arm_length: Number, cosine: Number, sine: Number, roller_radius: Number
 ) -> Number:
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
@@ -168,7 +168,7 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: oscillating_trace_speed(*_oscillating_curve_fields(designs)),
     speeding=lambda designs, programme: oscillating_tangential_acceleration(*_oscillating_curve_fields(designs)),
     curvature=lambda designs, programme: oscillating_curvature(*_oscillating_curve_fields(designs)),
-    outline=lambda designs, programme, beyond: oscillating_outline(
+    outline=lambda designs, programme, beyond: oscillating_outline_distance(
         *_oscillating_curve_fields(designs)[:4], -beyond
     ),
     start=lambda designs: designs.start_arm_angle,

@@ -82,7 +82,7 @@ def swinging_face_reach_derivatives(curve, design, state):
 
 
 @curve_type_from_formula
-def swinging_face_outline(
+def swinging_face_outline_distance(
     state: State, face_offset: Number, centre_distance: Number, cosine: Number, sine: Number
 ) -> Number:
     """Distance of the face from the cam's axis [mm]."""
@@ -157,7 +157,9 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: swinging_face_profile_radius(*_swinging_face_curve_fields(designs)),
     sliding=lambda designs, programme: swinging_face_sliding_speed(*_swinging_face_curve_fields(designs)),
     reach=lambda designs, programme: swinging_face_reach(*_swinging_face_curve_fields(designs)),
-    outline=lambda designs, programme, beyond: swinging_face_outline(*_swinging_face_curve_fields(designs)[:4]),
+    outline=lambda designs, programme, beyond: swinging_face_outline_distance(
+        *_swinging_face_curve_fields(designs)[:4]
+    ),
     assembly_margins=_swinging_face_assembly_margins,
     assembly="the face has to touch the base circle, and to swing slower than the cam turns",
     contact=_swinging_face_contact,

@@ -150,7 +150,7 @@ def _shifted_curve(
     return ShiftedCurve(make_curve(designs, programme), motion_shift(designs) + zero, zero + factor)
 
 
-def _roller_at_rib_mechanism(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
+def _mechanism_of_one_roller_at_rib(mechanism: Mechanism, body: Body, wall: Flank) -> Mechanism:
     """The mechanism of one roller at a rib; ``wall`` is the wall of a groove in place of the flank.
 
     The sign of the curvature is that seen from the roller.
@@ -208,7 +208,7 @@ def _cylinder_rib_mechanism(mechanism: Mechanism) -> Mechanism:
             if mechanism.motion.angular and (make := getattr(mechanism, name))  # others do not depend on y
         }
         placed = _advanced_roller_mechanism(mechanism, -0.5 * wall.side)._replace(**shifted_curves)
-        return _roller_at_rib_mechanism(placed, RIBBED_CYLINDER, wall)
+        return _mechanism_of_one_roller_at_rib(placed, RIBBED_CYLINDER, wall)
 
     def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
         return *mechanism.assembly_margins(designs, programme), *_rib_assembly_margins(mechanism, designs)
@@ -247,12 +247,12 @@ def _disc_rib_mechanism(mechanism: Mechanism, inner_cam_designs: Callable[[Desig
 
     inner, outer = FACE_WALLS
     return with_second_contact(
-        _roller_at_rib_mechanism(_advanced_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
+        _mechanism_of_one_roller_at_rib(_advanced_roller_mechanism(mechanism, 0.0), RIBBED_DISC, inner)._replace(
             assembly_margins=assembly_margins,
             assembly=f"{mechanism.assembly}, {ROLLERS_STAND_APART}, and the inner one has to stay off the axis",
             misfit=size_fault,
         ),
-        _roller_at_rib_mechanism(
+        _mechanism_of_one_roller_at_rib(
             _advanced_roller_mechanism(mechanism, -1.0, included_share=-1.0), RIBBED_DISC, outer
         ),
         inner_cam_designs,

@@ -62,7 +62,9 @@ def translating_curvature(state: State, signed_offset: Number, start_height: Num
 
 
 @curve_type_from_formula
-def translating_outline(state: State, signed_offset: Number, start_height: Number, roller_radius: Number) -> Number:
+def translating_outline_distance(
+    state: State, signed_offset: Number, start_height: Number, roller_radius: Number
+) -> Number:
     """Distance of the trace point from the cam's axis, minus R_r [mm]."""
     return np.sqrt(np.square(state.y + start_height) + np.square(signed_offset)) - roller_radius
 
@@ -101,7 +103,9 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: translating_trace_speed(designs.signed_offset, designs.height),
     speeding=lambda designs, programme: translating_tangential_acceleration(designs.signed_offset, designs.height),
     curvature=lambda designs, programme: translating_curvature(designs.signed_offset, designs.height),
-    outline=lambda designs, programme, beyond: translating_outline(designs.signed_offset, designs.height, -beyond),
+    outline=lambda designs, programme, beyond: translating_outline_distance(
+        designs.signed_offset, designs.height, -beyond
+    ),
     start=lambda designs: designs.height,
     trace_point=lambda designs, height: (designs.offset, height),
     assembly_margins=lambda designs, programme: (

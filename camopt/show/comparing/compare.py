@@ -195,7 +195,7 @@ class Comparison(Result, Drawable):
             yield from _design_sections(name, table)
             yield from _front_sections(table)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The differences by kind, as plain values."""
         settings = {
             names: {key: dict(zip("ab", pair, strict=True)) for key, pair in keys.items()}

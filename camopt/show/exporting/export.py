@@ -87,11 +87,11 @@ def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None
     work = Workpiece(scene, problem, disc)
     written: Export = write(work, place, **settings)
     tolerance = work.part.profile_tolerance if "chord" in parameters else None
-    notes = _file_notes(work, written, tolerance, of_plane=FILE_TYPES[suffix].of_plane)
+    notes = _file_warnings(work, written, tolerance, of_plane=FILE_TYPES[suffix].of_plane)
     return replace(written, notes=(*written.notes, *notes))
 
 
-def _file_notes(work: Workpiece, written: Export, tolerance: float | None, *, of_plane: bool) -> Iterator[str]:
+def _file_warnings(work: Workpiece, written: Export, tolerance: float | None, *, of_plane: bool) -> Iterator[str]:
     """Notes on a file: large deviations of curves, a mirrored development, thin walls, broken limits."""
     deviation = max((each.deviation_mm for each in written.curves.values()), default=0.0)
     if tolerance is not None and deviation > LARGEST_TOLERANCE_SHARE * tolerance:

@@ -118,7 +118,7 @@ class Export(Result):
         for name, value in self.about.items():
             yield f"{shown_column_name(name)}: {quantity_text(name, value)}"
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The curves and the other numbers of the file."""
         return {"file": self.file, "curves": self.curves, **self.about, "notes": self.notes}
 

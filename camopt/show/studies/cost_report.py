@@ -127,7 +127,7 @@ class CostReport(Result):
         head = f"{self.scene.name}: {whole:,.0f} ns per design, over {self.designs:,} designs, one thread"
         return (Branch.from_texts(head, *branches),)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """A record for each effect that runs, and the idle effects with the keys that they need."""
         entries = [{**vars(entry), "share": round(entry.share, 6)} for entry in self.entries]
         return {"scene": self.scene.name, "effects": entries, "not_called_for": self.idle}
@@ -166,7 +166,7 @@ def cost_report(scene: Scene) -> CostReport:
     missing = missing_keys_by_quantity(setup)
     idle = {}
     for name, effect in EFFECTS.items():
-        offers = effect.offered_quantities(setup)
+        offers = effect.applicable_quantities(setup)
         if name not in times and offers:
             keys = [missing.get(quantity, ()) for quantity in offers]
             idle[name] = () if () in keys else min(keys, key=len)

@@ -81,7 +81,7 @@ class Harmonics(Result, Drawable):
     def __repr__(self) -> str:
         return f"<Harmonics of {self.scene.name}: {len(self.order)} orders>"
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The mean displacement, and a record for each harmonic."""
         about = {"scene": self.scene.name, "mean": self.mean, "acceleration_unit": self.acceleration_unit}
         return {**about, "harmonics": self.records()}

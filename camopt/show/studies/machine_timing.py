@@ -114,7 +114,7 @@ class MachineTiming(Result):
         )
         return replace(table, note=note)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """A record for each passage and each overlap; angles are those of the machine's shaft."""
         return {"machine": self.machine.name, "passages": self.passages, "overlaps": self.overlaps}
 

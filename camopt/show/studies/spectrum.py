@@ -182,7 +182,7 @@ class Spectra(Result):
         title = "Residual vibration over the lift, by the ratio t₁/Tₙ of rise time to natural period"
         return table_of(title, [*laws.values()], ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)])
 
-    def document(self) -> list[dict[str, Any]]:
+    def values_for_json(self) -> list[dict[str, Any]]:
         """A record for each law and ratio."""
         return self.rows.records()
 

@@ -119,7 +119,7 @@ class Timing(Result):
         note = "".join(f"An infinite bound is not proved: {reason}. " for reason in reasons).strip()
         yield replace(table_of(title, rows, [*rows[0]], units=units), note=note)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """A record for each passage, and for each proven bound."""
         about = {"scene": self.scene.name, "velocity_unit": self.velocity_unit}
         return {**about, "passages": self.records(), "worst": self.worst}

@@ -111,7 +111,7 @@ class SweepPart(Result):
         """Odd or unused keys of the scene, and objectives that are equal for all designs."""
         return notes_on_search(self.scene)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """Counts, and the folder of the part."""
         return {
             "scene": self.scene.name,

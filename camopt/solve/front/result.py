@@ -285,7 +285,7 @@ class Sweep(Result, Drawable):
         """Warnings, odd or unused keys of the scene, and objectives that are equal for all designs."""
         return (*self.warnings, *notes_on_search(self.scene))
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """Counts, files, the best designs and the front."""
         return {
             "scene": self.scene.name,
@@ -307,7 +307,7 @@ class Sweep(Result, Drawable):
         }
 
     @property
-    def half_width(self) -> float:
+    def relative_half_width(self) -> float:
         """The largest relative half-width of an enclosure of any row kept."""
         return self.reached if self.pareto else 0.0
 

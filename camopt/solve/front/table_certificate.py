@@ -30,9 +30,9 @@ class TableCertificate(Result, Counter[str]):
 
     def sections(self) -> tuple[str]:
         """The counts in words."""
-        return (", ".join(f"{count:,} {verdict}" for verdict, count in self.document().items()),)
+        return (", ".join(f"{count:,} {verdict}" for verdict, count in self.values_for_json().items()),)
 
-    def document(self) -> dict[str, int]:
+    def values_for_json(self) -> dict[str, int]:
         """The counts by verdict."""
         return {verdict: self[verdict] for verdict in (HELD, BROKEN, UNDECIDED)}
 

@@ -112,7 +112,7 @@ class MachineEvaluation(Result, Drawable):
             UNDECIDED: "Undecided: whether every limit and clearance is met is not proved.",
         }[self.verdict]
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The verdict, a record for each station, the shaft and the motors."""
         about = {"machine": self.machine.name, "rpm": self.machine.shaft_rpm, "verdict": self.verdict}
         return {

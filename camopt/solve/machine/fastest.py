@@ -146,7 +146,7 @@ class MachineFastest(Result):
         note = "Speeds are those of the machine's shaft in rev/min."
         return replace(table_of(f"{self.machine.name}: highest speed of each limit", rows, names), note=note)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The answer, and a record for each limit; speeds are those of the machine's shaft."""
         about = {"machine": self.machine.name, "rpm": self.rpm, "from_rpm": self.from_rpm}
         deciding = {"deciding_station": self.deciding_station, "deciding_limit": self.deciding_limit}

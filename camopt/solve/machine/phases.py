@@ -113,7 +113,7 @@ class PhaseOptimum(Result):
         names = ("station", "before_deg", "after_deg")
         return table_of(f"{self.machine.name}: phases", rows, names, units=dict.fromkeys(names[1:], "deg"))
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The phases, the peaks and the bound."""
         names = ("phases", "peak_before", "peak", "bound", "relative_gap")
         return {"machine": self.machine.name, **{name: getattr(self, name) for name in names}}

@@ -356,7 +356,7 @@ class Fit(Result, Drawable):
             "unreached_rows": self.profile.unreached.tolist(),
         }
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """Plain numbers and texts, without the points."""
         lengths = {
             "noise": self.noise,

@@ -247,7 +247,7 @@ class Inspection(Result):
         zone = f", as steep or curved as {wave_use.found:.4g} waves of the zone's height" if wave_use else ""
         return f"Waves in a turn: {shortened_list(waves)}{zone}"
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The error, the deviations of the cam, and a record for each tolerance, wave and outlier."""
         return {
             "scene": self.scene.name,
@@ -531,7 +531,7 @@ class InspectedDisc:
         change of the shown tool error with the follower's there.
         """
         tolerances = self.scene.tolerances
-        response, bore = self.profile_and_bore_responses[0][point_index], self.motion_errors_from_bore
+        response, bore = self.profile_and_bore_responses[0][point_index], self.motion_errors_caused_by_bore_axis
         is_bore_separate = bool(tolerances.bore_eccentricity)
         deviations = (
             self.smooth_normal_deviations - bore / self.profile_and_bore_responses[0]
@@ -634,7 +634,7 @@ class InspectedDisc:
         return columns[0], columns[1], columns[2]
 
     @cached_property
-    def motion_errors_from_bore(self) -> FloatArray:
+    def motion_errors_caused_by_bore_axis(self) -> FloatArray:
         """Errors that the axis of the bore causes [mm or rad]."""
         return np.asarray(
             self.profile_and_bore_responses[1] * self.fitted_phase_size_and_bore[2]
@@ -699,7 +699,7 @@ class InspectedDisc:
         by_row = dict(
             zip(
                 self.kept_points.rows.tolist(),
-                self.motion_errors_from_bore / self.profile_and_bore_responses[0],
+                self.motion_errors_caused_by_bore_axis / self.profile_and_bore_responses[0],
                 strict=True,
             )
         )
@@ -720,7 +720,7 @@ class InspectedDisc:
         """Waves of the deviation, without the axis of the bore."""
         deviations = (
             np.where(self.is_outlying, self.smooth_normal_deviations, self.raw_normal_deviations)
-            - self.motion_errors_from_bore / self.profile_and_bore_responses[0]
+            - self.motion_errors_caused_by_bore_axis / self.profile_and_bore_responses[0]
         )
         return significant_harmonics(np.radians(self.kept_points.angles), deviations, self.noise)
 

@@ -226,11 +226,11 @@ class PairInspection(Result):
         yield from (disc.table() for disc in self.discs)
         yield self.table()
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The results of each disc, and of both."""
         return {
             "scene": self.scene.name,
-            "discs": [disc.document() for disc in self.discs],
+            "discs": [disc.values_for_json() for disc in self.discs],
             "pair": self.records(),
         }
 

@@ -156,7 +156,7 @@ class Bisection(ABC):
         """The boxes to examine next, and the rest."""
 
     @abstractmethod
-    def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
+    def contract_boxes_and_improve_incumbent(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
 
     def size_bound_by_bisection(self, boxes: DesignBoxes) -> float:
@@ -168,7 +168,7 @@ class Bisection(ABC):
             batch, rest = self.select_batch(boxes)
             examined += len(batch)
             self.budget.spend(self.problem.evaluation_work(0, len(batch)))
-            boxes = rest.append_boxes(self.contract_boxes(batch).halve_boxes())
+            boxes = rest.append_boxes(self.contract_boxes_and_improve_incumbent(batch).halve_boxes())
         return float(np.min(boxes.least_sizes, initial=self.floor))
 
     def drop_finished_and_lower_floor(self, boxes: DesignBoxes, is_finished: Any) -> DesignBoxes:

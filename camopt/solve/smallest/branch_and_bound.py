@@ -134,7 +134,7 @@ class BoxSearch(Bisection):
         order = np.argsort(low if self.incumbent is not None else low / high, kind="stable")
         return boxes.take(order[:BOX_BATCH]), boxes.take(order[BOX_BATCH:])
 
-    def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
+    def contract_boxes_and_improve_incumbent(self, boxes: DesignBoxes) -> DesignBoxes:
         """The boxes that may hold a smaller cam and can be cut, made narrower, with the side to cut."""
         boxes = self.cut_self_crossing_parts(boxes)
         self.improve_incumbent(boxes.take(boxes.side == UNKNOWN_SIDE))

@@ -109,7 +109,7 @@ class MotionSearch(Bisection):
         order = np.argsort(boxes.low["size"], kind="stable")
         return boxes.take(order[:MOTION_BATCH]), boxes.take(order[MOTION_BATCH:])
 
-    def contract_boxes(self, boxes: DesignBoxes) -> DesignBoxes:
+    def contract_boxes_and_improve_incumbent(self, boxes: DesignBoxes) -> DesignBoxes:
         """The parts of boxes that may hold a smaller cam; cams of the first box are tried on the way."""
         boxes, cams = self.contract_by_limits(self.boxes_with_possible_motion(boxes))
         if len(cams):

@@ -155,7 +155,7 @@ class Optimum(Result):
         thin = missing_wall_notes(self.scene, self.best.get("base_radius_mm")) if self.best else ()
         return (*self.warnings, *thin)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The best design, the designs of each law, the obstacles and the prices."""
         return {
             **to_json_values(next(iter(self.by_law.values()), {})),
@@ -168,7 +168,7 @@ class Optimum(Result):
         }
 
     @property
-    def half_width(self) -> float:
+    def relative_half_width(self) -> float:
         """The relative half-width of the best design's enclosures."""
         return float(self.best["relative_half_width"]) if self.best else 0.0
 

@@ -105,7 +105,7 @@ class Prices(Result, dict[str, list[Price]]):
         super().__init__(prices)
         self.unit_of_size = unit_of_size
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """A record for each bound of each law."""
         return {"prices": [{"law": law, **vars(price)} for law, each in self.items() for price in each]}
 

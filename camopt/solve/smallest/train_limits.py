@@ -49,7 +49,7 @@ from camopt.solve.verdicts.driven_boxes import (
     driven_motion_over_ranges,
 )
 from camopt.solve.verdicts.mean_boxes import enclose_weighted_sums, excess_from_mean_of_curve_power
-from camopt.solve.verdicts.train_means import is_of_chosen_stroke_kind, mean_of_curve_power_of_designs
+from camopt.solve.verdicts.train_means import estimate_mean_curve_power_of_designs, is_of_chosen_stroke_kind
 
 SCAN_ANGLES, SCAN_ZOOMS = (
     256,
@@ -306,6 +306,6 @@ def mean_excess_and_known_boxes(
         shares = np.where(applies, weights, 0.0).reshape(-1, count)
         parts.append([enclose_weighted_sums(shares, each) for each in (power.value, power.slopes)])
     whole, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
-    at = mean_of_curve_power_of_designs(problem, mean, inside, table.centre, table.half_width, stroke_kinds)
+    at = estimate_mean_curve_power_of_designs(problem, mean, inside, table.centre, table.half_width, stroke_kinds)
     narrow = narrow_by_mean_value(whole, at, slopes, template_interval)
     return Excesses.from_sloped_value(excess_from_mean_of_curve_power(constraint, narrow, boxes)), known

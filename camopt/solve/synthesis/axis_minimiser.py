@@ -36,7 +36,7 @@ from camopt.solve.synthesis.nonconvex_constraints import (
 from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
     objective_weights,
-    split_by_listed_lead,
+    split_by_listed_offset_or_arm,
 )
 from camopt.solve.synthesis.relaxation import RelaxedMotion
 from camopt.solve.synthesis.relaxed_optimum import PANEL_COUNTS, RelaxedOptimum, subtract_solver_error
@@ -137,7 +137,7 @@ class AxisMinimiser:
         """The best cam with the other axes held at values; None if none is found."""
         if not held_values and self.first in AXIS_TERMS:
             # nothing is held: as ``synthesise``, with the pieces of all cams of the frontier
-            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_listed_lead(self.problem)]
+            problems = [(problem, RelaxedOptimum(None)) for problem in split_by_listed_offset_or_arm(self.problem)]
             cam, laws_found = best_synthesis(self.scene, problems, lambda done, most: None)
             terms = self._cam_row(cam, laws_found) | {"bound": None, "local": not cam.convex}
             return FrontierCam(terms, laws_found)

@@ -104,7 +104,7 @@ class Frontier(Result, Drawable):
             local = " (a local optimum)" if term in self.local else ""
             yield f"Least {term}: {with_unit(least, unit)}{local}{most}"
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The axes, the least value of each, and the rows of free and of known laws."""
         return {
             "scene": self.scene.name,

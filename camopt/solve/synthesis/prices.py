@@ -34,7 +34,7 @@ from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
     default_peak_factors,
     objective_weights,
-    split_by_listed_lead,
+    split_by_listed_offset_or_arm,
 )
 from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxed_optimum_with_jerk_cuts
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -77,7 +77,7 @@ def shadow_prices_of_free_laws(result: Synthesis) -> Iterator[Price]:
     if optimum is None:
         return
     for bound in _scene_bounds(scene):
-        price = _price_of_bound(optimum, scene, bound)
+        price = _objective_derivative_by_bound(optimum, scene, bound)
         if abs(price) * (abs(bound.value) or 1.0) > LEAST_PRICE * (abs(result.objective) + optimum.model.unit):
             yield Price(bound.key, bound.value, bound.unit, bound.relation, price, price)
 
@@ -123,14 +123,14 @@ def _robust_problem_per_listed_lead(scene: Scene, sizes: tuple[float, float]) ->
     """The problem for each listed offset or arm; for robust cams with limits tightened at these sizes."""
     return [
         with_robust_limits(problem, *sizes) if problem.scene_problem.robust_errors else problem
-        for problem in split_by_listed_lead(build_synthesis_problem(scene))
+        for problem in split_by_listed_offset_or_arm(build_synthesis_problem(scene))
     ]
 
 
 def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     """The solved convex programme of a result, with its multipliers; None if no margin gives a solution."""
     # e and s₀ of the cam of free laws [mm]
-    first = split_by_listed_lead(build_synthesis_problem(scene))[0]
+    first = split_by_listed_offset_or_arm(build_synthesis_problem(scene))[0]
     iterate = iterate_of_result(first, result)
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
     problems = _robust_problem_per_listed_lead(scene, sizes)
@@ -206,7 +206,7 @@ def iterate_of_result(problem: SynthesisProblem, result: Synthesis) -> Iterate:
     return Iterate(lead, height, tuple(coefficients))
 
 
-def _price_of_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> float:
+def _objective_derivative_by_bound(optimum: PricedOptimum, scene: Scene, bound: SceneBound) -> float:
     """Derivative of the Lagrangian by a bound at an optimum; one-sided if necessary."""
     step = BOUND_STEP * (abs(bound.value) or 1.0)
 

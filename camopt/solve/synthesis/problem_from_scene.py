@@ -142,7 +142,7 @@ def problem_from_settings(
     )
 
 
-def split_by_listed_lead(problem: SynthesisProblem) -> list[SynthesisProblem]:
+def split_by_listed_offset_or_arm(problem: SynthesisProblem) -> list[SynthesisProblem]:
     """One problem for each offset or arm that the scene lists; a single one for a range of them."""
     scene_problem = problem.scene_problem
     variables, design = scene_problem.search_space.variables, scene_problem.design

@@ -113,7 +113,7 @@ class Synthesis(Result, Drawable):
             yield ""
             yield price_table({"": self.prices}, ["limit", "value", "price"], objective_unit(self.asked))
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The design, its objective with the bound, the known laws and the prices."""
         known, prices = self.known, self.prices
         laws = {"known_laws": known.rows, "own_law": known.own_law, "best_known_law": known.best} if known else {}
@@ -130,7 +130,7 @@ class Synthesis(Result, Drawable):
         }
 
     @property
-    def half_width(self) -> float:
+    def relative_half_width(self) -> float:
         """Relative half-width of the design's enclosures."""
         return float(self.design["relative_half_width"])
 

@@ -41,7 +41,7 @@ from camopt.solve.synthesis.prices import shadow_prices_of_free_laws
 from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
     objective_weights,
-    split_by_listed_lead,
+    split_by_listed_offset_or_arm,
 )
 from camopt.solve.synthesis.relaxed_optimum import RelaxedOptimum, relaxation_bound, relaxed_optimum_with_jerk_cuts
 from camopt.solve.synthesis.sequential_convex import SequentialConvex
@@ -105,7 +105,7 @@ def synthesise(scene: SceneSource, *, progress: Progress | None = None) -> Synth
     39.8
     """
     scene = scene_from(scene)
-    problems = split_by_listed_lead(build_synthesis_problem(scene))
+    problems = split_by_listed_offset_or_arm(build_synthesis_problem(scene))
     if CROSSING_JERK in problems[0].objective:
         crossed = [with_best_crossings_and_bound(problem) for problem in problems]
         problems, optima = [problem for problem, _ in crossed], [RelaxedOptimum(bound) for _, bound in crossed]

@@ -73,7 +73,7 @@ class FileChecks(Result, tuple[FileCheck, ...]):
         """One line for each file, with its state."""
         return (FileLine(escape_unprintable(f"{check.file}: {check.told}")) for check in self)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """Whether all files are whole, and the state of each."""
         return {"whole": all(check.is_whole for check in self), "files": [*self]}
 

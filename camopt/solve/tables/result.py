@@ -146,19 +146,19 @@ class Result(HasHtml):
         """Remarks on the result; commands print them to standard error."""
         return ()
 
-    def document(self) -> Any:
+    def values_for_json(self) -> Any:
         """Values of the result by key, which ``to_dict`` converts for JSON."""
         raise NotImplementedError
 
     @property
-    def half_width(self) -> float:
+    def relative_half_width(self) -> float:
         """Largest relative error of a value."""
         return 0.0
 
     @property
     def exit_code(self) -> int:
         """Exit code of the command: 0 done, 1 nothing feasible, 4 less accurate than the scene asks."""
-        return NOT_REACHED if self.half_width > self.asked_accuracy else 0
+        return NOT_REACHED if self.relative_half_width > self.asked_accuracy else 0
 
     @property
     def asked_accuracy(self) -> float:
@@ -186,7 +186,7 @@ class Result(HasHtml):
 
     def to_dict(self) -> Any:
         """Values that ``--json`` prints, by key; None for infinite ones, whose names are under ``unbounded``."""
-        return to_json_values(self.document())
+        return to_json_values(self.values_for_json())
 
     def to_pandas(self, name: str | None = None) -> "pd.DataFrame":
         """Rows of the result as a DataFrame. Its ``attrs`` have the units of columns and, for designs, the scene.
@@ -208,7 +208,7 @@ class Result(HasHtml):
         """
         import pandas as pd
 
-        document, name = self.document(), self.main_rows if name is None else name
+        document, name = self.values_for_json(), self.main_rows if name is None else name
         index: list[str] | None = None
         if isinstance(document, list):
             records = document
@@ -260,7 +260,7 @@ class Columns(Result, dict[str, Any]):
         rows: list[Any] = self.to_pandas().to_dict("records")
         return table_of(f"{len(rows):,} rows", rows, [*self], units=self.units)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The columns by name."""
         return dict(self)
 
@@ -292,7 +292,7 @@ class Listing(Result):
         """Tables and sentences of the list."""
         return self.parts
 
-    def document(self) -> list[Any]:
+    def values_for_json(self) -> list[Any]:
         """The records."""
         return self.records
 

@@ -160,7 +160,7 @@ class Allocation(Result):
         note = f"Proved: no cam has a larger error than the last share, and {cheaper} {limit}."
         return Table.from_texts(f"{self.scene.name}: the cheapest grades within {limit}", kinds, rows, note)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The allocation for ``--json``: costs, the worst case, and one record for each tolerance."""
         return {
             "within": self.within,
@@ -341,13 +341,13 @@ class _GradeSearch:
 
         0 if every cam has a preload, or none should have one.
         """
-        if not self.least_mounting_interference:
+        if not self.interference_at_lower_deviation:
             return 0.0
         low = self.least_ungraded_separation + sum(
             self.least_contact_separations_by_key_and_grade[key][grade] for key, grade in grades.items()
         )
         unit = degrees(1.0) if self.problem.setup.angular else 1.0
-        return max(-(self.least_mounting_interference + unit * float(low.min())), 0.0)
+        return max(-(self.interference_at_lower_deviation + unit * float(low.min())), 0.0)
 
     def worst_cam_search(self, grades: GradeByKey) -> WorstSearch:
         zones = {
@@ -423,7 +423,7 @@ class _GradeSearch:
         }
 
     @cached_property
-    def least_mounting_interference(self) -> float:
+    def interference_at_lower_deviation(self) -> float:
         """Least interference of two contacts from the mounting alone [mm or deg]; 0 without an interference."""
         key = "drive.interference"
         if not (self.problem.setup.mechanism.further_contacts and self.problem.nominal_numbers.get(key)):

@@ -167,7 +167,7 @@ def error_keys_at_contacts(problem: Problem, key: str) -> tuple[str, ...]:
     return (key,) if is_single else tuple(errors_at_contacts_by_key(problem.setup.mechanism, key))
 
 
-def error_ranges_at_all_contacts(
+def error_ranges_by_key_at_all_contacts(
     scene: Scene, problem: Problem, derivative_order: int = 0
 ) -> dict[str, tuple[float, float]]:
     """Least and largest value of each error of cams within the tolerances, at one contact or two, mm or rad.

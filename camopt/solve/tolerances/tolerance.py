@@ -328,7 +328,7 @@ class MotionErrors(Result, Drawable):
         for part in filter(None, (self.batch, self.allocation)):
             yield from part.tables()
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The result for ``--json``: errors, worst cases, dwells, plays and margins, one record each."""
         worst_cases = zip(self.errors, self.worst_cases, strict=True)
         parts = {"batch": self.batch, "allocation": self.allocation}
@@ -344,7 +344,7 @@ class MotionErrors(Result, Drawable):
             "reason": self.reason,
             "plays": self.plays,
             "margins": self.margins,
-            **{key: each.document() for key, each in parts.items() if each},
+            **{key: each.values_for_json() for key, each in parts.items() if each},
         }
 
     def margins_table(self) -> Table | None:

@@ -54,7 +54,7 @@ from camopt.solve.tolerances.errors import (
     Errors,
     direction_key,
     direction_keys,
-    error_ranges_at_all_contacts,
+    error_ranges_by_key_at_all_contacts,
     flat_from_polar_errors,
     is_direction,
     polar_from_flat_errors,
@@ -162,7 +162,7 @@ class WorstSearch:
 
     turn: TurnErrors
     error_ranges: NumberRanges
-    """Least and largest value of each error (``errors.error_ranges_at_all_contacts``)."""
+    """Least and largest value of each error (``errors.error_ranges_by_key_at_all_contacts``)."""
     order: int = 0
     """Order of the derivative: 0 displacement, 1 velocity, 2 acceleration."""
 
@@ -513,6 +513,6 @@ def make_worst_cam_search(
     """
     return WorstSearch(
         turn,
-        {**error_ranges_at_all_contacts(turn.scene, turn.problem, order), **(changed_error_ranges or {})},
+        {**error_ranges_by_key_at_all_contacts(turn.scene, turn.problem, order), **(changed_error_ranges or {})},
         order,
     )

@@ -92,7 +92,7 @@ class Certificate(Result, dict[str, str]):
         robust = ", for every cam within the tolerances (search.robust)" if self.scene.search.robust else ""
         return table_of(f"At every cam angle{robust}", records, ["limit", "verdict"])
 
-    def document(self) -> dict[str, str]:
+    def values_for_json(self) -> dict[str, str]:
         """Verdicts by limit."""
         return dict(self)
 

@@ -199,7 +199,7 @@ class Fastest(Result):
         names = ("limit", "value", "highest speed", "gain", "gain per 1 %", "proof")
         return replace(table_of(f"{self.scene.name}: highest speed of each limit", rows, names), note=note)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """The answer, and a record for each limit; speeds are those of the cam."""
         values = {"scene": self.scene.name, "rpm": self.rpm, "from_rpm": self.from_rpm}
         if self.scene.is_speed_of_crank and self.rpm is not None:

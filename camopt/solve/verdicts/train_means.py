@@ -102,7 +102,7 @@ class TrainMeanSearch(TrainConstraintSearch):
         slopes = Interval(*(np.vstack([0.0 * end[:1], end[1:]]) for end in (slopes.low, slopes.high)))
         panel, (low, *_), (high, *_) = self.smooth_pieces.panel, self.smooth_pieces.low, self.smooth_pieces.high
         centre, half = (getattr(self.tool_programme.table, column)[panel] for column in ("centre", "half_width"))
-        at = mean_of_curve_power_of_designs(
+        at = estimate_mean_curve_power_of_designs(
             self.problem,
             self.constraint.mean,
             inside,
@@ -137,7 +137,7 @@ def is_of_chosen_stroke_kind(tool_stroke_kinds: Any, chosen_kinds: int, follower
     ) != 0
 
 
-def mean_of_curve_power_of_designs(
+def estimate_mean_curve_power_of_designs(
     problem: Problem,
     mean: Mean,
     designs: Designs,

@@ -26,7 +26,7 @@ OTHERS = {
 
 def module_of(effect: str) -> str:
     """The module that computes an effect."""
-    return EFFECTS[effect].offered_quantities.__module__
+    return EFFECTS[effect].applicable_quantities.__module__
 
 
 def of_effects() -> Iterator[str]:

@@ -62,7 +62,7 @@ def test_what_is_exact_has_no_enclosure():
     for effect in (each for each in EFFECTS.values() if each.exact):
         found = run_effects(case, effect.input_quantities(case.setup)).columns
         columns = effect.evaluate_columns(
-            replace(case, columns=found), frozenset(effect.offered_quantities(case.setup))
+            replace(case, columns=found), frozenset(effect.applicable_quantities(case.setup))
         )
         assert columns
         assert effect.evaluate_pitch_curve_columns is no_columns

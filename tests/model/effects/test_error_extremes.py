@@ -12,7 +12,7 @@ from camopt.model.effects.motion import motion_error_quantity_names, motion_unit
 from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
-from camopt.solve.tolerances.errors import error_ranges_at_all_contacts
+from camopt.solve.tolerances.errors import error_ranges_by_key_at_all_contacts
 from camopt.solve.tolerances.tolerance import first_order_errors
 from camopt.solve.tolerances.turn_errors import TurnErrors
 
@@ -48,7 +48,7 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
     scene = scene_of(kind)
     problem = resolve_design(scene)
     found = camopt.evaluate(scene.replace(outputs=["motion_errors"]))
-    ends, worst = error_ranges_at_all_contacts(scene, problem), np.zeros(3)
+    ends, worst = error_ranges_by_key_at_all_contacts(scene, problem), np.zeros(3)
     cams = cams_of(problem, 0)
     for corner in product(*ends.values()):
         off = {key: np.full(DENSE.size, end) for key, end in zip(ends, corner, strict=True)}

@@ -300,15 +300,15 @@ def test_an_open_cam_has_one_flank():
 
 def test_effects_say_what_they_offer():
     setups = [resolve_design(scene_of(contact)).setup for contact in CONTACTS]
-    assert {name for setup in setups for name in section.offered_quantities(setup)} >= {
+    assert {name for setup in setups for name in section.applicable_quantities(setup)} >= {
         "area_mm2",
         "groove_length_mm",
     }
-    assert {name for setup in setups for name in solid.offered_quantities(setup)} >= {
+    assert {name for setup in setups for name in solid.applicable_quantities(setup)} >= {
         "cam_mass_kg",
         "unbalance_g_mm",
     }
-    assert all(bore_wall_thickness.offered_quantities(setup) == (bore_wall_thickness.WALL,) for setup in setups)
+    assert all(bore_wall_thickness.applicable_quantities(setup) == (bore_wall_thickness.WALL,) for setup in setups)
     assert {lift_change.lift_change_name(setup) for setup in setups} == {
         f"lift_change_max_{u}_per_deg" for u in ("mm", "deg")
     }

@@ -18,7 +18,7 @@ from camopt.solve.synthesis.convex_model import build_convex_model
 from camopt.solve.synthesis.problem_from_scene import (
     build_synthesis_problem,
     default_peak_factors,
-    split_by_listed_lead,
+    split_by_listed_offset_or_arm,
 )
 from camopt.solve.synthesis.spline_motion import SplineMotion
 from camopt.solve.synthesis.synthesis_problem import tighten_limits
@@ -78,7 +78,7 @@ def least_objective(case):
     """The least objective of the convex programmes of a scene."""
     return min(
         build_convex_model(tighten_limits(d, 1e-7), SplineMotion).solve()
-        for d in split_by_listed_lead(build_synthesis_problem(case))
+        for d in split_by_listed_offset_or_arm(build_synthesis_problem(case))
     )
 
 

@@ -128,7 +128,7 @@ def test_a_result_has_rows_for_pandas(results, kind):
     assert len(frame) > 0
     units = frame.attrs["units"]
     assert all(camopt.QUANTITIES[n].unit == unit for n, unit in units.items() if n in camopt.QUANTITIES)
-    document = result.document()
+    document = result.values_for_json()
     if isinstance(document, dict):
         with pytest.raises(camopt.UnknownName, match="has no rows named"):
             result.to_pandas("no such rows")
@@ -150,12 +150,12 @@ class Loose(Result):
     """A result whose numbers are less exact than its scene asks."""
 
     scene: camopt.Scene
-    half_width: float = 0.0
+    relative_half_width: float = 0.0
 
     def sections(self):
         return ("loose",)
 
-    def document(self):
+    def values_for_json(self):
         return {"value": inf, "inner": [{"value": -inf, "name": "a", "array": np.array([1.0, inf])}]}
 
 

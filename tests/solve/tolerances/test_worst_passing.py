@@ -16,7 +16,7 @@ from camopt.model.effects.motion import motion_unit_factor
 from camopt.scene.problem.problem import resolve_design
 from camopt.show.studies.timing import _passage_ends
 from camopt.solve.tolerances import dwells_and_passages
-from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_ranges_at_all_contacts
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_ranges_by_key_at_all_contacts
 from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import make_worst_cam_search
 from tests.solve.tolerances.test_response import DIGITS
@@ -45,7 +45,7 @@ def test_no_cam_passes_beyond_the_bound(kind):
     scene, rng, count = cam_of(kind), np.random.default_rng(5), 10_000
     problem = resolve_design(scene)
     zones, cams, programme = (
-        error_ranges_at_all_contacts(scene.with_profile_tolerance_moved, problem),
+        error_ranges_by_key_at_all_contacts(scene.with_profile_tolerance_moved, problem),
         cams_of(problem, 0),
         problem.programme.tool,
     )

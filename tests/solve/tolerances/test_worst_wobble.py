@@ -16,7 +16,7 @@ from camopt.model.motion.stroke import DWELL
 from camopt.scene.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.solve.tolerances.dwells_and_passages import WobbleSearch
-from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_ranges_at_all_contacts
+from camopt.solve.tolerances.errors import BORE, BORE_DIRECTION, error_ranges_by_key_at_all_contacts
 from camopt.solve.tolerances.turn_errors import TurnErrors
 from camopt.solve.tolerances.worst_case import make_worst_cam_search
 from tests.solve.tolerances.test_response import DIGITS
@@ -49,7 +49,7 @@ def test_no_cam_wobbles_more_than_the_bound_and_the_worst_cam_nearly_does(kind):
     scene, rng, count = cam_of(kind), np.random.default_rng(2), 20_000
     (stroke, found), problem = first_dwell_error(scene), resolve_design(scene)
     zones, cams, unit = (
-        error_ranges_at_all_contacts(scene.with_profile_tolerance_moved, problem),
+        error_ranges_by_key_at_all_contacts(scene.with_profile_tolerance_moved, problem),
         cams_of(problem, 0),
         motion_unit_factor(problem.setup, 0),
     )

@@ -79,7 +79,7 @@ class Construction(Result, Drawable):
             for station, point, profile in zip(stations, *pairs, strict=True)
         ]
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """A record for each station."""
         return {"scene": self.scene.name, "stations": self.records()}
 

@@ -70,7 +70,7 @@ class AccuracyCosts(Result, Drawable):
             }
         return table_of(f"{self.scene.name}: cost of accuracy", rows, names)
 
-    def document(self) -> dict[str, Any]:
+    def values_for_json(self) -> dict[str, Any]:
         """A record for each quantity and method."""
         return {"scene": self.scene.name, "methods": self.methods}
 
