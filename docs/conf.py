@@ -62,6 +62,7 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_execution_timeout = 900
+nb_execution_excludepatterns = ["tutorials/*.ipynb"] if tags.has("quick") else []  # noqa: F821
 nb_output_stderr = "warn"
 nb_execution_show_tb = True
 
@@ -74,7 +75,7 @@ smartquotes = False  # y'' is a derivative
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "examples",
-    "filename_pattern": r"\.py$",
+    "filename_pattern": r"main_job\.py$" if tags.has("quick") else r"\.py$",  # noqa: F821
     "subsection_order": [f"gallery/{room}" for room in ("cams", "smallest", "laws", "loads", "part")],
     "image_scrapers": ("matplotlib", "sheets.scrape"),
     "reset_modules": ("matplotlib", "sheets.dress"),

@@ -1,4 +1,4 @@
-"""What holds for all tests: how many of their cases are tried (``one_in``)."""
+"""What holds for all tests: how many of their cases are tried (``one_in``), and when slow ones are (``slow``)."""
 
 import gc
 import os
@@ -9,7 +9,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported: 
 
 import pytest
 from hypothesis import settings
-from support.depth import is_deep
+from support.depth import has_turn, is_deep, number_of_commit
 from support.ways import boxes_for_front_only
 
 from camopt.core.numerics.workspace import keep_freed_memory
@@ -31,11 +31,13 @@ def pytest_configure():
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
-    """Of a test that is marked ``one_in(n)``, every n-th case; all of them in ``.ci/deep``."""
-    met, kept, left = Counter(), [], []
+    """Leave out what other commits run: cases of ``one_in``, and slow tests unless paths are named."""
+    whole, met, kept, left = config.args == config.getini("testpaths"), Counter(), [], []
     for item in items:
-        mark, test = item.get_closest_marker("one_in"), (item.path, item.originalname)
-        (left if mark and not is_deep() and met[test] % mark.args[0] else kept).append(item)
+        share, test = item.get_closest_marker("one_in"), (item.path, item.originalname)
+        waits = share and (met[test] + number_of_commit()) % share.args[0]
+        waits = waits or (whole and item.get_closest_marker("slow") and not has_turn(item.nodeid))
+        (left if waits and not is_deep() else kept).append(item)
         met[test] += 1
     config.hook.pytest_deselected(items=left)
     items[:] = kept

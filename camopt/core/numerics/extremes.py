@@ -272,7 +272,7 @@ def find_extremes_of_design_tile(curve, first_design, count, panels, question, p
 
 
 @find_extremes_of_design_tile.array_version
-def _search_tile_in_python(curve, first_design, count, panels, question, precision, workspace) -> None:
+def _search_tile_in_python(curve, first_design, count, panels, question, precision, workspace):
     kinds, goal = question
     start_extremes_at_best_nodes(panels, kinds, goal, precision.floor, count, workspace)
     evaluate_unknown_row_bounds(curve, first_design, count, panels, np.unique(panels.group), workspace)
