@@ -19,6 +19,7 @@ import dask
 import numpy as np
 import scipy
 from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, get_worker
+from distributed.comm.core import CommClosedError
 from distributed.gc import disable_gc_diagnosis
 from distributed.versions import VersionMismatchWarning
 
@@ -68,8 +69,9 @@ class Cluster:
     @property
     def workers(self) -> int:
         """Number of threads of all present workers; at least one, because workers may still join."""
-        self._check_connected()
-        threads: dict[str, int] = self.client.nthreads()
+        with self._lost_scheduler_as_connection_error():
+            self._check_connected()
+            threads: dict[str, int] = self.client.nthreads()
         return max(1, sum(threads.values()))
 
     def results_in_order(
@@ -81,7 +83,7 @@ class Cluster:
             versions_of_camopt_numpy_and_scipy(),
             deque[Future[WorkResult]](),
         )
-        try:
+        with self._lost_scheduler_as_connection_error():
             count = self._items_per_task(work, len(items), sample) if sample else 1
             for first in range(0, len(items), count):
                 task = items[first : first + count]
@@ -90,12 +92,6 @@ class Cluster:
                     yield self._wait_for_result(futures.popleft())
             while futures:
                 yield self._wait_for_result(futures.popleft())
-        except KilledWorker:
-            why = "one task killed every worker that tried it: they may lack memory; see the cluster's logs"
-            raise ChildProcessError(ECHILD, why, self.address) from None
-        except (Exception, CancelledError):
-            self._check_connected()  # else Dask's own message is shown
-            raise
 
     def _items_per_task(self, work: Callable[[Any], Any], item_count: int, sample: Sequence[Any]) -> int:
         """Number of items in a task, from the seconds and bytes that a sample takes."""
@@ -117,8 +113,21 @@ class Cluster:
             except TimeoutError:
                 raise ConnectionError(ECONNRESET, "the Dask scheduler has no workers", self.address) from None
 
-    def _check_connected(self) -> None:
-        if self.client.status != "running":
+    @contextmanager
+    def _lost_scheduler_as_connection_error(self) -> Iterator[None]:
+        """Raise an error with the scheduler's address if it is lost, or if a task killed every worker."""
+        try:
+            yield
+        except KilledWorker:
+            why = "one task killed every worker that tried it: they may lack memory; see the cluster's logs"
+            raise ChildProcessError(ECHILD, why, self.address) from None
+        except (Exception, CancelledError) as trouble:
+            self._check_connected(trouble)  # else Dask's own message is shown
+            raise
+
+    def _check_connected(self, trouble: BaseException | None = None) -> None:
+        # Dask may raise trouble before the client's status changes
+        if self.client.status != "running" or isinstance(trouble, CommClosedError | CancelledError):
             raise ConnectionError(ECONNRESET, "no longer connected to the Dask scheduler", self.address) from None
 
 

@@ -14,6 +14,7 @@ import psutil
 import pytest
 import scipy
 from distributed import CancelledError
+from distributed.comm.core import CommClosedError
 
 import camopt
 from camopt.cli import exits
@@ -244,7 +245,32 @@ class BereavedLater(Bereaved):
         raise CancelledError("scheduler-connection-lost")
 
 
-@pytest.mark.parametrize("client", [Bereaved, BereavedLater])
+class Unaware(Bereaved):
+    """A client that does not know yet that its scheduler died: its status is still ``running``."""
+
+    loss = CommClosedError("in <TCP (closed) ConnectionPool.gather>: ConnectionResetError")
+
+    def submit(self, *arguments, pure):
+        return self
+
+    def result(self, timeout=None):
+        raise self.loss
+
+
+class UnawareAtStart(Unaware):
+    """One that loses its scheduler before the first task."""
+
+    def nthreads(self):
+        raise self.loss
+
+
+class UnawareOfCancelledTasks(Unaware):
+    """One whose status was ``connecting``, and is ``running`` again."""
+
+    loss = CancelledError("scheduler-connection-lost")
+
+
+@pytest.mark.parametrize("client", [Bereaved, BereavedLater, Unaware, UnawareAtStart, UnawareOfCancelledTasks])
 def test_a_scheduler_that_dies_is_told_as_one(client, tmp_path):
     engine = dask_cluster.Cluster(client(), "tcp://10.0.0.1:8786")
     with pytest.raises(ConnectionError, match="no longer connected to the Dask scheduler") as end:
