@@ -59,7 +59,8 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
         return {}
     numbers, missing = setup.given, force.missing_force_keys(setup)
     interference, stiffness = ((key,) if numbers[key] is None else () for key in (INTERFERENCE, STIFFNESS))
-    positive = () if numbers[INTERFERENCE] else (INTERFERENCE,)  # 0 is no preload
+    preloaded = numbers[INTERFERENCE] and setup.dynamics.pair_preload != 0.0  # the smallest numbers round to 0
+    positive = () if preloaded else (INTERFERENCE,)
     needs = (interference + stiffness, missing, missing + stiffness, missing + positive + stiffness)
     return {name: keys for name, keys in zip(preload_quantity_names(setup), needs, strict=True) if keys}
 

@@ -114,6 +114,20 @@ def test_a_limit_on_the_preload_holds_up_to_the_speed_at_which_a_contact_lets_go
     assert best["pair_preload_ratio"] >= 1.0
 
 
+@pytest.mark.parametrize("interference", [0, 5e-324])
+def test_an_interference_whose_preload_rounds_to_0_is_none(interference):
+    """5e-324° is 0 in radians."""
+    scene = pair(np.random.default_rng(8), "oscillating")
+    scene |= {"follower": scene["follower"] | {"dynamics": SWUNG}}
+    scene |= {"outputs": ["pair_preload_N_m"]}
+    scene["drive"] |= {"interference": interference, "stiffness": 7e5}
+    cam = evaluate(Scene.from_dict(scene))
+    assert cam["pair_preload_N_m"] == 0.0
+    assert not cam.warnings
+    with pytest.raises(BadInput, match=r"limits\.pair_preload_ratio = 1\.0: needs drive\.interference"):
+        evaluate(Scene.from_dict(scene | {"limits": {"pair_preload_ratio": 1}}))
+
+
 @pytest.mark.parametrize(
     ("table", "key", "says"),
     [
