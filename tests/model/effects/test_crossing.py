@@ -334,13 +334,13 @@ def swinging_lobe(
 
 
 LOBES = {
+    "any smaller base radius holds all other limits": lambda: swinging_lobe(
+        "cycloidal", (37, 2.5, 51.5), 57, (8.55, 116, 111), "ccw"
+    ),
     **{
         f"{law}-{share}": lambda law=law, share=share: lobe(touching_roller(law)[0] * share, law=law)
         for law, share in product(("parabolic", "cycloidal"), (1.01, 1.05))
     },
-    "any base radius holds all other limits": lambda: swinging_lobe(
-        "cycloidal", (37, 2.5, 51.5), 60, (8.55, 116, 111), "ccw"
-    ),
     "the least base radius that can be assembled": lambda: swinging_lobe(
         "cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"
     ),
@@ -367,6 +367,19 @@ def test_the_smallest_cam_is_the_least_that_does_not_cross_itself(name):
         less = scene.replace(**{"cam.base_radius": radius})
         assert evaluate(less)["feasible"] is False
         assert dense_polygon_crosses(case_of(less)) or evaluate(less)["undercut"]
+
+
+def test_a_lobe_whose_small_cams_cross_themselves_and_larger_ones_reach_the_pivot_has_no_smallest_cam():
+    scene = swinging_lobe("cycloidal", (37, 2.5, 51.5), 60, (8.55, 116, 111), "ccw")
+    found = optimise(scene)
+    assert found.best is None
+    assert found.obstacles == {"cycloidal": "pivot_in_cam and self_crossing together"}
+    kinds = set()
+    for radius in (0.005, 0.015, 0.025, 1.0, 3.0, 5.0, 30.0, 90.0):
+        case = case_of(scene.replace(**{"cam.base_radius": radius}))
+        reach = np.abs(points_of(case, np.linspace(0.0, 2 * np.pi, 5000))).max()
+        kinds.add((dense_polygon_crosses(case), bool(reach > scene.follower.centre_distance)))
+    assert kinds == {(True, False), (True, True), (False, True)}
 
 
 def test_a_sweep_leaves_out_cams_that_cross_themselves(tmp_path):
