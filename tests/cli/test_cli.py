@@ -512,6 +512,7 @@ def test_a_material_is_a_text_even_if_it_is_a_number(run, value):
     assert (code, err) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_front_can_be_refined_and_thinned(run_json):
     code, grid = run_json("sweep", *SMALL, "--out", "grid")
     assert code == 0
@@ -614,6 +615,7 @@ def process(*arguments, **options):
     return subprocess.run(command, capture_output=True, text=True, timeout=300, **{"encoding": "utf-8", **options})
 
 
+@pytest.mark.slow
 def test_a_process_gives_the_exit_code_and_one_document():
     done = process("evaluate", "roller-1000rpm", "--json")
     assert done.returncode == 0
@@ -699,6 +701,7 @@ def test_a_command_imports_no_other_module_of_commands(command):
     assert done.stderr.strip() == f"camopt.cli.commands.{MODULE_BY_COMMAND[command]}"
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("command", ["evaluate", "certify", "laws", "scenes"])
 def test_one_design_needs_no_compiler(command):
@@ -743,6 +746,7 @@ def test_a_sweep_does_not_overwrite_the_scene_it_reads(run):
     assert Path(name).read_text(encoding="utf-8") == before
 
 
+@pytest.mark.slow
 def test_a_law_with_corners_stops_a_roller_at_any_size(run_json):
     name = scene_file({"search.law": "uniform"})
     code, found = run_json("optimise", name)
@@ -781,6 +785,7 @@ def test_a_narrow_encoding_is_no_trouble(encoding, arguments):
     assert (done.returncode, "Traceback" in done.stderr) == (0, False)
 
 
+@pytest.mark.slow
 def test_nothing_is_cut_off_in_a_pipe():
     environment = {**os.environ, "COLUMNS": "60"}
     text = process("sweep", *SMALL, env=environment).stdout
@@ -922,6 +927,7 @@ def test_every_command_that_takes_a_scene_takes_keys_of_it(run, command):
     assert (code, err.strip()) == (2, "camopt: --set cam.rpm = 4: is already set by --rpm")
 
 
+@pytest.mark.slow
 def test_a_machine_is_exported_as_one_file(run, tmp_path):
     file = tmp_path / "packer.toml"
     assert run("export", "packer", file)[0] == 0

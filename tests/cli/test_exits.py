@@ -57,6 +57,7 @@ def test_a_closed_stderr_gives_its_number_to_no_file():
     assert Path("c.csv").read_text(encoding="utf-8").startswith('"cam_angle_deg",')
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("value", ["0", "-1", "many"])
 def test_an_environment_that_numba_refuses_is_told_in_a_line(value):
@@ -67,6 +68,7 @@ def test_an_environment_that_numba_refuses_is_told_in_a_line(value):
     assert "numba does not start with its environment variables" in err
 
 
+@pytest.mark.slow
 def test_a_sweep_needs_no_numba():
     code, _, err = shell(
         "camopt sweep roller-1000rpm --quiet --out out", NUMBA_NUM_THREADS="0", NUMBA_CACHE_DIR="empty"
@@ -219,6 +221,7 @@ def test_a_tilde_is_the_home_folder(monkeypatch, tmp_path, capsys):
     assert "its home folder is not known" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["./~", "./~/cams", "sub/../~", "./~root"])
 def test_a_tilde_after_a_dot_is_a_folder_of_that_name(folder, monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
@@ -269,6 +272,7 @@ def test_an_interrupt_of_an_import_is_told_as_one():
     assert (run.returncode, run.stdout, run.stderr) == (130, "", "camopt: interrupted\n")
 
 
+@pytest.mark.slow
 def test_a_home_that_takes_nothing_is_no_trouble():
     nowhere = dict.fromkeys(("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME"), "/proc/nothing")
     code, _, err = shell("camopt evaluate two-pauses --plot c.png", **nowhere, NUMBA_DISABLE_JIT="1")

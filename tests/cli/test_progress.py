@@ -116,6 +116,7 @@ def line(tmp_path):
     return [sys.executable, "-c", COMMAND, "optimise", str(path)]
 
 
+@pytest.mark.slow
 def test_a_command_in_a_log_has_lines_and_none_if_it_is_quiet(line):
     told, quiet = (
         subprocess.run([*line, *more], capture_output=True, text=True, timeout=300) for more in ([], ["--quiet"])

@@ -32,6 +32,7 @@ def nothing_but_machine_code(monkeypatch):
     return forbid
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "first_runs",
     [("optimise", SMALLEST), ("sweep", SMALLEST, "--quiet", "--out", "results"), ("certify", SMALLEST)],
@@ -43,6 +44,7 @@ def test_first_runs_find_what_they_need(first_runs, command, nothing_but_machine
     assert command(*first_runs)[0] in (0, 1)
 
 
+@pytest.mark.slow
 def test_a_cam_without_a_size_is_optimised(command, tmp_path, nothing_but_machine_code):
     (tmp_path / "scene.toml").write_text(
         command("scenes", SMALLEST)[1].replace("\nbase_radius =", "\n# base_radius =")

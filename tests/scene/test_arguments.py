@@ -195,6 +195,7 @@ def test_a_wrong_argument_gets_one_sentence(call, told):
     assert "\n" not in str(refused.value).replace("\ncamopt: axes = 'size'", "")
 
 
+@pytest.mark.slow
 def test_one_of_several_stands_alone(tmp_path):
     assert camopt.timing(SCENE, 25).passages == camopt.timing(SCENE, [25]).passages
     alone, listed = (camopt.allocate(SCENE, 0.1, only=only) for only in ("profile", ["profile"]))

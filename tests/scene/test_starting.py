@@ -28,6 +28,7 @@ def test_a_named_one_is_the_shipped_scene(name):
     assert camopt.Scene.from_dict(tomllib.loads(TEXTS[name])) == camopt.find_scene(PURPOSES.get(name, name))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize("words", PAIRINGS)
 def test_one_of_a_mechanism_runs_and_is_optimised_with_all_switched_on(words):

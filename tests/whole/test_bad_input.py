@@ -121,6 +121,7 @@ def test_tables_within_tables_are_a_mistake_however_deep(depth, key):
         Scene.from_dict(endless)
 
 
+@pytest.mark.slow
 def test_a_key_of_any_type_is_told_or_taken():
     """Every key of the schema that a scene of moves with conditions can have, with types that are not its own."""
     text = shipped_toml("indexing-overlap") + "[laws.own]\nlaw = 'cycloidal'\ncrossing = 0.4\n"

@@ -86,6 +86,7 @@ def test_a_root_of_samples_is_next_to_the_smallest_radius(law):
     assert by_brentq(law) < radius
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", optimisers.PROBLEMS)
 def test_the_smallest_cam_holds_what_the_rivals_see_and_no_smaller_one_does(name):
@@ -139,6 +140,7 @@ def gaps_to_camopt(job, found):
     return np.array([1.0, -1.0, 1.0])[: len(names)] * (own - found[:, : len(names)]) / scale
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.skipif(c_compiler() is None, reason="there is no C compiler")
 @pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
@@ -308,6 +310,7 @@ def test_instructions_are_told_by_task_and_kernels_by_having_no_file(tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_a_package_in_the_place_of_another_is_refused(tmp_path):
     (tmp_path / "camopt").mkdir()
     with pytest.raises(RuntimeError, match="was measured in place of"):

@@ -30,6 +30,20 @@ SCENES = {
 WITHOUT_MOTION = {"cam": {"form": "disc", "rpm": 600}, "follower": WHOLE["follower"]}
 BLOCKS = [block for page in SCENES.values() for block in page]
 TIMED = ("camopt accuracy",)  # prints times, and takes a minute
+SLOW = {
+    "ask-the-motion-at-the-tool",
+    "check-cams-that-were-made",
+    "choose-tolerances",
+    "compute-new-laws",
+    "construct-a-cam",
+    "drive-by-a-pair-of-discs",
+    "make-the-drawing",
+    "put-several-cams-on-one-shaft",
+    "read-a-pareto-front",
+    "see-what-tolerances-do",
+    "show-results",
+    "use-another-optimiser",
+}
 SESSIONS = [page for page in PAGES if any(b.language == "python" or commands(b) for b in blocks(page))]
 
 
@@ -46,7 +60,10 @@ def printed_output(line):
     return "\n".join([out.getvalue().rstrip(), *told])
 
 
-@pytest.mark.parametrize("page", SESSIONS, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=pytest.mark.slow if page.stem in SLOW else (), id=page.stem) for page in SESSIONS],
+)
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

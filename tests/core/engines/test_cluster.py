@@ -80,6 +80,7 @@ def flat(parts):
     return [value for part in parts for value in part]
 
 
+@pytest.mark.slow
 def test_results_come_in_order_and_are_those_of_this_process(engine):
     items = range(1000)
     assert flat(engine.results_in_order(sines, items, sample=items[:3])) == sines(items)
@@ -89,6 +90,7 @@ def test_without_items_there_is_nothing_to_do(engine):
     assert list(engine.results_in_order(sines, [])) == []
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_no_result(engine, tmp_path):
     items, deadly = range(60), [5, 33]
     work = partial(sines_or_death, tmp_path, deadly)
@@ -102,6 +104,7 @@ async def no_workers(dask_scheduler):
         await dask_scheduler.remove_worker(address, stimulus_id="test", close=True)
 
 
+@pytest.mark.slow
 def test_nobody_waits_for_workers_that_are_all_gone(monkeypatch):
     with cluster("local", 1) as engine:
         found = engine.results_in_order(sines, range(10_000))
@@ -177,6 +180,7 @@ def files(swept):
     return {file.name: file.read_bytes() for file in swept.files}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
 def test_a_sweep_writes_the_files_of_one_thread_though_a_worker_is_killed(engine, keep, tmp_path):

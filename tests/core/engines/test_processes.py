@@ -101,6 +101,7 @@ def test_an_exception_is_that_of_the_work(engine):
     assert "test_processes.py" in str(error.value.__cause__)
 
 
+@pytest.mark.slow
 def test_what_a_killed_process_did_is_done_by_another(engine, tmp_path):
     assert list(engine.results_in_order(partial(kill_first_process, str(tmp_path)), range(3))) == [0, 1, 2]
 
@@ -145,6 +146,7 @@ def test_none_outlives_what_started_it(name):
     assert running.returncode
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 129)])
 def test_a_frontier_leaves_none(name, code, tmp_path):

@@ -107,6 +107,7 @@ def test_together_and_alone_are_the_same_bits(contact, places, asked, share, sig
                 )
 
 
+@pytest.mark.slow
 def test_a_curve_without_bounds_takes_few_formulas(monkeypatch):
     """At the smallest size a denominator comes near zero, and two panels are halved into 4,000 parts each."""
     monkeypatch.setattr(compile, "NEVER_COMPILE", True)

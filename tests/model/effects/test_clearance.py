@@ -319,6 +319,7 @@ def test_the_spin_of_a_roller_turns_round_and_slips_as_points_of_both_walls_say(
     assert found >= max(rates) * (1 - 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_a_roller_skids_until_friction_has_turned_it(form):
     """∫μ·N·R_r dt by a rule of quadrature over the drawn force, from the landing on."""

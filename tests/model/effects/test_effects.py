@@ -69,6 +69,7 @@ def test_what_is_exact_has_no_enclosure():
         assert not any(isinstance(column, EnclosedValue) for column in columns.values())
 
 
+@pytest.mark.slow
 def test_all_calls_for_all_and_shares_add_up():
     found = cost_report(VALVE.replace(outputs=["all"]))
     of_others = {"reach", "face", "transmission", "joints", "frame", "pair", "rib", "preload", "clearance"}

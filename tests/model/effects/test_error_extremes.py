@@ -93,6 +93,7 @@ def test_a_jump_of_the_motion_makes_them_infinite_as_in_the_tables():
     assert found["acceleration_error_max_rad_s2"] == acceleration.worst == np.inf
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("kind", "limits"),

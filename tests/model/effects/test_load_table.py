@@ -213,6 +213,7 @@ LIMITS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contact", "rows"), [("flat", JUMPING), ("flat", CORNERED), ("arm", MOMENT)])
 def test_verdicts_turn_at_the_value_itself(contact, rows):
     scene = Scene.from_dict(cam_under_load(rows, contact, outputs=[*OF_MOTION, "thrust", "hertz"]))

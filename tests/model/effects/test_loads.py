@@ -216,6 +216,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize(("contact", "law", "rotation", "dynamics"), CASES)
 def test_all_loads_against_fifty_digits(contact, law, rotation, dynamics):
@@ -263,6 +264,7 @@ def surfaces(scene, kind, line, ctx):
     return state
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "swinging-face", "knife"])
@@ -577,6 +579,7 @@ def test_each_infinite_load_has_its_own_reason(contact, base_radius, dynamics, e
         assert why[name] == reason
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 def test_a_face_that_turns_as_fast_as_the_cam(rotation):
@@ -829,6 +832,7 @@ def test_a_limit_at_the_end_of_a_stroke_is_decided_next_to_the_bound(share, verd
     assert certify(Scene.from_dict({**scene, "limits": limits}))["normal_force"] == verdict
 
 
+@pytest.mark.slow
 def test_a_motion_that_rounding_leaves_undecided_is_no_proof():
     scene = cam_with("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
     torque = evaluate(Scene.from_dict(scene))["torque_peak_N_m"]
@@ -874,6 +878,7 @@ def test_a_sweep_reaches_its_tolerance_near_an_undercut():
     assert result.reached <= 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base_radius", [13.387580233188274, 13.387321430531342])
 def test_the_half_width_next_to_an_undercut_is_that_of_rounding(base_radius):
     """Profile radii of 3e-4 and 1e-4 mm are differences of 54 mm, whose rounding is more than the tolerance."""

@@ -109,6 +109,7 @@ class Turn:
         return sorted([*ends, *middles])
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize(("contact", "offset"), [("roller", 0), ("offset-roller", 11)])
 def test_the_torque_of_a_rubbing_follower_is_that_of_50_digits(contact, offset):
@@ -145,6 +146,7 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
         assert found == pytest.approx(float(true), rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["groove", "groove-arm"])
 def test_a_groove_is_as_long_as_its_chords(contact):
     """By the mechanism's own points, of which chords fall short by the square of their length."""
@@ -248,6 +250,7 @@ def boxes_of(problem, width, count, seed):
     return replace(problem.design, **sizes), replace(problem.design, **inside), free
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("contact", ["roller", "offset-roller", "spherical", "groove"])
 def test_the_range_over_a_box_holds_every_design_of_it(contact):
@@ -285,6 +288,7 @@ def test_of_designs_that_may_jam_nothing_is_known():
     assert found.value.high[0] == inf
 
 
+@pytest.mark.slow
 def test_the_smallest_cam_under_a_limit_on_a_mean_is_proved_and_has_a_price():
     """Against a root of evaluations, as the torque falls while the cam grows."""
     scene, bound = scene_of("roller").replace(outputs=["torque_rms_N_m"]), 4.705

@@ -82,6 +82,7 @@ def test_a_limit_needs_tolerances():
         camopt.evaluate(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "swinging-face", "groove-arm"])
 def test_a_limit_is_proved_on_either_side_of_the_error(contact):

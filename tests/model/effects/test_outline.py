@@ -144,6 +144,7 @@ def farthest(contact, base, centre, arm=110.0, roller=14.0, face=10.0):
     return np.sqrt(centre**2 + arm**2 - 2 * centre * arm * np.cos(first + rise)) - roller
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["arm", "swinging-face"])
 def test_a_cam_that_runs_through_the_pivot_is_never_feasible(contact, tmp_path):
     """By the closed form: verdict, proof, sweep, boxes and search, without a limit of the scene."""

@@ -299,6 +299,7 @@ def test_base_circle_at_rest_under_preload():
     )
 
 
+@pytest.mark.slow
 def test_the_limit_in_evaluate_certify_and_optimise():
     scene = camopt.Scene.from_dict(SCENE)
     stress = camopt.evaluate(scene)["contact_stress_max_MPa"]

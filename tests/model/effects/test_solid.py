@@ -109,6 +109,7 @@ def test_an_eccentric_is_a_cylinder_beside_its_axis():
     assert found["cam_inertia_kg_m2"] == pytest.approx(1e-6 * mass * (450 + 25), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", GROOVED)
 def test_a_groove_takes_away_its_width_times_its_length_at_each_radius(contact):
     """By scipy's quad over cam angle and radius, from the laws themselves."""

@@ -503,6 +503,7 @@ def test_mistakes_in_a_spectrum(arguments, message):
         camopt.response_spectrum(*arguments[:2], **options)
 
 
+@pytest.mark.slow
 def test_a_spectrum_is_written_and_drawn(tmp_path):
     from camopt.show.studies.spectrum import SPECTRUM, SPECTRUM_COLUMNS, spectra_of
 

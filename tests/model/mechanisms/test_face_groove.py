@@ -263,6 +263,7 @@ def test_a_program_that_would_spoil_a_groove_is_refused(tmp_path, settings, mess
         export(tight(), tmp_path / "cam.nc", feed=100.0, **settings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curves", ["arcs", "spline"])
 def test_the_solid_has_the_volume_of_its_mass(tmp_path, curves):
     scene = tight().replace(**{"part.density": 7800.0})

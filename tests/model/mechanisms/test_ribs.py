@@ -516,6 +516,7 @@ def test_a_disc_whose_rollers_make_no_rib_or_meet_the_shaft_breaks_a_limit(broke
         assert found["second_profile_radius_min_mm"] < 0.0 < found["first_profile_radius_min_mm"]
 
 
+@pytest.mark.slow
 def test_the_smallest_rib_of_a_disc_is_that_of_a_scan():
     scene = rib(np.random.default_rng(8), "translating", "disc")
     del scene["cam"]["base_radius"]
@@ -624,6 +625,7 @@ def test_files_of_a_disc_have_its_rib(motion, tmp_path):
     assert np.all(((xy[1] - xy[0]) * normals[1].conj()).real > 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("direction", ["climb", "conventional"])
 def test_a_program_goes_round_the_rib_of_a_disc_and_then_within_it(direction, tmp_path):

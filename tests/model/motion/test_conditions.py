@@ -171,6 +171,7 @@ def test_conditions_per_degree_and_per_second_are_the_same():
 # ------------------------------------------------------------------------------------------------- free laws
 
 
+@pytest.mark.slow
 @settings(max_examples=times(4, deep=60), deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from(["jerk_rms", "acceleration", "jerk"]))
 def test_free_laws_meet_random_conditions_near_their_bound(seed, minimise):
@@ -253,6 +254,7 @@ def test_what_is_asked_of_nothing_has_no_verdict():
 # ------------------------------------------------------------------------------------------- contradictions
 
 
+@pytest.mark.slow
 @settings(max_examples=times(4, deep=100), deadline=None)
 @given(st.integers(0, 10**6))
 def test_contradictory_conditions_are_named_and_without_any_of_them_there_is_a_motion(seed):

@@ -131,6 +131,7 @@ def test_a_law_is_there_by_its_name_and_its_package_is_imported_when_it_is_used(
     assert built_in == pytest.approx(0.25 - 1.0 / (2.0 * np.pi), abs=1e-15)
 
 
+@pytest.mark.slow
 def test_it_is_evaluated_certified_and_optimised_as_the_same_law_of_camopt(python):
     script = """
         import json
@@ -153,6 +154,7 @@ def test_it_is_evaluated_certified_and_optimised_as_the_same_law_of_camopt(pytho
     assert (smooth[3], gentle[3]) == ("smooth", "gentle")
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("engine", ["processes(2)", 'cluster("local", 1)'])
 def test_processes_and_workers_of_a_cluster_know_it(python, engine):

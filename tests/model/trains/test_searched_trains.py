@@ -123,6 +123,7 @@ def test_a_dead_point_within_the_motion_is_told_with_its_angle():
     assert "(cam angle " in found.obstacles["modified-sine"]
 
 
+@pytest.mark.slow
 def test_optimise_takes_the_best_of_listed_trains():
     search = {"train.1.coupler": [5, 210, 230], "train.1.crank": [140, 160]}
     found = optimise(SLIDE.replace(search=search))
@@ -151,6 +152,7 @@ def test_trains_that_no_proof_covers_are_told(monkeypatch):
     assert evaluate(found.best.scene)["feasible"]
 
 
+@pytest.mark.slow
 def test_the_best_train_may_be_at_the_end_of_its_range():
     free = SLIDE.replace(search={"train": {"1": {"crank": {"start": 130, "stop": 190}}}})
     found, alone = optimise(free), optimise(SLIDE.replace(search=None, **{"train.1.crank": 190}))

@@ -548,6 +548,7 @@ def test_the_picture_has_the_points_of_both_fronts_and_of_each_alone(folders, tm
         camopt.plot(compare(SCENE, SCENE))
 
 
+@pytest.mark.slow
 def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
     path, whole = tmp_path / "t.parquet", folders[1] / "designs.parquet"
     ends = Counter()

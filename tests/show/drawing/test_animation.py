@@ -155,6 +155,7 @@ TRAINS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("scene", TRAINS.values(), ids=TRAINS)
 def test_the_svg_moves_the_links_of_a_train_as_tool_and_follower_move(scene):
@@ -193,6 +194,7 @@ def test_the_texts_of_an_animation_are_apart_on_the_page_and_read_the_values(nam
     np.testing.assert_allclose(places + jumps, places[0], atol=1e-2)  # each is seen in its frame
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motion(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", "two-pauses", "--plot", "turning.GIF", "--quiet"]) == 0
@@ -229,6 +231,7 @@ def grey(monkeypatch):
     monkeypatch.setattr("camopt.show.drawing.frames.render_frames", lambda stage: repeat(image, FRAMES))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("grey")
 def test_a_video_by_ffmpeg(tmp_path):
     write_mp4(animated_scene("roller")[1], tmp_path / "turning.mp4")
@@ -261,6 +264,7 @@ def test_an_ffmpeg_that_fails_leaves_no_file_and_says_why(tmp_path, monkeypatch)
     assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_same_animated_svg_as_python_beside_a_picture(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["evaluate", "two-pauses", "--plot", "still.pdf", "--animate", "turning.SVG"]) == 0

@@ -249,6 +249,7 @@ def test_each_construction_gives_the_ordinates_of_its_law(law, parts):
 CROWDED = ["valve-rod-offset", "oscillating-roller", "flat-reciprocating", "barrel-traverse"]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(9)
 @pytest.mark.parametrize("parts", [6, 8, 12])
 @pytest.mark.parametrize(
@@ -318,6 +319,7 @@ def test_what_has_no_construction_says_why(tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.slow
 def test_steps_are_pages_or_frames(command, tmp_path):
     """A page of a PDF, or a frame of a GIF, for each step that the sheet lists."""
     from PIL import Image
@@ -336,6 +338,7 @@ def test_steps_are_pages_or_frames(command, tmp_path):
         assert frames.n_frames == len(pages)
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_table_by_station(command):
     code, output, errors = command("plot", "two-pauses", "cam.svg", "--construction", "8")
     assert code == 0

@@ -68,6 +68,7 @@ def svg_text(scene: Scene, folder: Path) -> str:
     return (folder / "cam.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> None:
     import matplotlib
 

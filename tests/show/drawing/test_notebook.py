@@ -201,6 +201,7 @@ def test_a_law_that_is_nearly_right_is_answered_by_the_nearest(results):
     assert pickle.loads(pickle.dumps(found)) == found
 
 
+@pytest.mark.slow
 def test_a_figure_is_shown_once_whether_pyplot_is_at_work_or_not():
     """Of a cell whose last line draws: one image."""
     draw = "import camopt; camopt.plot([camopt.response_spectrum('cycloidal', [1.0, 2.0], 0.1)])"

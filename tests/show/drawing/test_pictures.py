@@ -86,6 +86,7 @@ def picture(tmp_path_factory):
     return draw_picture
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(14)
 @pytest.mark.parametrize("name", DRAWN)
 def test_the_texts_of_a_cam_are_apart_on_the_page_and_texts(name, picture):
@@ -127,6 +128,7 @@ def test_the_band_of_an_undercut_needs_no_opacity(tmp_path):
     assert "opacity" not in rule
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", [name for name in shipped_scenes() if name in DRAWN])
 def test_shipped_scene_draws(name, picture):
@@ -150,6 +152,7 @@ def test_the_diagrams_are_those_of_the_effects_that_ran(effect):
     assert {panel.title for panel in load_diagrams(SCENES[f"only {effect}"]())} == TITLES[effect]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("effect", [effect for effect in TITLES if f"only {effect}" in DRAWN])
 def test_a_picture_has_the_diagrams_of_the_effects_that_ran(effect, picture):
@@ -172,6 +175,7 @@ def test_picture_says_the_exact_values(picture):
         assert label in written
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("file", "start"), [("cam.PNG", b"\x89PNG"), ("cam.pdf", b"%PDF"), ("cam.SVG", b"<?xml")])
 def test_a_file_is_what_its_name_says_and_the_figure_comes_back(file, start, tmp_path):
     figure = plot(find_scene("roller-1000rpm"), tmp_path / file)
@@ -180,6 +184,7 @@ def test_a_file_is_what_its_name_says_and_the_figure_comes_back(file, start, tmp
     assert figure.axes
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_a_figure_without_pyplot():
     code = (
         "import camopt, sys; f = camopt.plot(camopt.find_scene('two-pauses')); print(f._repr_png_()[1:4].decode())"
@@ -228,6 +233,7 @@ def test_what_accuracy_costs(shift, tmp_path):
     assert "DejaVuSans-" not in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_design_and_an_evaluation_have_the_picture_of_their_scene(tmp_path):
     scene = find_scene("two-pauses")
     plot(scene, tmp_path / "scene.svg")
@@ -326,6 +332,7 @@ def test_the_thin_line_is_the_curvature_of_the_left_flank(contact):
             np.testing.assert_allclose(line[1:-1][middle], turned[middle], rtol=2e-2, atol=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("kind", STILL_KINDS)
 @pytest.mark.parametrize("fault", ["EIO", "ENOSPC"])

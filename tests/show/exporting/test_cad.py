@@ -114,6 +114,7 @@ def kind_of(case):
 CASES = [(name, curves) for curves in ("arcs", "spline") for name in DISCS]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(14)
 @pytest.mark.parametrize(("name", "curves"), covering_cases(CASES, kind_of))
 def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_both_ways(name, curves, tmp_path):

@@ -50,6 +50,7 @@ def layer_points(document, layer):
     return np.array([complex(*Vec2(point)) for point in found])
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(12)
 @pytest.mark.parametrize("curves", ["arcs", "spline", "polyline"])
 @pytest.mark.parametrize(
@@ -283,6 +284,7 @@ raise SystemExit(main(["export", "valve-rod-radial", "cam.dxf", "--quiet"]))
 """As in a container that runs as a number."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="users have a home there")
 def test_a_dxf_has_the_same_bytes_without_a_home_and_for_any_hash_seed(tmp_path):
     found = []

@@ -46,6 +46,7 @@ def as_cut(scene, points):
     return -points.conjugate() if scene.whole_part.has_protruding_hub else points
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize("control", CONTROL_DIALECTS)
 @pytest.mark.parametrize(("name", "direction"), CAMS)

@@ -91,6 +91,7 @@ def paths_of(scene, file):
     return found, off
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [RNG_SEED, *(pytest.param(k, marks=pytest.mark.long) for k in range(100, 150))])
 @pytest.mark.parametrize("kind", ["translating", "oscillating", "breadth", "diameter"])
 def test_both_contacts_touch_what_programs_cut_at_every_step_of_the_turn(kind, seed, tmp_path):
@@ -147,6 +148,7 @@ def on_crank(slide, crank, coupler, offset, start):
     return low - first
 
 
+@pytest.mark.slow
 def test_discs_of_a_pair_that_drives_a_slide_hold_its_arms_where_the_slide_is_asked(tmp_path):
     """The rigid follower where the closed loop of its crank has it: on points and measured discs."""
     stage = {"stage": "bell-crank", "crank": 160, "coupler": 220, "offset": -150, "angle": -110}
@@ -250,6 +252,7 @@ def test_a_wheel_that_follows_the_table_of_the_second_disc_touches_its_profile(s
     assert away == pytest.approx(8.0, abs=2e-5)
 
 
+@pytest.mark.slow
 def test_a_file_of_one_disc_has_the_curves_of_that_disc(tmp_path):
     scene = find_scene("press-feed-by-pair")
     for disc, first in ((1, ""), (2, "second_")):

@@ -135,6 +135,7 @@ def test_loads_are_those_of_the_effects_that_run():
     assert not [name for name in plain if "force" in name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["parabolic", "cycloidal"])
 @pytest.mark.parametrize("offset", [-11.3, 7.9])
 def test_a_load_that_jumps_has_its_larger_value_and_no_point_exceeds_the_extreme(law, offset):
@@ -166,6 +167,7 @@ def test_a_load_that_jumps_has_its_larger_value_and_no_point_exceeds_the_extreme
     assert jumps > 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_the_command_spaces_and_loads_its_points(capsys, tmp_path, monkeypatch, suffix):
     monkeypatch.chdir(tmp_path)

@@ -85,6 +85,7 @@ def test_cursor_dots_and_readings_follow_the_lifts():
         np.testing.assert_allclose(shown, lift, atol=6e-3)
 
 
+@pytest.mark.slow
 def test_no_text_hides_another():
     with animated_machine_figure(random_machine(12, 12)) as stage:
         for body in stage.bodies:
@@ -101,6 +102,7 @@ def test_cam_angles_begin_near_0_and_go_on():
         assert np.ptp(angles) == pytest.approx(2 * np.pi * station.station.ratio)
 
 
+@pytest.mark.slow
 def test_files_are_whole_and_the_same(tmp_path):
     machine = two_stations()
     animation = camopt.animate(machine, tmp_path / "a.gif")

@@ -147,6 +147,7 @@ def test_torque_of_the_shaft_is_the_sum():
     assert words == f"{peak.peak / 0.1129848290276167:.4g} lbf·in at {np.degrees(peak.peak_angle):.2f}°"
 
 
+@pytest.mark.slow
 def test_the_same_machine_gives_the_same_file(tmp_path):
     paths = [tmp_path / f"{name}.svg" for name in "ab"]
     for path in paths:

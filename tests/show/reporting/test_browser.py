@@ -89,6 +89,7 @@ def page_of_all(browser, folder):
         yield page
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", mechanisms())
 def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeypatch):
@@ -119,6 +120,7 @@ GAP = """() => {
 """The distance of the drawn roller from the drawn cam, both as they are moved, mm."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two-pauses", "rocker-valve"])
 def test_the_follower_touches_the_cam_as_it_turns(name, page_of_all, folder):
     """At every cam angle the follower's own shape, moved, is where the turned cam has its trace point."""
@@ -216,6 +218,7 @@ SHIFTED = """([angle, place]) => {
 }"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("align", "turn"), [(True, 0.0), (True, -100.0), (False, 250.0)])
 def test_cams_are_aligned_at_their_noses_or_at_an_angle(align, turn, browser, tmp_path):
     names = ["two-pauses", "harmonic-240rpm-offset"]  # with noses at 142.5° and 105°
@@ -252,6 +255,7 @@ def test_one_cam_is_not_aligned(options, tmp_path):
         camopt.report("two-pauses", tmp_path / "one.html", **options)
 
 
+@pytest.mark.slow
 def test_filters_agree_with_pandas(browser, swept):
     folder, path = swept
     table = camopt.load(folder / "designs.parquet")
@@ -351,6 +355,7 @@ def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
         assert sizes["offset"] == pytest.approx(known.offset_mm)
 
 
+@pytest.mark.slow
 def test_a_frontier_shows_before_and_after(browser, fronted):
     """The known law first, the free one after it, at one scale; the gap to the bound is told."""
     with watched_page(browser) as page:
@@ -361,6 +366,7 @@ def test_a_frontier_shows_before_and_after(browser, fronted):
         assert "proven lower bound over all motions" in page.locator("header").text_content()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("context", [PHONE, {"color_scheme": "dark"}], ids=["phone", "dark"])
 def test_no_page_is_wider_than_its_window(context, browser, folder, swept):
     with watched_page(browser, **context) as page:
@@ -402,6 +408,7 @@ def drop_blanks(text):
     return re.sub(r"\s", "", text)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("kind", ["a cam", "cams", "a sweep", "a frontier"])
 def test_a_page_prints_whole(kind, browser, printable):
@@ -429,6 +436,7 @@ def test_a_page_prints_whole(kind, browser, printable):
         assert page.locator(".onlyprint *").count() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("full", [False, True])
 def test_only_a_full_page_prints_effects_and_scene(full, browser, tmp_path):
     page_file = camopt.report("press-feed-by-pair", tmp_path / "cam.html", full=full)

@@ -10,6 +10,7 @@ import camopt
 from camopt.library import write_machine_folder
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["pick-and-place", "camshaft"])
 def test_the_folder_of_a_machine_reads_back(name, tmp_path):
@@ -23,6 +24,7 @@ def test_the_folder_of_a_machine_reads_back(name, tmp_path):
     assert sum("thickness" in note for note in notes) == cams  # the scenes have no thickness for a solid
 
 
+@pytest.mark.slow
 def test_equal_cams_have_one_drawing_and_are_counted(tmp_path):
     write_machine_folder(camopt.evaluate_machine("camshaft"), tmp_path)
     rows = [*csv.DictReader((tmp_path / "parts.csv").read_text(encoding="utf-8").splitlines())]
@@ -35,6 +37,7 @@ def test_equal_cams_have_one_drawing_and_are_counted(tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_a_file_of_the_user_is_never_replaced(tmp_path):
     mine = tmp_path / "parts.csv"
     mine.write_text("mine")

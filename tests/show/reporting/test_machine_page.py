@@ -28,6 +28,7 @@ def data_of(html):
     return json.loads(text)
 
 
+@pytest.mark.slow
 def test_one_cursor_and_a_group_and_a_section_per_station(unit):
     html, machine = unit.read_text(encoding="utf-8"), camopt.find_machine("pick-and-place")
     names = [station.name for station in machine.station]
@@ -76,6 +77,7 @@ def test_a_machine_is_alone_on_its_page(tmp_path):
             camopt.report(what, tmp_path / "page.html", **options)
 
 
+@pytest.mark.slow
 def test_the_cursor_moves_all_stations_and_the_pointer_moves_the_cursor(tmp_path):
     machine = random_machine(3, 4)
     path = camopt.report(machine, tmp_path / "page.html")
@@ -105,6 +107,7 @@ def test_the_cursor_moves_all_stations_and_the_pointer_moves_the_cursor(tmp_path
         assert page.locator("#timing .angle").text_content() == page.locator("#player output").text_content()
 
 
+@pytest.mark.slow
 def test_without_scripts_the_page_has_still_pictures(unit):
     with running_browser() as browser, watched_page(browser, java_script_enabled=False) as page:
         page.goto(unit.as_uri())

@@ -95,6 +95,7 @@ def test_a_cam_that_cannot_be_made_has_no_files_for_machines(tmp_path):
     assert "No files for machines" in text
 
 
+@pytest.mark.slow
 def test_a_page_has_what_tolerances_do_of_a_scene_that_has_them(tmp_path, without_files):
     scene = camopt.find_scene("rocker-valve")
     camopt.report(scene, tmp_path / "plain.html")
@@ -230,6 +231,7 @@ def test_cams_of_one_name_are_told_apart_by_their_laws(tmp_path, without_files):
         assert all(f"{scene.name}{end}" in text for end in ends)
 
 
+@pytest.mark.slow
 def test_new_laws_stand_beside_the_best_known_law(tmp_path, without_files):
     """From the folder that ``synthesise`` writes: both cams, and how far from the bound the new one is."""
     folder = tmp_path / "new"
@@ -257,6 +259,7 @@ def test_the_command_writes_a_page_or_nothing(tmp_path, capsys):
     assert [file.name for file in tmp_path.iterdir()] == ["cam.html"]
 
 
+@pytest.mark.slow
 def test_of_many_laws_the_smallest_cams_are_shown(tmp_path, without_files):
     """As many as fit, from the result and from its folder alike, and how many there are."""
     laws = ["cycloidal", "harmonic", "poly345", "modified-sine", "parabolic", "poly4567"]
@@ -276,6 +279,7 @@ def _write_scene(scene, folder):
     return str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", [camopt.timing, camopt.harmonics, camopt.tolerance, camopt.certify])
 def test_a_page_shows_any_result_of_a_scene(study, tmp_path):
     scene = camopt.find_scene("two-pauses").replace(tolerances={"profile": 0.01})

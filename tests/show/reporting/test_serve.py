@@ -111,6 +111,7 @@ def test_the_slider_of_a_number_goes_as_far_as_search_says_or_the_scene_allows()
             scene.replace(**{control.key: value})
 
 
+@pytest.mark.slow
 def test_tolerances_have_sliders_and_a_line_follows_them(tmp_path):
     """Those that are one number; what else a scene says of them stays."""
     uniform = {"plus": 0.05, "minus": 0.05, "distribution": "uniform"}
@@ -136,6 +137,7 @@ def test_tolerances_have_sliders_and_a_line_follows_them(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "given", "limits"),
     [
@@ -562,6 +564,7 @@ def heed_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_address_and_ends_well(tmp_path):
     running = command("two-pauses", "--no-browser", "--json", folder=tmp_path)
     try:
@@ -580,6 +583,7 @@ def test_the_command_prints_the_address_and_ends_well(tmp_path):
         running.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_server_that_is_ended_says_by_what(number, code, tmp_path):
     running = command("two-pauses", "--no-browser", folder=tmp_path)
@@ -589,6 +593,7 @@ def test_a_server_that_is_ended_says_by_what(number, code, tmp_path):
     assert (running.returncode, out, err) == (code, "", "")
 
 
+@pytest.mark.slow
 def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):
     """What others see in the list of processes does not let them in."""
     (tmp_path / "browser.py").write_text("import sys; open('seen', 'w').write(sys.argv[1])", encoding="utf-8")
@@ -613,6 +618,7 @@ def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):
     assert running.returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
@@ -657,6 +663,7 @@ def slide(page, key, value):
     page.wait_for_selector("html[data-state=proved]")
 
 
+@pytest.mark.slow
 def test_a_slider_moves_the_picture_and_all_that_is_said(browser, server):
     with page_of(browser, server) as page:
         outline = page.locator("path.solid").get_attribute("d")
@@ -672,6 +679,7 @@ def test_a_slider_moves_the_picture_and_all_that_is_said(browser, server):
         assert page.locator("path.solid").get_attribute("d") == outline
 
 
+@pytest.mark.slow
 def test_the_served_page_prints_whole_without_its_controls(browser, server):
     with page_of(browser, server) as page:
         slide(page, "cam.base_radius", 44)
@@ -711,6 +719,7 @@ def test_a_bad_value_is_told_beside_its_control_and_the_cam_stays(browser, serve
         assert page.locator(".stale").count() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_plainly")
 def test_a_linkage_that_cannot_be_assembled_is_shown_as_far_as_it_goes(browser, tmp_path):
     with served("slide-by-bell-crank", tmp_path) as server, page_of(browser, server) as page:
@@ -739,6 +748,7 @@ def test_keys_move_a_slider_and_angles_share_the_turn(browser, server):
         assert sum(angles) == pytest.approx(360.0, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_plainly")
 def test_the_smallest_cam_moves_the_sliders(browser, tmp_path):
     best = camopt.optimise(camopt.find_scene("knife-300rpm-offset")).best
@@ -812,6 +822,7 @@ def test_saving_asks_before_it_writes_over_a_file(browser, server, tmp_path):
         assert waiting.value.suggested_filename == "Two-equal-pauses-harmonic-rise-parabolic.html"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_plainly")
 @pytest.mark.parametrize("context", [{"viewport": {"width": 390, "height": 800}, "is_mobile": True}, {}])
 def test_the_page_is_no_wider_than_its_window_and_names_stay_text(browser, tmp_path, context):
@@ -825,6 +836,7 @@ def test_the_page_is_no_wider_than_its_window_and_names_stay_text(browser, tmp_p
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_plainly")
 def test_sliders_change_the_phases_of_a_machine(browser, tmp_path):
     phases = {"knife": 220.0, "film draw": 260.0}

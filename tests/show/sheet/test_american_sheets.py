@@ -63,6 +63,7 @@ def texts(name):
     return [mark.text for mark in words_of(sheet(name))]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_sheet_is_american_and_nothing_is_on_top_of_anything(name):
@@ -245,6 +246,7 @@ def test_an_american_title_block_holds_any_text(given_texts, tolerances):
     assert [field.name for field in fields].count(PROJECTION_FIELD) == 1
 
 
+@pytest.mark.slow
 def test_a_pdf_has_the_size_of_its_paper(tmp_path):
     told = export(american(SCENES["face-groove-shutter"]), tmp_path / "a.pdf")
     paper = next(each for each in ANSI_PAPERS if each.name == told.about["paper"])

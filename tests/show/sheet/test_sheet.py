@@ -579,6 +579,7 @@ def test_the_profile_in_a_pdf_is_that_of_the_cam_at_its_scale(name, page):
         assert off <= told.curves["profile"].deviation_mm + 1e-3
 
 
+@pytest.mark.slow
 def test_the_groove_in_a_pdf_is_that_of_the_cam_at_its_scale(page):
     found, told = page("feeder-with-stop")
     scale, true = sheet("feeder-with-stop").scale, cam_points(CYLINDER, step=0.1)
@@ -676,6 +677,7 @@ def test_the_frame_is_that_of_the_standard():
     assert degrees(np.angle(complex(A3.width, A3.height))) == pytest.approx(35.26, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tip", [{"contact": "knife"}, {"contact": "spherical", "face_radius": 9}])
 def test_a_groove_has_a_sheet_for_every_tip(tip, tmp_path):
     """The cylinder is as long as the path of the trace point and its groove ask, drawn or not."""

@@ -55,6 +55,7 @@ def shape(points):
     return shapely.Polygon(np.column_stack([points.real, points.imag]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_each_disc_of_a_pair_has_a_sheet_at_one_scale_on_which_nothing_overlaps(name):
     found = sheets(name)
@@ -147,6 +148,7 @@ def test_the_rollers_move_as_far_as_the_profiles_are_off(name):
     assert 0.97 * found <= largest <= 1.01 * found
 
 
+@pytest.mark.slow
 def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected():
     told = " ".join(note_texts(sheets("feed")[1].cam))
     for words in (
@@ -173,6 +175,7 @@ def test_the_notes_of_a_pair_have_what_its_follower_is_and_how_it_is_inspected()
     assert sum(each.mass for each in loose) == pytest.approx(both, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_pdf_of_a_pair_has_both_sheets(tmp_path):
     told = export(FEED, tmp_path / "pair.pdf")
     assert {"profile", "second_profile"} <= told.curves.keys()
@@ -248,6 +251,7 @@ RIBS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RIBS)
 def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
     """The table where the rigid follower has its rollers; the section where its flanks are there."""
@@ -278,6 +282,7 @@ def test_a_rib_has_one_sheet_with_both_flanks_and_rollers(name):
             assert words in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", ["translating", "oscillating"])
 def test_a_rib_on_a_disc_has_one_sheet_with_both_flanks_and_rollers(motion):
     """The table where the rigid follower has its rollers; the section between the flanks in the vertical plane."""
@@ -302,6 +307,7 @@ def test_a_rib_on_a_disc_has_one_sheet_with_both_flanks_and_rollers(motion):
         )
 
 
+@pytest.mark.slow
 def test_a_groove_is_dimensioned_by_its_fit_and_its_clearance_is_noted(tmp_path):
     """F8 of 12 mm leaves 16 to 43 µm (ISO 286-2); without a fit the walls have their tolerance."""
     problem = resolve_design(SHUTTER)

@@ -185,6 +185,7 @@ def feasible_one_by_one(space, names):
     return rows.count, rows.take(rows.column("feasible").astype(bool))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 65536]), plain=st.booleans())
@@ -217,6 +218,7 @@ def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, b
             same_rows(front.select_columns(alike), found.front.select_columns(alike))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("contact", [name for name in CONTACTS if shares_curves(name)])
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
@@ -286,6 +288,7 @@ def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
     assert found.decided + found.evaluated >= designs
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6))
@@ -403,6 +406,7 @@ def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties, name):
     assert (alone.feasible, alone.front) == (usual.feasible, usual.front)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_boxes")
 def test_where_nothing_is_feasible():
     scene = find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 2, "limits.pressure_angle_return": 2})

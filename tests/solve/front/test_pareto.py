@@ -105,6 +105,7 @@ def test_hypervolume_of_a_line():
     )
 
 
+@pytest.mark.slow
 def test_an_approximate_hypervolume_says_so(monkeypatch):
     points = np.abs(np.random.default_rng(0).normal(size=(300, 4)))
     points = 1.0 - points / np.linalg.norm(points, axis=1)[:, None]

@@ -58,6 +58,7 @@ def test_a_function_is_what_the_same_expression_is(function, expected_tables, tm
     assert Scene.embedded(scene.to_toml(), "again") == scene
 
 
+@pytest.mark.slow
 def test_other_processes_import_a_function(expected_tables, tmp_path):
     with processes(2) as engine:
         sweep(with_function(compactness), out=tmp_path, engine=engine, block=64)
@@ -70,6 +71,7 @@ def test_other_processes_take_no_function_that_they_cannot_import():
         sweep(with_function(lambda *columns: columns[0]), engine=engine)
 
 
+@pytest.mark.slow
 def test_a_frontier_takes_a_function_along():
     coarse = BASE.replace(quantities={}, search={}, limits={}, **{"synthesis.pieces": 12})
     sizes = [row["size"] for row in frontier(coarse, points=2, workers=1).rows]
@@ -191,6 +193,7 @@ def installed_package(tmp_path, monkeypatch):
     sys.modules.pop("shop", None)
 
 
+@pytest.mark.slow
 def test_every_scene_knows_the_quantities_of_installed_packages(installed_package, expected_tables, tmp_path):
     scene = BASE.to_dict()
     del scene["quantities"]

@@ -188,6 +188,7 @@ def test_a_refined_front_does_not_depend_on_the_step(swept, tmp_path, coarser):
         assert not any(np.all(there <= row, axis=1).any() for row in below)
 
 
+@pytest.mark.slow
 @for_scenes("closed form", "curvature", "oscillating", "flat")
 def test_refined_rows_are_proved_in_balls(swept, tmp_path):
     (file,) = [file for file in swept[0].files if file.name == "pareto.parquet"]
@@ -201,6 +202,7 @@ def test_few_points_of_a_front_are_asked_for(tmp_path):
     assert load(tmp_path / "pareto.parquet").attrs["front"]["points"] == front.points
 
 
+@pytest.mark.slow
 @for_scenes("closed form")
 def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept

@@ -148,6 +148,7 @@ def test_a_grid_has_every_combination_once(tmp_path):
     assert rows.attrs["units"]["spring_rate_N_per_mm"] == "N/mm"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [{}, {"search.samples": 40}], ids=["grid", "sample"])
 def test_a_sweep_is_the_sweeps_of_all_settings_together(more, tmp_path):
     """Front and feasible designs are those of the scenes with one setting each, joined by hand."""
@@ -221,6 +222,7 @@ def test_a_refined_front_keeps_the_numbers_of_its_rows(tmp_path):
         assert row["base_radius_mm"] == pytest.approx(best["base_radius_mm"], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_few_levels")
 def test_a_refined_front_moves_numbers_in_their_ranges(tmp_path):
     """Its smallest cam is that of ``optimise``, which frees the spring too; no row of the grid is better.

@@ -87,6 +87,7 @@ def test_the_pareto_set_is_exact(tables):
     assert result.feasible == len(feasible)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("workers", "block"), [(1, 32768), (2, 17), (3, 100), (1, 1)])
 def test_rows_do_not_depend_on_workers_or_blocks(scene, tables, tmp_path, workers, block):
     _, _, pareto = tables

@@ -56,6 +56,7 @@ def least_by_zooming(machine, stations, shift, shifted):
     return least
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", range(times(2, deep=5)))
 def test_least_distances_of_random_machines_are_enclosed(seed):
@@ -71,6 +72,7 @@ def test_least_distances_of_random_machines_are_enclosed(seed):
         assert found.upper - found.lower <= 1e-9 * max(found.upper, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(times(2, deep=3)))
 def test_slacks_of_outlines_are_held_up_to_their_end_and_broken_there(seed):
     rng, ends = np.random.default_rng(seed), 0
@@ -97,6 +99,7 @@ def test_slacks_of_outlines_are_held_up_to_their_end_and_broken_there(seed):
     assert ends > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(times(2, deep=4)))
 def test_linear_forms_and_their_slacks_agree_with_exact_extremes(seed):
     rng, ends = np.random.default_rng(seed), 0

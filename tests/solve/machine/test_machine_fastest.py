@@ -7,6 +7,7 @@ import camopt
 MARGIN = 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", camopt.shipped_machines())
 def test_the_machine_holds_just_below_its_highest_speed_and_not_above(name):
     found = camopt.fastest_machine(name)

@@ -65,6 +65,7 @@ def test_least_peak_of_three_stations_is_that_of_a_dense_scan(seed):
     assert found.peak < found.peak_before
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [0, 2])
 def test_bounds_hold_where_torques_jump(seed):

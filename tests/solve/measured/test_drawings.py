@@ -166,6 +166,7 @@ CAMS = [
 CHORD = 0.002  # mm
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(12)
 @pytest.mark.parametrize("name", CAMS)
 def test_shipped_cams_are_fitted_from_their_drawings(name, tmp_path):

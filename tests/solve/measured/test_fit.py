@@ -117,6 +117,7 @@ def test_a_law_is_found_again(law, noise):
 CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(9)
 @pytest.mark.parametrize(("law", "noise"), covering_cases(CASES, lambda case: case))
 def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
@@ -144,6 +145,7 @@ TURNS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("shift", [0.0, 100.0, 250.5])
 @pytest.mark.parametrize("name", TURNS)
@@ -214,6 +216,7 @@ def test_an_arm_in_degrees():
     assert fitted.least_jerk_rms <= fitted.jerk_rms <= 1.1 * fitted.least_jerk_rms
 
 
+@pytest.mark.slow
 @settings(max_examples=times(5, 300))
 @given(
     data=st.data(),
@@ -396,6 +399,7 @@ def test_a_band_that_is_not_held_is_not_proved():
 # ----------------------------------------------------------------------------------------- noise and outliers
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_outliers_are_named_by_their_rows(seed):
@@ -444,6 +448,7 @@ UNUSUAL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", UNUSUAL)
 def test_unusual_angles(name):
     fitted = fit(measured_points(angles=UNUSUAL[name], noise=0.003), CAM)
@@ -504,6 +509,7 @@ PULLED = {59}
 """Of these, a valve whose dwell reaches into a ramp: that is told."""
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize(("seed", "within"), [*TOO_ROUGH.items(), *RAISED.items()])
 def test_random_files_are_found_again(seed, within):
@@ -515,6 +521,7 @@ def test_random_files_are_found_again(seed, within):
     assert bool(fitted.one_sided) == (seed in PULLED)
 
 
+@pytest.mark.slow
 def test_a_narrower_band_is_no_gentler():
     """Within the usual band, the root mean square is limited in each narrower one, too."""
     file = random_file(33)
@@ -585,6 +592,7 @@ def test_stretches_on_one_side_are_those_of_every_stretch():
     assert all(one_sided_stretches(rng.normal(size=720), 1.0) == [] for _ in range(50))
 
 
+@pytest.mark.slow
 def test_a_stretch_on_one_side_is_told_with_its_angles():
     """Where the acceleration of a double-harmonic rise jumps at its end, at 120 deg; not in a tolerance."""
     rows = measured_points(law="double-harmonic", noise=0.001)
@@ -612,6 +620,7 @@ def test_a_solver_that_fails_is_given_other_units(monkeypatch):
         least_jerk_curve(points, AllowedDeviation(0.05))
 
 
+@pytest.mark.slow
 def test_a_band_that_is_narrow_for_the_noise_is_told():
     rows = measured_points(noise=0.01)
     assert any("narrower than the band of normal errors" in words for words in fit(rows, CAM, band=0.03).warnings)
@@ -649,6 +658,7 @@ def strokes(scene):
 WITH, WITHOUT = ["rise", "dwell", "return", "dwell"], ["rise", "return", "dwell"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "rests"), [(1, True), (3, False)])
 def test_a_dwell_in_doubt_is_told_and_segments_decide(seed, rests):
     """Both readings are told, the likelier is taken, and either can be had."""
@@ -699,6 +709,7 @@ def test_segments_that_the_points_have_not_are_refused(segments, line):
         fit(lobe_with_a_dwell(41.0, 0.005, step=2.0), CAM, segments=segments)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rests", [True, False])
 def test_dwells_of_random_files_are_found_and_none_invented(rests):
     """A share of ``benchmarks/fits.py dwells``; half of the laws are in no registry."""
@@ -802,6 +813,7 @@ def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
     assert sorted(places) == list(range(360))
 
 
+@pytest.mark.slow
 def test_a_lift_of_less_than_two_bands_is_no_motion():
     rows = measured_points(
         [
@@ -835,6 +847,7 @@ def test_knots_are_apart_and_strokes_have_all_points():
 # ---------------------------------------------------------------------------------------------------- refusals
 
 
+@pytest.mark.slow
 def test_what_cannot_be_held_is_told_with_its_rows():
     rows = np.vstack([measured_points(noise=0.001), [360.0, 0.05]])
     rows[0, 1] = 0.0

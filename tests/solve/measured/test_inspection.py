@@ -122,6 +122,7 @@ def points_off_profile(off, keep=slice(None)):
     return with_noise((profile + normal * off)[keep])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [slice(0), slice(599, 720), slice(60, 100)], ids=["none", "dwell", "rise"])
 def test_waves_count_by_how_steep_and_curved_they_are(gap):
     """A gap leaves them as they are; its ends are told."""
@@ -159,6 +160,7 @@ def test_the_first_point_may_stand_again_as_the_last():
     assert found.size == pytest.approx(SIZE, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_cam_that_is_none_of_the_drawing_and_a_phase_are_told():
     behind = cut(ROLLER, ANGLES) * np.exp(-1j * np.radians(0.05))
     aligned = camopt.inspect(

@@ -104,6 +104,7 @@ def lift_off_profile(scene, cut, which, theta):
     return low
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["translating", "oscillating"])
 def test_discs_of_known_errors_hold_a_rigid_follower_as_far_apart_as_trial_finds(kind):
     """One disc too large, the other off its axis and turned against it."""
@@ -166,6 +167,7 @@ def test_what_is_lost_is_told():
     ]
 
 
+@pytest.mark.slow
 def test_one_disc_of_another_drawing_leaves_the_other_as_it_is():
     scene, discs = drawn_pair("oscillating")
     first, second = (points[::4] for points, _ in discs)

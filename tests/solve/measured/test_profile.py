@@ -268,6 +268,7 @@ def test_distances_alone_are_in_equal_steps():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotation):
@@ -348,6 +349,7 @@ def hollow_lobe(depth):
     return profile
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("depth", "reached"), [(0.05, True), (1.5, False)])
 def test_a_roller_bridges_a_hollow_that_is_too_narrow(depth, reached):
     """The lift at every point is that of the whole profile, by trying all of its points."""
@@ -363,6 +365,7 @@ def test_a_roller_bridges_a_hollow_that_is_too_narrow(depth, reached):
     assert any("does not reach" in words for words in fitted.warnings) is not reached
 
 
+@pytest.mark.slow
 def test_what_a_roller_reaches_is_right_within_the_noise():
     """No point of a hollow is kept that the roller is off by more than the noise leaves open."""
     profile = hollow_lobe(1.5)
@@ -413,6 +416,7 @@ def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offs
     assert (np.abs(change) <= 1.01 * delta * np.hypot(1.0, tangent) + 1e-6).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=times(4, 200))
 @given(
     data=st.data(),
@@ -529,6 +533,7 @@ def test_a_base_circle_need_not_be_measured():
     assert fitted.scene.cam.base_radius == pytest.approx(BASE, abs=0.003)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [72, 120, 180])
 def test_few_points_on_a_sharp_nose_are_enough(count):
     """A flat face rolls over the nose within a few points, up to 23 deg of cam angle from one to the next."""
@@ -652,6 +657,7 @@ def run(capsys, tmp_path, monkeypatch):
     return call
 
 
+@pytest.mark.slow
 def test_the_command_says_what_was_measured_and_draws_it(run, tmp_path):
     more = ("--profile", "xy", "--probe", 3, "--follower", "roller", "--roller-radius", 10)
     code, out, err = run(DATA / "worn-cam.csv", *more, "--rpm", 600, "--plot", "worn.png")

@@ -50,6 +50,7 @@ def smaller_than(design, bounds):
     )
 
 
+@pytest.mark.slow
 def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
     problem = with_rounding_relative_error(resolve(Scene.from_dict(random_scene(129)[1])))

@@ -249,6 +249,7 @@ def test_no_sampled_design_undercuts_the_floor(name, seed):
     assert not feasible_designs(problem, designs).any()
 
 
+@pytest.mark.slow
 def test_the_drawn_scenes_have_cams_and_have_none():
     cuts = {name: [cutting_plane_optimum(q, b) for q, b in random_questions(name)] for name in FORMS}
     for name, found in cuts.items():
@@ -385,6 +386,7 @@ def test_angles_beside_a_jump_stay_in_strokes_of_their_kinds(kinds, rest):
         assert np.all(np.minimum(away, 2 * pi - away) <= 1.1 * JUMP_SIDE)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(15)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("seed", range(4))

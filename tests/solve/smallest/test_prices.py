@@ -79,6 +79,7 @@ def test_a_price_is_the_derivative_of_the_smallest_size(name):
 ALIKE = ("oscillating", "cylindrical", "offset free, limits apart")  # seconds each, to the same end as the others
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in ALIKE else n for n in FREE])
 def test_prices_are_derivatives_where_angles_are_free(name):
@@ -171,6 +172,7 @@ def with_binding_limit(name, case, share):
     return case.replace(**{f"limits.{name}": share * evaluate(cam)[quantity]})
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", SLOWER)
 def test_prices_of_limits_on_loads_are_derivatives(name):

@@ -20,6 +20,7 @@ def pair_with_limits(seed, **search):
     return Scene.from_dict({**scene, "limits": limits, "search": search})
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(20)
 @pytest.mark.parametrize("seed", range(40))
 def test_a_dense_scan_finds_the_same_smallest_pair(seed):
@@ -40,6 +41,7 @@ def test_a_dense_scan_finds_the_same_smallest_pair(seed):
         assert ("broken" in found.values()) == (share < 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize("seed", range(10))
 def test_no_pair_with_free_sizes_is_smaller(seed):

@@ -321,6 +321,7 @@ STRESSED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", STRESSED)
 def test_boxes_prove_a_cam_under_a_stress_without_descents(name):

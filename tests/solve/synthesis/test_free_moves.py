@@ -228,6 +228,7 @@ def test_a_smooth_motion_gives_up_a_share_of_its_objective_for_less_variation_of
     assert found[0][1] > 1.05 * found[1][1] > 1.05 * found[2][1]
 
 
+@pytest.mark.slow
 def test_the_frontier_of_moves_has_bounds_and_cams():
     scene = find_scene("press-with-drift").replace(**{"synthesis.pieces": 12})
     found = frontier(scene, ("acceleration", "jerk"), points=2, workers=1)
@@ -420,6 +421,7 @@ def test_moves_of_the_largest_lift_area_are_no_worse_than_the_scenes_own_within_
     assert found.bound <= lost[0] < lost[1]
 
 
+@pytest.mark.slow
 def test_more_lift_area_than_any_motion_has_is_said():
     too_much = Scene.from_dict(VALVE).replace(**{"limits.lift_area_mm_deg": 1300, "synthesis.pieces": 12})
     with pytest.raises(Unmet, match=r"limits\.lift_area_mm_deg"):

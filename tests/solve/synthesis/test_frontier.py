@@ -43,6 +43,7 @@ def found(scene):
     return frontier(scene, points=6, workers=1)
 
 
+@pytest.mark.slow
 def test_rows_are_a_front_above_its_bound(found):
     sizes, accelerations = (np.array([row[axis] for row in found.rows]) for axis in found.axes)
     assert len(found.rows) == 6
@@ -372,12 +373,14 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
     assert len(solved) <= 8
 
 
+@pytest.mark.slow
 def test_a_solvers_error_in_the_jerk_loses_no_cam():
     """With the least margin the laws exceed the jerk a little; a wider one holds it."""
     least = AxisMinimiser(find_scene("bucket-valve"), ("size", "acceleration"), "acceleration", ("size",))
     assert least.minimise_at({"size": 13.0293}).row["acceleration"] < 4900.0
 
 
+@pytest.mark.slow
 def test_convex_steps_of_an_arm_keep_the_range_of_the_base_radius():
     """Below it, at an arm hardly longer than the centre distance, steps once ended at cams that do not exist."""
     least = AxisMinimiser(find_scene("face-groove-shutter"), ("size", "acceleration"), "size", ("acceleration",))
@@ -453,6 +456,7 @@ def test_a_load_that_nothing_bounds_is_no_axis(scene):
         frontier(knife, ("size", "contact_stress_max_MPa"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("outputs", [pytest.param(None, marks=pytest.mark.long), ["force"]])
 def test_an_axis_is_called_for_where_the_scene_does_not(scene, outputs):
     """And so are the sizes, which are needed whatever the scene's outputs."""
@@ -469,6 +473,7 @@ def test_freed_angles_are_for_optimise(scene):
             ask(freed)
 
 
+@pytest.mark.slow
 def test_strokes_that_meet_have_finite_peak_factors():
     motion = [
         {"segment": "rise", "angle": 120, "lift": 20, "law": "poly345"},
@@ -509,6 +514,7 @@ def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, 
     assert found == [f"{count} more searches for a motion, about {time} {ends}" for count, time in told]
 
 
+@pytest.mark.slow
 def test_it_is_told_before_the_first_point(monkeypatch):
     monkeypatch.setattr(searches, "LONG_SECONDS", 0.0)
     events = []

@@ -84,6 +84,7 @@ def test_free_laws_of_a_pair_hold_limits_at_both_discs(drive):
     assert "drive" in found.scene.to_dict()
 
 
+@pytest.mark.slow
 def test_free_laws_of_a_yoke_are_the_same_in_both_halves_of_the_turn():
     pump = find_scene("pump-of-constant-breadth").replace(
         **{"synthesis": {"pieces": 10, "minimise": "jerk"}, "limits.contact_stress": 900}

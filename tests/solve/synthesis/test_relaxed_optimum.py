@@ -102,6 +102,7 @@ def radial_cam(rise, fall, lift, pressure_angle, acceleration, jerk):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 12))])
 def test_bound_and_cam_enclose_the_optimum_in_closed_form(seed):
     random = np.random.default_rng(seed)
@@ -116,6 +117,7 @@ def test_bound_and_cam_enclose_the_optimum_in_closed_form(seed):
     assert {*certify(result.scene).values()} == {"held"}  # though it lies on the pressure angle over an arc
 
 
+@pytest.mark.slow
 def test_without_limits_on_the_acceleration_the_profile_tends_to_a_spiral():
     angle, slope, lift = radians(120), tan(radians(30)), 40.0
     spiral = lift / (exp(slope * angle) - 1.0)  # the pressure angle is 30° everywhere
@@ -137,6 +139,7 @@ def test_convex_scenes_come_near_to_their_bound_with_few_numbers(name):
         assert len(law.get("coefficients") or law["positions"]) <= MOST_NUMBERS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [2, 6, 19, 24, *(pytest.param(each, marks=pytest.mark.long) for each in (0, 13, 17, 23, 31, 41))]
 )

@@ -326,6 +326,7 @@ def test_no_motion_passes_the_bound(case):
     assert least <= true * (1 + 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
 @pytest.mark.parametrize("minimise", ["size", "jerk"])
@@ -369,6 +370,7 @@ def test_the_largest_lift_area_within_acceleration_and_jerk_is_that_of_a_linear_
     assert exact * (1 - 1e-4) <= result.objective <= exact * (1 + 9e-3)
 
 
+@pytest.mark.slow
 def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     """How far a motion within the peaks of 3-4-5 can be from the middle: by a linear programme on a fine grid."""
     least, largest = least_at_middle(10 / sqrt(3), 60.0)
@@ -422,6 +424,7 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     assert model.unit * float(model.objective.value) == pytest.approx(wanted, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_least_residual_vibration_is_the_effects_own():
     scene = changed_scene(**TRAIN, **{"cam.base_radius": 60.0, "synthesis.minimise": "residual_vibration"})
     calm = free(scene.replace(**{"cam.base_radius": 53.0}))
@@ -538,6 +541,7 @@ IN_DEEP = (  # of each of these, another case has its kind of limit, or another 
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long) if name in IN_DEEP else name for name in LIMITS]
@@ -582,6 +586,7 @@ def test_every_limit_holds_over_the_whole_turn(name):  # noqa: C901
         assert result.objective < free(scene.replace(**{"synthesis.rest": None})).objective
 
 
+@pytest.mark.slow
 def test_a_known_law_is_never_better_than_free_laws_with_its_peaks():
     for name in ("flat", "knife", "sphere", "groove", "straight down", "several rises"):
         base, changes = LIMITS[name]
@@ -643,6 +648,7 @@ def test_curvature_by_convex_steps():
     assert result.bound < result.objective <= known["base_radius_mm"] * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_curvature_alone_decides():
     """Without a limit on the pressure angle, the convex limits say nothing of the size."""
     scene = changed_scene(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
@@ -835,6 +841,7 @@ def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, word
         synthesise(changed_scene().replace(**changes))
 
 
+@pytest.mark.slow
 def test_a_limit_that_no_cam_holds_is_told_with_what_was_reached():
     """Its ramps of 0.8 mm/rad at 3000 rev/min take up the lash at 0.2513 m/s, whatever the law between them."""
     scene = find_scene("bucket-valve").replace(**{"synthesis.pieces": 12, "limits.lash_speed": 0.05})
@@ -898,6 +905,7 @@ def test_any_size_of_a_problem_is_solved_or_said(pieces, degree, rest, accelerat
 # --------------------------------------------------------------------------------------------- command line
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_scene_and_its_laws(run, tmp_path):
     code, out, _ = run(ROLLER, "--json", "--plot", "both.svg", "--out", "there")
     found = json.loads(out, parse_constant=lambda text: pytest.fail(text))
@@ -953,6 +961,7 @@ def test_the_result_never_replaces_the_users_scene(run, tmp_path):
     assert (tmp_path / "there" / "synthesised.toml").read_bytes() == own
 
 
+@pytest.mark.slow
 def test_what_solves_no_convex_programme_imports_no_cvxpy(tmp_path):
     """Its import takes longer than most answers."""
     works = [
@@ -1062,6 +1071,7 @@ def test_the_picture_before_and_after_has_its_texts_apart(base):
     assert faults_of(plot(free(changed_scene(base)))) == []
 
 
+@pytest.mark.slow
 def test_the_limits_taken_by_default_are_printed(run):
     code, out, _ = run(ROLLER | {"search": {"offset": {"start": -30, "stop": 30}, "law": ["poly345"]}})
     assert code == 0

@@ -122,6 +122,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(name):
         np.testing.assert_allclose(risen, slopes, rtol=1e-5, atol=1e-5 * max(1.0, np.abs(slopes).max()))
 
 
+@pytest.mark.slow
 def test_a_pressure_angle_that_no_known_law_holds_smoothly():
     """The oscillating cam of the sources at 30°: every known law with a finite jerk is beyond it at any size."""
     scene = find_scene("oscillating-roller").replace(**{"limits.pressure_angle": 30, "synthesis.pieces": 12})
@@ -196,6 +197,7 @@ def test_a_contact_force_on_an_arm_is_a_moment_about_its_pivot():
         synthesise(pressed.replace(**listed, **{"follower.arm_length": None}))
 
 
+@pytest.mark.slow
 def test_the_arm_within_its_range_is_free_with_the_laws():
     """Laws for the scene's own arm of 75 mm need 21.26 mm on the best arm for them."""
     found = synthesise("face-groove-shutter")

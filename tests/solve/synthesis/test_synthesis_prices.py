@@ -96,6 +96,7 @@ def test_a_price_is_the_derivative_of_the_least_objective(name):
         assert price.price == pytest.approx(by_differences, rel=1e-2), price.key
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", CASES)
 def test_what_has_no_price_may_change_a_little(name):
@@ -138,6 +139,7 @@ def test_a_larger_cam_costs_more_per_degree_and_as_much_per_mm():
         assert scaled[key] == pytest.approx(price if key.startswith("search.") else 3.0 * price, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_bounds_at_the_end_of_what_they_may_be_have_prices_too():
     """An offset that may not change, a jamming margin of 1, a shaft as large as the scene's own cam."""
     fixed = COARSE.replace(**{"search.offset": {"start": 3, "stop": 3}})
@@ -156,6 +158,7 @@ def test_bounds_at_the_end_of_what_they_may_be_have_prices_too():
 PEAKS = st.one_of(st.none(), st.floats(3.0, 20.0), st.tuples(st.sampled_from([-9.0, -4.0, 0.0]), st.floats(3, 20)))
 
 
+@pytest.mark.slow
 @given(
     peaks=st.tuples(
         st.one_of(st.none(), st.floats(1.3, 3.0), st.just([0, 2])), PEAKS, st.none() | st.floats(40, 300)
@@ -205,11 +208,13 @@ def test_a_local_optimum_has_prices_within_a_few_per_cent(name):
     assert (sizes[1] - sizes[0]) / (2.0 * step) == pytest.approx(found[key].price, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_list_of_offsets_has_no_prices_where_the_optimum_is_local():
     listed = changed_scene(VALVE, synthesis__pieces=12).replace(**{"search.offset": [5, 7]})
     assert prices_of(synthesise(listed)) == []
 
 
+@pytest.mark.slow
 def test_the_command_prints_prices(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "coarse.toml").write_text(COARSE.to_toml(), encoding="utf-8")

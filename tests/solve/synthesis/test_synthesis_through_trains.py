@@ -43,6 +43,7 @@ def scale_lifts(scene: Scene, factor: float) -> list[dict]:
     return [each | ({"lift": each["lift"] * factor} if "lift" in each else {}) for each in motion]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", TRAINS)
 def test_at_a_constant_ratio_laws_are_those_of_the_scaled_scene(name):
@@ -172,6 +173,7 @@ def test_moves_through_a_train_need_a_lowest_position():
         synthesise(BASE.replace(motion=motion, train=[{"stage": "ratio", "ratio": -2.0}]))
 
 
+@pytest.mark.slow
 def test_convex_steps_reach_the_local_optimum_behind_a_train():
     """With a penalty far above the price of the limit, 60 steps from each of 13 starts ended at 27.09 mm."""
     assert synthesise("slide-by-bell-crank").design["base_radius_mm"] < 26.886

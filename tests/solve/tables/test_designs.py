@@ -85,6 +85,7 @@ def test_the_scene_of_an_optimum_has_its_digits(name):
         assert Scene.from_dict(design.scene.to_dict()) == design.scene
 
 
+@pytest.mark.slow
 def test_the_scene_of_an_optimum_has_its_angles():
     scene = find_scene("roller-1000rpm").replace(**FREE, **CYCLOIDAL)
     best = optimise(scene).best

@@ -53,6 +53,7 @@ def certified(tmp_path, capsys):
     return call
 
 
+@pytest.mark.slow
 def test_a_hostile_table_is_refused_in_a_line(table, certified):
     """Those that are certified hold only what a design of the scene may be."""
     tried = 0

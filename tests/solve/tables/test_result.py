@@ -89,6 +89,7 @@ def results(tmp_path_factory):
     return {type(each).__name__: each for each in found}
 
 
+@pytest.mark.slow
 def test_every_kind_of_result_is_tried(results):
     assert {*results} == {*SHOWN}
 

@@ -242,6 +242,7 @@ def test_diagrams_have_the_same_curves_peaks_and_limits(name):
 METRIC = re.compile(r"(?<![\w.])(mm|MPa|GPa|N|N·m|m/s|m/s²|kg|µm|W|J)(?![\w.])")
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_picture_has_no_text_in_another_unit_and_room_for_all(name, inch):
@@ -252,6 +253,7 @@ def test_a_picture_has_no_text_in_another_unit_and_room_for_all(name, inch):
     assert faults_of(figure) == []
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_page_has_no_text_in_another_unit(name, inch, tmp_path):
@@ -503,6 +505,7 @@ def test_a_page_of_results_has_the_columns_in_inch(inch, tmp_path):
     assert (scales["base_radius_mm"], scales["law_rise"], scales["pressure_angle_max_deg"]) == (25.4, 1.0, 1.0)
 
 
+@pytest.mark.slow
 def test_a_frontier_is_drawn_in_inch(tmp_path):
     found = frontier(find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12}), points=2, workers=1)
     metric = plot(found)

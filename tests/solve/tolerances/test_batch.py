@@ -18,6 +18,7 @@ from tests.solve.tolerances.test_margins import scene_of
 FACE = camopt.find_scene("bucket-valve")
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("given", "below"),
@@ -123,6 +124,7 @@ def test_the_interval_of_a_share_is_that_of_a_binomial_test():
         )
 
 
+@pytest.mark.slow
 def test_the_command_draws_cams(command, tmp_path):
     file = tmp_path / "cam.toml"
     file.write_text(scene_of("offset-roller").to_toml())
@@ -135,6 +137,7 @@ def test_the_command_draws_cams(command, tmp_path):
     assert command("tolerance", file, "--seed", "2")[0] == 2
 
 
+@pytest.mark.slow
 def test_what_each_cam_has_is_a_table_and_a_picture(command, tmp_path):
     file, out = tmp_path / "cam.toml", tmp_path / "made"
     scene = scene_of("offset-roller").replace(**{"tolerances.phase": 0.05})

@@ -179,6 +179,7 @@ def test_every_key_of_every_stage_is_among_them():
     assert set().union(*({**CARRIED_BY[moves], **more} for *_, moves, more in ALL_KEYS)) >= {*CARRIED_KEYS}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(9)
 @pytest.mark.parametrize(("contact", "row", "moves", "more"), ALL_KEYS)
 def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more, command, tmp_path, monkeypatch):

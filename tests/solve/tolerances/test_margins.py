@@ -95,6 +95,7 @@ def test_a_cam_inside_the_box_that_is_worse_than_all_corners_is_found():
     assert constraint_verdict_over_box(problem, constraint, problem.design, ends).verdict == "held"
 
 
+@pytest.mark.slow
 def test_the_verdict_changes_where_the_worst_cam_meets_the_bound():
     scene = scene_of("arm")
     worst = {each.limit: each.worst for each in camopt.tolerance(scene).margins}["pressure_angle"]
@@ -124,6 +125,7 @@ def test_there_are_no_margins_without_tolerances_of_sizes():
         found.worst_cam("pressure_angle")
 
 
+@pytest.mark.slow
 def test_the_command_shows_the_margins_and_writes_them(command, tmp_path):
     scene = scene_of("offset-roller")
     file = tmp_path / "cam.toml"

@@ -77,6 +77,7 @@ def test_at_the_tool_motions_are_those_of_closed_loops(contact):
     np.testing.assert_allclose(cams.motion(off, PLACES, 0).tool.terms[0], known, rtol=1e-9, atol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("contact", "law"), [("offset-roller", "harmonic"), ("arm", "poly345"), ("flat", "cycloidal")]
 )

@@ -127,6 +127,7 @@ def prices_of(scene, seconds=1e-3):
     return {price.key: price for price in next(iter(camopt.prices(camopt.optimise(scene), seconds).values()))}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("contact", "toleranced"), [("arm", ["arm_length"]), ("roller", ["offset", "roller_radius"])]
@@ -143,6 +144,7 @@ def test_a_price_is_what_robust_cams_of_two_bounds_or_tolerances_differ_by(conta
         assert price.price == price.tightened == pytest.approx(1e-3 * of_mm, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_without_a_tolerance_the_smallest_cam_is_that_with_a_tolerance_of_0():
     scene = scene_of("roller")
     price = prices_of(scene, 20.0)["tolerances.follower.offset"]
@@ -151,6 +153,7 @@ def test_without_a_tolerance_the_smallest_cam_is_that_with_a_tolerance_of_0():
     assert price.next == ("limits.pressure_angle",)
 
 
+@pytest.mark.slow
 def test_a_tolerance_has_a_price_where_a_limit_on_errors_holds_the_cam():
     scene = Scene.from_dict({
         **{key: cam_with("roller", "cycloidal")[key] for key in ("cam", "follower", "motion")},
@@ -257,6 +260,7 @@ def test_limits_on_errors_are_those_of_the_nominal_cam_at_its_speed(order):
         assert camopt.certify(best.scene.replace(**{name: bound * share}))[f"{order}_error"] == verdict
 
 
+@pytest.mark.slow
 def test_a_sweep_keeps_designs_that_hold_the_limits_at_all_corners(tmp_path):
     search = {"base_radius": {"start": 20, "stop": 60, "step": 0.5}, "offset": [0, 4]}
     scene = scene_of("roller", search=search)
@@ -299,6 +303,7 @@ def test_free_laws_of_a_robust_cam_hold_its_limits_where_those_of_a_nominal_one_
     assert camopt.optimise(nominal.scene.replace(**{"search.robust": True})).best["base_radius_mm"] > 28.0
 
 
+@pytest.mark.slow
 def test_prices_of_robust_free_laws_are_what_those_of_two_bounds_differ_by():
     scene = scene_of("roller").replace(
         **{"synthesis.pieces": 8, "limits.curvature_radius": None, "tolerances.follower.offset": 1.0}

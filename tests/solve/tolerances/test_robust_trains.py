@@ -120,6 +120,7 @@ def test_the_smallest_robust_cam_comes_with_its_linkage():
         assert best["base_radius_mm"] <= fixed["base_radius_mm"] * (1.0 + 1e-9)
 
 
+@pytest.mark.slow
 def test_free_laws_of_the_tool_hold_the_limits_with_every_ratio():
     """The least acceleration within a radius: little more than that of the nominal ratio, proved and scanned."""
     own = {"synthesis.pieces": 8, "synthesis.minimise": "acceleration", "cam.base_radius": 30}

@@ -40,6 +40,7 @@ def turn_errors(scene):
     return TurnErrors(scene, resolve_design(scene))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(12)
 @pytest.mark.parametrize("order", range(3))
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "groove-arm"])
@@ -368,6 +369,7 @@ def test_the_drawing_takes_the_tolerance_of_the_profile_from_here():
         scene.replace(**{"part.profile_tolerance": 0.02})
 
 
+@pytest.mark.slow
 def test_the_command_shows_and_draws_motion_errors(command, tmp_path):
     file, picture = tmp_path / "cut.toml", tmp_path / "errors.png"
     file.write_text(scene_of().to_toml())

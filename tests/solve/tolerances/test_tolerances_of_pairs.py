@@ -124,6 +124,7 @@ def test_first_order_is_the_slope_of_what_both_contacts_do_exactly():
         np.testing.assert_allclose((one + other)[0], apart, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_worst_cam_of_a_pair_is_within_what_is_proved_and_random_ones_too(every):
     scene, found = every
     worst, problem = found.worst_case, resolve_design(scene)
@@ -233,6 +234,7 @@ def test_no_cam_exceeds_what_is_proved_of_both_contacts_and_one_nearly_has_it(ki
     assert found.max() > 0.9999 * bound
 
 
+@pytest.mark.slow
 def test_a_second_roller_has_the_class_of_the_first_where_it_is_as_large():
     scene = pair_of(**{"drive.roller_radius": "h6"}).replace(limits={})
     angle, interference, *_ = camopt.tolerance(scene).plays
@@ -261,6 +263,7 @@ def test_what_is_left_of_the_preload_is_the_interference_and_its_tolerances(ever
     assert margin.worst > margin.nominal * 1.2
 
 
+@pytest.mark.slow
 def test_the_worst_cam_has_an_interference_that_its_own_sizes_give_and_the_gap_is_to_that_of_any(every):
     """Other errors at the ends that hold both contacts furthest apart, by exact contact at each cam angle."""
     scene, found = every
@@ -328,6 +331,7 @@ def test_waves_of_a_disc_of_constant_breadth_turn_the_shaft_as_bernstein_has_it(
     assert torque.most == pytest.approx(1e5 * 0.07 * 0.2 * 1e-3)
 
 
+@pytest.mark.slow
 def test_a_batch_of_pairs_has_the_variances_of_first_order(every):
     scene, found = every
     batch = camopt.sample_cams(scene.replace(limits={}), cams=2**10)
@@ -422,6 +426,7 @@ def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
     assert (told["errors"][0]["worst"], told["plays"][0]["most"]) == pytest.approx((0.01, 64.02))
 
 
+@pytest.mark.slow
 def test_a_profile_tolerance_that_uses_up_the_preload_is_reported(command, tmp_path):
     """Whichever table it is in; the clearance is what the sheet says that the contacts vary by, less the rest."""
     thin = {"drive.interference": 0.004, "limits": {}}

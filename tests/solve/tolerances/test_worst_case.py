@@ -107,6 +107,7 @@ def scene_with_tolerances(contact, law="poly345", rotation="ccw", size=0.01):
     return Scene.from_dict({**found, "name": contact, "tolerances": given})
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(18)
 @pytest.mark.parametrize("law", ["poly345", "harmonic"])
 @pytest.mark.parametrize("contact", KINDS)
@@ -204,6 +205,7 @@ def test_why_no_bound_is_proved_and_a_bound_that_is_far_above_are_said(monkeypat
     )
 
 
+@pytest.mark.slow
 def test_the_command_shows_the_bound_and_the_worst_cam(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(scene_with_tolerances("offset-roller").to_toml())

@@ -81,6 +81,7 @@ def test_errors_of_rates_are_those_of_exact_re_contact(contact):
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-10 * np.abs(known).max())
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(24)
 @pytest.mark.parametrize("law", ["poly345", "harmonic"])
 @pytest.mark.parametrize("contact", KINDS)
@@ -170,6 +171,7 @@ def test_two_contacts_have_bounds_of_rates(name, order):
     assert found.gap <= 0.12 * found.bound
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("law", "order", "gap"), [("modified-sine", 2, 0.08), ("harmonic", 1, 0.02), ("harmonic", 2, 0.002)]

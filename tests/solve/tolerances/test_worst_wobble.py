@@ -129,6 +129,7 @@ def test_the_bound_is_the_closed_form_where_there_is_one(contact, angle, toleran
     assert found.bound >= exact * (1 - 1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ["0110", "1100"], ids=["over the end of the turn", "neighbours"])
 def test_a_dwell_in_two_segments_wobbles_as_the_whole(order):
     """By 2ε of a knife edge, in each that knows dwells; pieces of 90 deg have √2·ε."""

@@ -62,6 +62,7 @@ def shipped_fastest(name):
     return fastest(find_scene(name))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", [name for name in WITH_SPEED if is_deep() or name in FASTEST_BY_SCENE])
 def test_each_limit_holds_just_below_its_speed_and_breaks_just_above(name):
@@ -186,6 +187,7 @@ def test_a_scene_that_is_too_fast_already_has_a_highest_speed_from_rest():
     assert "from rest to 618.039 rev/min" in fast.answer
 
 
+@pytest.mark.slow
 def test_limits_that_no_speed_holds_together_are_shown_each_for_itself():
     """The film needs a high speed, and the acceleration a low one."""
     film = evaluate(loaded({"film_ratio": 1e-6}))["film_ratio_min"]
@@ -276,6 +278,7 @@ def test_effects_that_hold_between_speeds_have_no_peak_between(name):
         assert np.all(values <= peaks * (1 + 1e-12))
 
 
+@pytest.mark.slow
 def test_motion_errors_are_powers_of_the_speed():
     tolerances = {"profile": 0.01, "waves": 20, "follower": {"roller_radius": 0.02}}
     limits = {"acceleration_error": 1.0, "velocity_error": 0.05}

@@ -53,6 +53,7 @@ def test_no_cam_with_a_train_within_the_tolerances_has_a_mean_beyond_what_is_pro
         assert means(problem, *sizes)[NAMES.index(name)] == pytest.approx(margin.worst, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [1.001, 0.999])
 def test_the_verdict_on_a_mean_changes_where_the_worst_cam_meets_the_bound(found, share):
     name = NAMES[0]

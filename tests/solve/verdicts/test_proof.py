@@ -425,6 +425,7 @@ def table(tmp_path):
     return tmp_path / "designs.parquet"
 
 
+@pytest.mark.slow
 def test_each_row_of_a_table_is_certified(table, capsys):
     counts = certify_table(table)
     rows = camopt.load(table)
