@@ -26,7 +26,6 @@ from camopt.show.drawing.style import (
 
 DEGREES_A_LETTER = 4.0  # deg: width of a letter above a diagram
 PEAK_LABEL_DISTANCES = (3.5, 9.0, 16.0)  # points from a peak to its value
-PEN_WIDTH = 1.0  # points: thicker lines must not cross the value of a peak
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 TITLE_GAP = 8.0  # points between the title of a diagram and its note
 
@@ -193,7 +192,7 @@ def _draw_peak(axes: Any, peak: MarkedPeak) -> Label:
     axes.plot([peak.angle], [peak.value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
     style = {"fontsize": SMALL_SIZE, "color": peak.colour, "zorder": 5}
     places = label_place_candidates(PEAK_LABEL_DISTANCES, copysign(pi / 2, -1.0 if peak.least else peak.value))
-    return Label(axes, peak.text, (peak.angle, peak.value), places, style, PEN_WIDTH)
+    return Label(axes, peak.text, (peak.angle, peak.value), places, style)
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:

@@ -1,7 +1,7 @@
 """Places labels at points of a finished drawing, so that they hide no text, no mark and, if possible, no line.
 
 One label after the other takes the first free place, or the cheapest one. Leaving the figure or overlapping a text
-costs most, leaving the axes or overlapping a mark or body costs less, crossing a line costs least.
+costs most, leaving the axes or overlapping a mark or body costs less, crossing a line costs least, by its width.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.core.numerics import FloatArray
 
-TEXT_COST, MARK_COST, LINE_COST = 1e6, 1e3, 1.0  # costs of each overlap of a place
+TEXT_COST, MARK_COST = 1e6, 1e3  # costs of each overlap of a place; a line costs half its width in pixels
 TEXT_ROOM = 2.5  # points around a text, free of other texts
 MARK_ROOM = 2.4  # points around a text, free of centres of marks
 LABEL_ORDER = 4.6  # drawing order: patches above it hide a label
@@ -71,10 +71,10 @@ def place_labels(figure: Any, labels: Sequence[Label]) -> None:
             marked = (
                 box.padded(clear).count_contains(marks)
                 + _leaves_bounds(box, label.axes.bbox)
-                + sum(body.intersects_bbox(box, filled=False) for body in bodies)
+                + sum(body.intersects_bbox(box, filled=True) for body in bodies)
             )
-            crossed = sum(path.intersects_bbox(box.padded(half), filled=False) for path, half in lines)
-            costs.append(TEXT_COST * met + MARK_COST * marked + LINE_COST * crossed)
+            crossed = sum(half for path, half in lines if path.intersects_bbox(box.padded(half), filled=False))
+            costs.append(TEXT_COST * met + MARK_COST * marked + crossed)
             if costs[-1] == 0.0:
                 break
         _set_text_place(text, label.places[int(np.argmin(costs))])
