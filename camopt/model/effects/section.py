@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from camopt.core.numerics import ComplexArray, FloatArray
-from camopt.core.numerics.quadrature import GaussRule, Integrals, gauss_rule, integrate_with_rising_order
+from camopt.core.numerics.quadrature import GaussRule, Integrals, integrate_with_rising_order
 from camopt.core.numerics.stable_functions import matrix_product
 from camopt.model.effects.effect import Effect, EnclosedValue, EvaluationBlock, NecessaryConditions, Setup
 from camopt.model.effects.mean import Mean
@@ -40,7 +40,6 @@ CENTROID = ("centroid_x_mm", "centroid_y_mm")
 GROOVE_LENGTH = "groove_length_mm"
 SECTION_POINTS = 2**15  # points of all designs that are computed together
 JUST_ABOVE = 1.0 + 1e-12  # factor on a size, for rounding
-RADIAL_NODES = 6  # points along the depth of a groove, where integrands hardly change
 
 
 def applicable_quantities(setup: Setup) -> tuple[str, ...]:
@@ -166,7 +165,8 @@ def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: Gau
     """L(R_m), ∫L dr and ∫r²·L dr of a cylinder's groove of depth d, with the length L(r) of the pitch curve.
 
     The integrals are from R_m − d/2 to R_m + d/2. At the radius r the pitch curve has the same length along the
-    axis, and r/R_m of its length round it. The same formulas are for a flank of a rib of the height d.
+    axis, and r/R_m of its length round it. The same formulas are for a flank of a rib of the height d. Both
+    integrals are by the same rule, so that the difference between two orders is the error of both.
     """
     table, depth, mean = case.programme.table, case.setup.solid.groove_depth_or_rib_height or 0.0, designs.size
     angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
@@ -178,7 +178,7 @@ def cylinder_groove_integrals(case: EvaluationBlock, designs: Designs, rule: Gau
         return np.asarray(matrix_product(speed, rule.weights).sum(axis=1))
 
     total = np.array([length_at_radius(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])
-    for place, weight in zip(*gauss_rule(RADIAL_NODES)[:2], strict=True):
+    for place, weight in zip(rule.nodes, rule.weights, strict=True):
         radius = mean + place * depth / 2.0
         part = weight * depth / 2.0 * length_at_radius(radius / mean)
         total[1:] += part, np.square(radius) * part
