@@ -148,6 +148,7 @@ def smooth(scene):
 
         nodes = np.linspace(start, end, SAMPLES + 1)
         rows = np.array([signs(theta) for theta in nodes])
+        rows[np.abs(rows) < 1e-13 * np.abs(rows).max(axis=0)] = 0.0  # rounding, as of the speed where a stroke ends
         cuts = [start, end]
         for column, values in enumerate(rows.T):
             for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):

@@ -23,11 +23,12 @@ from camopt.model.motion.stroke import INWARD, OUTWARD, RESTING, WAYS
 from camopt.scene.own_laws import make_own_law_from_values
 from camopt.scene.problem.problem import resolve
 
-# each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams
-SEEDS = [4, 6, 7, 8, 9, 13, 20, 33, 134]
+# each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams, and a
+# speed that rounds to below 0 where a rise ends
+SEEDS = [4, 6, 7, 9, 8, 13, 134, 20, 33, 21]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_loads_are_those_of_the_follower_in_equilibrium(seed):
     _, apart = friction.differences(friction.random_scene(seed))
