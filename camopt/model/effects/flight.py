@@ -31,7 +31,7 @@ from camopt.core.numerics.piecewise import sign_changes
 from camopt.core.numerics.state import State
 from camopt.model.effects.force import force_polynomials_by_panel
 from camopt.model.effects.panel_parts import motion_polynomials_to_order_2
-from camopt.model.motion.programme import Programme
+from camopt.model.motion.programme import JUMP_SIDE, Programme
 
 NEGLIGIBLE_FORCE = 1e-9  # of the largest force: less counts as 0
 FLIGHT_TERMS = 24  # number of terms of a series
@@ -155,6 +155,20 @@ class HalfGap(NamedTuple):
         )
         return np.where(side > 0.0, one, other), np.where(side > 0.0, other, one)
 
+    def delay(self, design: IntArray, panel: IntArray, panel_places: FloatArray, side: FloatArray) -> FloatArray:
+        """Cam angle from a jump of the acceleration to its arrival at a follower on the flank of ``side`` [rad].
+
+        The flank at y ∓ e(y, y') touches the follower beside the point of the pitch curve at the cam angle, by
+        ±∂e/∂y'. (tan β is linear in y'.)
+        """
+        state = motion_state_on_panels(self.programme, panel, panel_places)
+        tangent, next_tangent = (
+            np.where(side > 0.0, *(curve_value(self.pressures[k], design, each) for k in (0, -1)))
+            for each in (state, state._replace(y1=state.y1 + 1.0))
+        )
+        secant = np.sqrt(1.0 + np.square(tangent))
+        return np.asarray(side * self.half[design] * tangent * (next_tangent - tangent) / secant)
+
 
 def motion_state_on_panels(programme: Programme, panel: IntArray, panel_places: FloatArray) -> State:
     """The motion at places of panels, without jerk and load, which curves of sizes do not read."""
@@ -197,7 +211,8 @@ class _FlightState(NamedTuple):
 def _departure_states(programme: Programme, followers: Followers, flights: Flights, gap: HalfGap) -> _FlightState:
     """The departures from the flanks: a little before or after F = 0, because the flank moves with the clearance.
 
-    If the jerk jumps at the crossing, there may be no departure on either side; the flight then starts at F = 0.
+    If the jerk jumps at the crossing, there may be no departure on either side; the flight then starts at F = 0. If
+    the acceleration jumps, it starts where the jump reaches the flank, with the motion after the jump.
     """
     table, panel, design = programme.table, flights.panel, flights.design
     start = (flights.angle - table.centre[panel]) / table.half_width[panel]
@@ -205,6 +220,11 @@ def _departure_states(programme: Programme, followers: Followers, flights: Fligh
         _angle_from_crossing_to_departure(programme, followers, flights, gap, start, side) for side in (-1.0, 1.0)
     )
     panel, place = _shift_places(programme, panel, start, np.where(late > 0.0, late, np.minimum(early, 0.0)))
+    distances_to_jumps = np.abs(flights.angle[:, None] - [jump.at for jump in programme.jumps])
+    delayed = (flights.jump != 0.0) & (
+        distances_to_jumps.min(axis=1, initial=np.inf) < JUMP_SIDE
+    )  # no jump of a load
+    place += np.where(delayed, gap.delay(design, panel, place, flights.side), 0.0) / table.half_width[panel]
     half, half1 = gap.value_and_slope(design, panel, place, flights.side)
     return _FlightState(panel, place, np.zeros(design.size), -half, -half1)
 
