@@ -225,6 +225,7 @@ def contact_peaks(effect: Effect, setup: Setup, quantity_name: str) -> Iterator[
                 curves=tuple((FunctionAtContact(make, local), kinds) for make, kinds in peak.curves),
                 scale=ContactScale(peak.scale, local),
                 unit=peak.unit and FunctionAtContact(peak.unit, local),
+                forces=tuple((FunctionAtContact(make, local), kinds) for make, kinds in peak.forces),
             )
         if peak:
             yield peak._replace(extremes=())

@@ -340,7 +340,7 @@ def keeps_contact(case: EvaluationBlock) -> Any:
     if mechanism.way < 0.0:
         least, largest = -largest, -least
     kept = np.asarray(least > loss)
-    return kept | (largest <= loss) if "interference" in mechanism.drive.keys else kept
+    return kept | (largest <= loss) if mechanism.way < 0.0 or "interference" in mechanism.drive.keys else kept
 
 
 def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:

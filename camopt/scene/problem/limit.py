@@ -148,8 +148,11 @@ class Limit(ABC):
         return None
 
     @property
-    def contact_keeping_constraints(self) -> tuple[Constraint, ...]:
-        """Further constraints for proofs, which keep the contact."""
+    def contact_conditions(self) -> tuple[tuple[Constraint, ...], ...]:
+        """Further conditions for proofs: at each contact a design has to hold one of some constraints.
+
+        The contact is kept or, if it is one of two, never bears.
+        """
         return ()
 
     @property
@@ -289,10 +292,11 @@ class QuantityLimit(Limit):
         )
 
     @cached_property
-    def contact_keeping_constraints(self) -> tuple[Constraint, ...]:
+    def contact_conditions(self) -> tuple[tuple[Constraint, ...], ...]:
         peaks = (self.peak_or_mean, *self.further_peaks) if isinstance(self.peak_or_mean, Peak) else ()
+        bounds = {LEAST: LEAST_CONTACT_FORCE, **({LARGEST: 0.0} if self.further_peaks else {})}
         return tuple(
-            Constraint(make, kinds, LEAST, ConstantBound(LEAST_CONTACT_FORCE))
+            tuple(Constraint(make, kinds, goal, ConstantBound(bound)) for goal, bound in bounds.items())
             for peak in peaks
             for make, kinds in peak.forces
         )

@@ -9,7 +9,7 @@ variable all over a part, only that end of the variable is kept.
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11 (monotonicity test).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
 
@@ -37,7 +37,7 @@ from camopt.scene.problem.constraints import AnyConstraint, Constraint, TurnMean
 from camopt.scene.problem.problem import Problem
 from camopt.solve.verdicts.arcs import scaled_curvature_excesses_on_arcs
 from camopt.solve.verdicts.mean_boxes import enclose_mean_excess, mean_verdict_of_design
-from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED
+from camopt.solve.verdicts.verdict_words import BROKEN, HELD, UNDECIDED, WORST_FIRST
 
 CONSTRAINT_PARTS_AT_ONCE, MOST_ROUNDS = 256, 100
 """Most parts that are cut at once, and most rounds."""
@@ -80,6 +80,23 @@ class BoxVerdict(NamedTuple):
 
     verdict: str
     witness: Designs | None = None
+
+
+def verdict_on_alternatives(
+    decide: Callable[[Any, NumberRanges], BoxVerdict], constraints: Sequence[Any], number_ranges: NumberRanges
+) -> BoxVerdict:
+    """Verdict on a condition for all designs of a box: each has to hold one of some constraints.
+
+    ``decide`` decides a constraint over ranges. If all constraints are broken, perhaps by different designs, the
+    witness against the first has to break the others too.
+    """
+    verdicts = [decide(constraint, number_ranges) for constraint in constraints]
+    best = max(verdicts, key=lambda each: WORST_FIRST.index(each.verdict))
+    if best.witness is None or len(constraints) == 1:
+        return best
+    at_witness = {name: 2 * (float(best.witness.values[name][0]),) for name in number_ranges}
+    broken = all(decide(constraint, at_witness).verdict == BROKEN for constraint in constraints)
+    return best if broken else BoxVerdict(UNDECIDED)
 
 
 def constraint_verdict_over_box(

@@ -26,7 +26,12 @@ from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem
 from camopt.scene.problem.rows import DesignRows
 from camopt.scene.problem.tolerance_zones import NumberErrors, entries_of_train_numbers
-from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges, constraint_verdict_over_box
+from camopt.solve.verdicts.constraint_boxes import (
+    BoxVerdict,
+    NumberRanges,
+    constraint_verdict_over_box,
+    verdict_on_alternatives,
+)
 from camopt.solve.verdicts.effect_runs import can_effect_run_on_ranges, quantities_over_box, run_effects
 from camopt.solve.verdicts.train_boxes import (
     constraint_verdict_over_trains,
@@ -79,7 +84,6 @@ def limit_verdict_over_box(
         return BoxVerdict(BROKEN, design)
     constraints: list[AnyConstraint] = [
         *limit.constraints,
-        *limit.contact_keeping_constraints,
         *([] if limit.mean_constraint is None else [limit.mean_constraint]),
     ]
     if constraints and all(map(_is_on_motion_derivatives, constraints)):
@@ -92,8 +96,12 @@ def limit_verdict_over_box(
     if number_ranges and _can_interval_arithmetic_decide_limit(problem, limit):
         return _verdict_by_interval_arithmetic(problem, limit, design, number_ranges)
     verdicts = [
-        constraint_verdict_over_box(problem, constraint, design, number_ranges, budget)
-        for constraint in constraints
+        verdict_on_alternatives(
+            lambda constraint, ranges: constraint_verdict_over_box(problem, constraint, design, ranges, budget),
+            alternatives,
+            number_ranges,
+        )
+        for alternatives in (*((constraint,) for constraint in constraints), *limit.contact_conditions)
     ]
     return min(verdicts, key=lambda each: WORST_FIRST.index(each.verdict), default=BoxVerdict(UNDECIDED))
 

@@ -45,6 +45,7 @@ from camopt.solve.verdicts.constraint_boxes import (
     NumberRanges,
     enclose_state,
     relative_excess,
+    verdict_on_alternatives,
 )
 from camopt.solve.verdicts.driven_boxes import DrivenMotion, LoadAt, motion_of_driven_followers
 from camopt.solve.verdicts.verdict_words import HELD, UNDECIDED, WORST_FIRST
@@ -71,15 +72,18 @@ def limit_verdict_over_trains(
     problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget
 ) -> BoxVerdict:
     """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
-    constraints = [
-        *((constraint, False) for constraint in (*limit.constraints, *limit.contact_keeping_constraints)),
-        *((constraint, True) for constraint in limit.train_constraints),
-    ]
+    constraints = [*limit.constraints, *limit.train_constraints]
     if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:
         return BoxVerdict(UNDECIDED)
     verdicts = [
-        constraint_verdict_over_trains(problem, constraint, design, number_ranges, budget, of_train)
-        for constraint, of_train in constraints
+        verdict_on_alternatives(
+            lambda constraint, ranges: constraint_verdict_over_trains(
+                problem, constraint, design, ranges, budget, constraint in limit.train_constraints
+            ),
+            alternatives,
+            number_ranges,
+        )
+        for alternatives in (*((constraint,) for constraint in constraints), *limit.contact_conditions)
     ]
     return min(verdicts, key=lambda each: WORST_FIRST.index(each.verdict))
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from support.cams import STEEL, SWUNG
+from support.cams import STEEL, SWUNG, WORN, cam_with, turn_of
 from support.pairs import pair
 
-from camopt import BadInput, Scene, cam_points, evaluate, optimise
+from camopt import BadInput, Scene, cam_points, certify, evaluate, optimise
+from camopt.core.kernels import compile
 from camopt.core.numerics.curves import Linear, value_and_slope
 from camopt.core.numerics.jet import Jet
 from camopt.core.numerics.state import State
@@ -126,6 +127,56 @@ def test_an_interference_whose_preload_rounds_to_0_is_none(interference):
     assert not cam.warnings
     with pytest.raises(BadInput, match=r"limits\.pair_preload_ratio = 1\.0: needs drive\.interference"):
         evaluate(Scene.from_dict(scene | {"limits": {"pair_preload_ratio": 1}}))
+
+
+DRIVES = {
+    "flat": {"kind": "breadth"},
+    "roller": {"kind": "diameter"},
+    "arm": {"kind": "conjugate", "roller_radius": 12},
+    "groove": {"kind": "rib"},
+}
+
+
+def loaded_scene(contact, load, **more):
+    """A cam with two contacts that a load presses on one of them, in the direction of its sign."""
+    dynamics = {"inertia": 6e-3, "load": 0.1 * load} if contact == "arm" else {"mass": 0.8, "load": load}
+    data = cam_with(
+        contact, "poly345", dynamics, materials=WORN, outputs=["surface"], drive=DRIVES[contact], **more
+    )
+    if contact == "groove":
+        data["follower"]["roller_spacing"] = 45
+    if contact in ("flat", "roller"):
+        data["motion"] = turn_of("poly345", 24, (110, 70, 110, 70))
+    return Scene.from_dict(data)
+
+
+@pytest.mark.parametrize("load", [500, -500])
+@pytest.mark.parametrize("contact", DRIVES)
+def test_a_contact_that_never_bears_needs_no_film(contact, load, monkeypatch):
+    monkeypatch.setattr(compile, "COMPILATION", np.inf)  # single designs of many mechanisms
+    film = evaluate(loaded_scene(contact, load))["film_ratio_min"]
+    if load > 0 and contact != "groove":
+        alone = loaded_scene(contact, load).replace(drive=None)
+        assert film == pytest.approx(evaluate(alone)["film_ratio_min"], rel=1e-12)
+    for share, verdict in ((1 - 1e-9, "held"), (1 + 1e-9, "broken")):
+        limited = loaded_scene(contact, load, limits={"film_ratio": share * film})
+        assert certify(limited)["film_ratio"] == verdict
+        assert ("film_ratio" in evaluate(limited)["violated"]) == (verdict == "broken")
+
+
+def test_a_yoke_has_the_same_film_on_either_face():
+    assert evaluate(loaded_scene("flat", -500))["film_ratio_min"] == pytest.approx(
+        evaluate(loaded_scene("flat", 500))["film_ratio_min"], rel=1e-12
+    )
+
+
+@pytest.mark.parametrize(("load", "error", "verdict"), [(500, 10, "held"), (70, 30, "broken"), (5, 1, "broken")])
+def test_contacts_open_at_some_loads_within_a_tolerance(load, error, verdict):
+    """The force of inertia is 58 N: with 70 N one face bears all over the turn, with 40 N both do."""
+    zone = {"follower.dynamics.load": error}
+    scene = loaded_scene("flat", load, limits={"film_ratio": 1e-6}, tolerances=zone, search={"robust": True})
+    assert (evaluate(scene)["film_ratio_min"] > 0.0) == (load > 58)
+    assert certify(scene)["film_ratio"] == verdict
 
 
 @pytest.mark.parametrize(
