@@ -325,11 +325,10 @@ def least_and_largest_contact_force(case: EvaluationBlock) -> tuple[Any, Any]:
     return EnclosedValue(least, outward[0], scale), EnclosedValue(largest, outward[1], scale)
 
 
-def keeps_contact(case: EvaluationBlock) -> Any:
-    """Whether the bodies stay in contact over the whole turn.
+def keeps_or_never_makes_contact(case: EvaluationBlock) -> tuple[Any, Any]:
+    """Whether the bodies stay in contact over the whole turn, and whether one of two contacts never bears.
 
     A contact bears F/2 + max(|F|/2, P) > 0 as long as F > −2·P, with P = 0 on an open cam (``effects.preload``).
-    One of two contacts that never touches loses no contact.
     """
     mechanism, preload = case.setup.mechanism, case.setup_per_design.dynamics.pair_preload
     loss = -2.0 * (0.0 if preload is None else preload)
@@ -339,8 +338,8 @@ def keeps_contact(case: EvaluationBlock) -> Any:
     )
     if mechanism.way < 0.0:
         least, largest = -largest, -least
-    kept = np.asarray(least > loss)
-    return kept | (largest <= loss) if mechanism.way < 0.0 or "interference" in mechanism.drive.keys else kept
+    one_of_two = mechanism.way < 0.0 or "interference" in mechanism.drive.keys
+    return np.asarray(least > loss), one_of_two & np.asarray(largest <= loss)
 
 
 def follower_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Curve:

@@ -61,6 +61,7 @@ from camopt.model.effects.peak import (
     never_infinite_by_jumps,
 )
 from camopt.model.effects.peak_columns import (
+    DesignExtremes,
     column_from_extremes,
     largest_and_least_columns,
     peak_column,
@@ -319,7 +320,9 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
         columns |= {FASTEST_ENTRAINMENT: fastest, SLOWEST_ENTRAINMENT: slowest}
     if wanted_quantities & {FILM_THICKNESS, FILM_RATIO}:
         one_way = (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
-        thinnest = peak_extremes(case, known[FILM_THICKNESS], sound & one_way & force.keeps_contact(case))
+        kept, idle = (sound & one_way & each for each in force.keeps_or_never_makes_contact(case))
+        thinnest = peak_extremes(case, known[FILM_THICKNESS], kept)
+        thinnest = DesignExtremes(*(np.where(idle, 0.0, each) for each in thinnest))  # no load: an infinite film
         columns |= {
             name: column_from_extremes(case, known[name], thinnest)
             for name in (FILM_THICKNESS, FILM_RATIO)
