@@ -49,7 +49,7 @@ from camopt.model.effects.flight import (
 )
 from camopt.model.effects.peak import Peak, PerRollerRadiusScale, is_infinite_by_velocity_jumps
 from camopt.model.effects.peak_columns import peak_column
-from camopt.model.effects.preload import INTERFERENCE
+from camopt.model.effects.preload import INTERFERENCE_KEY
 from camopt.model.effects.surface import spin_acceleration_curve
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import ALL_STROKES
@@ -69,7 +69,7 @@ FLIGHT_QUANTITIES, ROLLER_QUANTITIES = (
 
 
 def applicable_quantities(setup: Setup) -> tuple[str, ...]:
-    mechanism, preloaded = setup.mechanism, bool(setup.given[INTERFERENCE])
+    mechanism, preloaded = setup.mechanism, bool(setup.given[INTERFERENCE_KEY])
     if "clearance" not in mechanism.drive.keys or setup.train is not None or preloaded:
         return ()
     rolls = setup.rolls and mechanism.has_flanks_on_both_sides

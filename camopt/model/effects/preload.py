@@ -38,7 +38,7 @@ from camopt.model.effects.peak import (
 from camopt.model.effects.peak_columns import peak_column
 from camopt.model.motion.stroke import ALL_STROKES
 
-INTERFERENCE, STIFFNESS = "drive.interference", "drive.stiffness"
+INTERFERENCE_KEY, STIFFNESS_KEY = "drive.interference", "drive.stiffness"
 PRELOAD_RATIO = "pair_preload_ratio"
 
 
@@ -58,9 +58,9 @@ def missing_keys_by_quantity(setup: Setup) -> dict[str, tuple[str, ...]]:
     if not setup.mechanism.further_contacts:
         return {}
     numbers, missing = setup.given, force.missing_force_keys(setup)
-    interference, stiffness = ((key,) if numbers[key] is None else () for key in (INTERFERENCE, STIFFNESS))
-    preloaded = numbers[INTERFERENCE] and setup.dynamics.pair_preload != 0.0  # the smallest numbers round to 0
-    positive = () if preloaded else (INTERFERENCE,)
+    interference, stiffness = ((key,) if numbers[key] is None else () for key in (INTERFERENCE_KEY, STIFFNESS_KEY))
+    preloaded = numbers[INTERFERENCE_KEY] and setup.dynamics.pair_preload != 0.0  # the smallest numbers round to 0
+    positive = () if preloaded else (INTERFERENCE_KEY,)
     needs = (interference + stiffness, missing, missing + stiffness, missing + positive + stiffness)
     return {name: keys for name, keys in zip(preload_quantity_names(setup), needs, strict=True) if keys}
 
@@ -72,7 +72,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     unit, angle = (1e-3, 180.0 / pi) if setup.angular else (1.0, 1.0)
     curves = ((partial(follower_force_curve, setup), ALL_STROKES),)
     loads = {least: Peak(curves, LARGEST_MAGNITUDE, MultipleScale(0.5 * unit), is_infinite_by_velocity_jumps)}
-    if setup.given[STIFFNESS]:
+    if setup.given[STIFFNESS_KEY]:
         scale = multiple_scale(setup, lambda each: 0.5 * angle / each.dynamics.pair_stiffness)
         loads[interference] = Peak(curves, LARGEST_MAGNITUDE, scale, is_infinite_by_velocity_jumps)
     if preload := setup.dynamics.pair_preload:

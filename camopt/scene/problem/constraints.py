@@ -63,6 +63,11 @@ class Constraint(NamedTuple):
     def side_signs(self) -> tuple[float, ...]:
         return CONSTRAINT_SIDES[self.goal]
 
+    @property
+    def kinds_and_goals(self) -> list[tuple[int, int]]:
+        """The kinds of stroke, and the goal of the search for the curve's extreme, of each side."""
+        return [(self.kinds, LARGEST if side > 0.0 else LEAST) for side in self.side_signs]
+
     def upper_bound_of_each_side(self, number_kind: NumberKind = DOUBLES) -> Number:
         """The upper bound of each side."""
         value = self.bound.curve_extreme_at_bound(number_kind)

@@ -149,8 +149,7 @@ class BoxBounds(NamedTuple):
         for constraint in constraints_on_present_strokes(
             self.problem, [with_motion_peak_as_curve(constraint) for constraint in constraints]
         ):
-            goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs]
-            angle, side = self._most_extreme_angles_and_signs(constraint.curve, goals, inside)
+            angle, side = self._most_extreme_angles_and_signs(constraint.curve, constraint.kinds_and_goals, inside)
             value, designs, like = self._enclose_curve_at_angles(constraint.curve, angle, box, inside)
             yield as_sloped_interval(relative_excess(constraint, side, as_quotient(value), designs), like)
         for _, mean in size_dependent_mean_constraints(self.problem):

@@ -48,11 +48,6 @@ class PhaseSlack(NamedTuple):
     earlier: tuple[float, float]
     later: tuple[float, float]
 
-    @property
-    def is_any_phase(self) -> bool:
-        """Whether the clearance is held at any phase of the station."""
-        return min(self.earlier[0], self.later[0]) >= 180.0
-
 
 @dataclass(frozen=True)
 class ClearanceResult:

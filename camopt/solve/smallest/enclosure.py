@@ -15,7 +15,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, Curve, FloatArray
+from camopt.core.numerics import Curve, FloatArray
 from camopt.core.numerics.curves import Linear, curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.load_tables import TrainLoadTable
@@ -192,10 +192,9 @@ def _box_excesses(
         if isinstance(constraint, TurnMeanConstraint):
             parts.append(Excesses.from_sloped_value(enclose_mean_excess(problem, constraint, box, inside, free)))
             continue
-        goals = [(constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs]
         block = blocks.setdefault(id(problem), EvaluationBlock(problem.setup, problem.programme, inside))
         angles = problem.programme.one_sided_angles(
-            block.extremes(constraint.curve, goals).where, constraint.kinds
+            block.extremes(constraint.curve, constraint.kinds_and_goals).where, constraint.kinds
         ).ravel()
         rows = angles.size // count
         designs, like = designs_of_sloped_intervals(box, inside, free, rows)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, Curve, FloatArray, IntArray, Number
+from camopt.core.numerics import Curve, FloatArray, IntArray, Number
 from camopt.core.numerics.curves import curve_value
 from camopt.core.numerics.interval import Interval
 from camopt.core.numerics.sloped_interval import (
@@ -137,11 +137,9 @@ class TrainLimits:
                             for side in constraint.side_signs
                         ]
                     else:
-                        goals = [
-                            (constraint.kinds, LARGEST if side > 0.0 else LEAST) for side in constraint.side_signs
-                        ]
                         block = EvaluationBlock(variant.setup, programme, cam)
-                        angles = block.extremes(constraint.curve, goals).where.ravel().tolist()
+                        extremes = block.extremes(constraint.curve, constraint.kinds_and_goals)
+                        angles = extremes.where.ravel().tolist()
                     self.added_angles += [angle for angle in angles if angle not in self.added_angles]
                 for constraint, side in self._train_constraint_sides:
                     self.added_angles.append(

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.core.numerics import LARGEST, LEAST, FloatArray, Number
+from camopt.core.numerics import FloatArray, Number
 from camopt.core.numerics.curves import LOADED_CURVES, curve_value
 from camopt.core.numerics.sloped_interval import SlopedInterval, as_quotient, as_sloped_interval
 from camopt.core.numerics.state import State
@@ -63,14 +63,13 @@ class StrokeLimit:
         angle = (
             self.stroke.angle if self.angle_name is None else float(np.radians(design.numbers[self.angle_name][0]))
         )
-        stroke, kinds = replace(self.stroke, angle=angle), self.constraint.kinds
-        goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.constraint.side_signs]
+        stroke = replace(self.stroke, angle=angle)
         where = (
             EvaluationBlock(problem.setup, Programme((stroke,)), design)
-            .extremes(lambda designs, _: self.constraint.curve(designs, self.turn), goals)
+            .extremes(lambda designs, _: self.constraint.curve(designs, self.turn), self.constraint.kinds_and_goals)
             .where[:, 0]
         )
-        new = _motion_on_both_sides_of_shares(stroke, where / angle, kinds)
+        new = _motion_on_both_sides_of_shares(stroke, where / angle, self.constraint.kinds)
         self.added_motion = np.concatenate([self.added_motion, new], axis=1)[:, -ADDED_PLACES:]
 
     def box_excesses(self, box: Designs, inside: Designs, template_interval: SlopedInterval) -> Iterator[Excesses]:

@@ -37,6 +37,7 @@ from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget, search_budget
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
+from camopt.model.effects.preload import INTERFERENCE_KEY
 from camopt.scene.arguments import SceneSource, allow_positional_options, scene_from
 from camopt.scene.csv_columns import csv_column_names, read_csv_columns
 from camopt.scene.iso286 import GRADE_WIDTHS, limit_deviations
@@ -425,11 +426,11 @@ class _GradeSearch:
     @cached_property
     def interference_at_lower_deviation(self) -> float:
         """Least interference of two contacts from the mounting alone [mm or deg]; 0 without an interference."""
-        key = "drive.interference"
-        if not (self.problem.setup.mechanism.further_contacts and self.problem.nominal_numbers.get(key)):
+        interference = self.problem.nominal_numbers.get(INTERFERENCE_KEY)
+        if not (self.problem.setup.mechanism.further_contacts and interference):
             return 0.0
-        zone = tolerance_zones_of_numbers(self.scene, self.problem.nominal_numbers).get(key)
-        return self.problem.nominal_numbers[key] + (zone.lower if zone else 0.0)
+        zone = tolerance_zones_of_numbers(self.scene, self.problem.nominal_numbers).get(INTERFERENCE_KEY)
+        return interference + (zone.lower if zone else 0.0)
 
     @cached_property
     def least_contact_separations_by_key_and_grade(self) -> dict[str, dict[int, FloatArray]]:

@@ -30,6 +30,7 @@ from camopt.core.quantities.unit_systems import to_shown_unit
 from camopt.model.effects import quantity_by_name
 from camopt.model.effects.error_response import RESPONSE_ORDERS, SECOND_CONTACT_SUFFIX
 from camopt.model.effects.motion import motion_error_quantity_names, motion_table_unit, motion_unit_factor
+from camopt.model.effects.preload import INTERFERENCE_KEY
 from camopt.scene.arguments import SceneSource, allow_positional_options, check_count, scene_from
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import Problem, resolve, resolve_design
@@ -56,7 +57,7 @@ from camopt.solve.tolerances.margins import (
     evaluate_limits,
     worst_design_index,
 )
-from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, separating_errors
+from camopt.solve.tolerances.plays_and_interference import separating_errors
 from camopt.solve.tolerances.real_cam import RealCam
 from camopt.solve.tolerances.turn_errors import (
     MOTION_NAMES,

@@ -28,6 +28,7 @@ from camopt.model.effects.contacts import (
     select_designs,
     with_designs_and_kept_columns,
 )
+from camopt.model.effects.preload import INTERFERENCE_KEY
 from camopt.model.mechanisms.design import Designs, concatenate_designs
 from camopt.scene.problem.limit import Limit, QuantityLimit, quantities_of_limits
 from camopt.scene.problem.limits import ERROR_LIMITS
@@ -47,7 +48,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tolerances import ToleranceZone
 from camopt.solve.tables.cells import number_text, with_unit
 from camopt.solve.tables.result import NUMERIC, Cell, Table
-from camopt.solve.tolerances.plays_and_interference import INTERFERENCE_KEY, LEAST_INTERFERENCE, Interference
+from camopt.solve.tolerances.plays_and_interference import LEAST_INTERFERENCE, Interference
 from camopt.solve.verdicts.constraint_boxes import BoxVerdict, NumberRanges
 from camopt.solve.verdicts.effect_runs import run_effects
 from camopt.solve.verdicts.limit_boxes import limit_verdict_over_box, tolerance_ranges

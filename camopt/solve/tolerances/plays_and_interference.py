@@ -30,6 +30,7 @@ from camopt.model.effects.error_response import (
     SECOND_CONTACT_SUFFIX,
 )
 from camopt.model.effects.motion import motion_table_unit, motion_unit_factor
+from camopt.model.effects.preload import INTERFERENCE_KEY, STIFFNESS_KEY
 from camopt.scene.problem.problem import Problem, resolve_design
 from camopt.scene.problem.tolerance_zones import tolerance_zones_of_numbers
 from camopt.scene.scene import Scene
@@ -134,12 +135,12 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
         most = (ratio * ((clearance + zone.upper) * width - separation.low)).max()
         nominal = (ratio * clearance * width).max()
         yield Play(BACKLASH_NAME, motion_table_unit(problem.setup, 0), *map(float, (nominal, least, most)))
-    if (interference := numbers.get("drive.interference")) is None:
+    if (interference := numbers.get(INTERFERENCE_KEY)) is None:
         return
-    zone = zones.get("drive.interference", ZERO_ZONE)
+    zone = zones.get(INTERFERENCE_KEY, ZERO_ZONE)
     ends = interference + zone.lower + low, interference + zone.upper + high
     yield Play(INTERFERENCE_NAME, angle, interference, *ends)
-    stiffness, zone = numbers.get("drive.stiffness"), zones.get("drive.stiffness", ZERO_ZONE)
+    stiffness, zone = numbers.get(STIFFNESS_KEY), zones.get(STIFFNESS_KEY, ZERO_ZONE)
     if stiffness is not None:
         products = [(stiffness + by) * max(end, 0.0) / unit for by in (zone.lower, zone.upper) for end in ends]
         preload = stiffness * interference / unit
@@ -150,8 +151,8 @@ def _pair_plays(turn: TurnErrors, zones: Mapping[str, ToleranceZone]) -> Iterato
         yield Play(TORQUE_NAME, "N·m", 0.0, -torque, torque)
 
 
-INTERFERENCE_KEY, LEAST_INTERFERENCE = "drive.interference", 1e-12
-"""The key of the mounting's interference, and the value that replaces a clearance, which has no preload."""
+LEAST_INTERFERENCE = 1e-12
+"""The interference that replaces a clearance, which has no preload."""
 SEPARATED_CAMS_AT_ONCE = 2**8
 """Cams in a block whose separations at all cam angles stay in the cache of a processor."""
 
