@@ -9,7 +9,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is imported: 
 
 import pytest
 from hypothesis import settings
-from support.depth import has_turn, is_deep, number_of_commit
+from support.depth import has_turn, is_deep, is_shared, number_of_commit
 from support.ways import boxes_for_front_only
 
 from camopt.core.numerics.workspace import keep_freed_memory
@@ -23,6 +23,7 @@ settings.load_profile("ci")  # before --hypothesis-profile is read
 
 def pytest_configure():
     """Under ``nohup``, or in the background, commands that tests start would ignore signals that tests send."""
+    number_of_commit()  # before there are other processes
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -32,12 +33,16 @@ def pytest_configure():
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
     """Leave out what other commits run: cases of ``one_in``, and slow tests unless paths are named."""
-    whole, met, kept, left = config.args == config.getini("testpaths"), Counter(), [], []
+    commit, names_paths = number_of_commit(), config.args != config.getini("testpaths")
+    cases = Counter((item.path, item.originalname) for item in items)
+    met, kept, left = Counter(), [], []
     for item in items:
-        share, test = item.get_closest_marker("one_in"), (item.path, item.originalname)
-        waits = share and (met[test] + number_of_commit()) % share.args[0]
-        waits = waits or (whole and item.get_closest_marker("slow") and not has_turn(item.nodeid))
-        (left if waits and not is_deep() else kept).append(item)
+        mark, test = item.get_closest_marker("one_in"), (item.path, item.originalname)
+        runs = is_deep() or (
+            (not mark or is_shared(met[test], min(mark.args[0], cases[test]), commit))
+            and (names_paths or not item.get_closest_marker("slow") or has_turn(item.nodeid, commit))
+        )
+        (kept if runs else left).append(item)
         met[test] += 1
     config.hook.pytest_deselected(items=left)
     items[:] = kept

@@ -615,7 +615,6 @@ def process(*arguments, **options):
     return subprocess.run(command, capture_output=True, text=True, timeout=300, **{"encoding": "utf-8", **options})
 
 
-@pytest.mark.slow
 def test_a_process_gives_the_exit_code_and_one_document():
     done = process("evaluate", "roller-1000rpm", "--json")
     assert done.returncode == 0

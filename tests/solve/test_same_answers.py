@@ -83,7 +83,6 @@ def wild_clocks(monkeypatch):
     return set_clocks
 
 
-@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("name", "share"),
@@ -101,7 +100,6 @@ def test_no_clock_changes_an_answer(monkeypatch, wild_clocks, name, share):
     assert answers[0] == answers[1]
 
 
-@pytest.mark.slow
 def test_little_work_stops_a_search_before_its_proof_with_a_cam(monkeypatch):
     monkeypatch.setattr(smallest, "OPTIMISE_WORK", 1e6)
     found = camopt.optimise(roller(**ANGLES, **SIZES))

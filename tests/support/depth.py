@@ -3,9 +3,9 @@
 One switch for all: hypothesis's profile, ``--hypothesis-profile=deep`` or ``ci`` (``conftest``).
 """
 
+import os
 import subprocess
 from collections.abc import Callable, Hashable, Iterable
-from functools import cache
 from pathlib import Path
 from typing import TypeVar
 from zlib import crc32
@@ -23,19 +23,28 @@ def is_deep() -> bool:
     return settings.get_current_profile_name() == "deep"
 
 
-@cache
 def number_of_commit() -> int:
-    """A number of the last commit, which decides the tests that it runs; 0 outside of a clone."""
-    git = ["git", "-C", str(Path(__file__).parent), "rev-parse", "HEAD"]
-    try:
-        return int(subprocess.run(git, capture_output=True, text=True, check=True).stdout[:8], 16)
-    except (OSError, subprocess.CalledProcessError):
-        return 0
+    """A number of the last commit, which decides the tests that it runs; 0 if git does not know one.
+
+    All processes of a run use the commit of the first one, in the variable TESTED_COMMIT.
+    """
+    if "TESTED_COMMIT" not in os.environ:
+        git = ["git", "-C", str(Path(__file__).parent), "rev-parse", "HEAD"]
+        try:
+            os.environ["TESTED_COMMIT"] = subprocess.check_output(git, text=True, stderr=subprocess.DEVNULL)
+        except (OSError, subprocess.CalledProcessError):
+            os.environ["TESTED_COMMIT"] = os.environ.get("GITHUB_SHA", "0")
+    return int(os.environ["TESTED_COMMIT"][:8], 16)
 
 
-def has_turn(name: str) -> bool:
-    """Whether a slow test takes its turn at this commit."""
-    return (crc32(name.encode()) + number_of_commit()) % TURNS == 0
+def has_turn(name: str, commit: int) -> bool:
+    """Whether a slow test takes its turn at a commit."""
+    return (crc32(name.encode()) + commit) % TURNS == 0
+
+
+def is_shared(case: int, share: int, commit: int) -> bool:
+    """Whether a case of a test that runs one in ``share`` runs at a commit, in turns of its own."""
+    return (case + commit // TURNS) % share == 0
 
 
 def times(everyday: int, deep: int) -> int:

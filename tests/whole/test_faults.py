@@ -44,7 +44,6 @@ def test_a_command_goes_on_to_the_same_rows_after_any_fault(most, cases):
     assert [fault for fault, tried in tries.items() if not tried and not fault.endswith((" work", " result"))] == []
 
 
-@pytest.mark.slow
 def test_the_judge_finds_two_results_side_by_side(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(TOOL.parent)
     monkeypatch.chdir(tmp_path)

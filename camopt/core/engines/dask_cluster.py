@@ -69,7 +69,7 @@ class Cluster:
     @property
     def workers(self) -> int:
         """Number of threads of all present workers; at least one, because workers may still join."""
-        with self._lost_scheduler_as_connection_error():
+        with self._translate_dask_errors():
             self._check_connected()
             threads: dict[str, int] = self.client.nthreads()
         return max(1, sum(threads.values()))
@@ -83,7 +83,7 @@ class Cluster:
             versions_of_camopt_numpy_and_scipy(),
             deque[Future[WorkResult]](),
         )
-        with self._lost_scheduler_as_connection_error():
+        with self._translate_dask_errors():
             count = self._items_per_task(work, len(items), sample) if sample else 1
             for first in range(0, len(items), count):
                 task = items[first : first + count]
@@ -114,7 +114,7 @@ class Cluster:
                 raise ConnectionError(ECONNRESET, "the Dask scheduler has no workers", self.address) from None
 
     @contextmanager
-    def _lost_scheduler_as_connection_error(self) -> Iterator[None]:
+    def _translate_dask_errors(self) -> Iterator[None]:
         """Raise an error with the scheduler's address if it is lost, or if a task killed every worker."""
         try:
             yield
@@ -128,7 +128,7 @@ class Cluster:
     def _check_connected(self, trouble: BaseException | None = None) -> None:
         # Dask may raise trouble before the client's status changes
         if self.client.status != "running" or isinstance(trouble, CommClosedError | CancelledError):
-            raise ConnectionError(ECONNRESET, "no longer connected to the Dask scheduler", self.address) from None
+            raise ConnectionError(ECONNRESET, "the Dask scheduler was lost or restarted", self.address) from None
 
 
 @contextmanager

@@ -221,9 +221,8 @@ def _departure_states(programme: Programme, followers: Followers, flights: Fligh
     )
     panel, place = _shift_places(programme, panel, start, np.where(late > 0.0, late, np.minimum(early, 0.0)))
     distances_to_jumps = np.abs(flights.angle[:, None] - [jump.at for jump in programme.jumps])
-    delayed = (flights.jump != 0.0) & (
-        distances_to_jumps.min(axis=1, initial=np.inf) < JUMP_SIDE
-    )  # no jump of a load
+    # a jump of the load alone has no delay
+    delayed = (flights.jump != 0.0) & (distances_to_jumps.min(axis=1, initial=np.inf) < JUMP_SIDE)
     place += np.where(delayed, gap.delay(design, panel, place, flights.side), 0.0) / table.half_width[panel]
     half, half1 = gap.value_and_slope(design, panel, place, flights.side)
     return _FlightState(panel, place, np.zeros(design.size), -half, -half1)

@@ -325,7 +325,7 @@ def least_and_largest_contact_force(case: EvaluationBlock) -> tuple[Any, Any]:
     return EnclosedValue(least, outward[0], scale), EnclosedValue(largest, outward[1], scale)
 
 
-def keeps_or_never_makes_contact(case: EvaluationBlock) -> tuple[Any, Any]:
+def contact_kept_and_never_made(case: EvaluationBlock) -> tuple[Any, Any]:
     """Whether the bodies stay in contact over the whole turn, and whether one of two contacts never bears.
 
     A contact bears F/2 + max(|F|/2, P) > 0 as long as F > −2·P, with P = 0 on an open cam (``effects.preload``).

@@ -320,7 +320,7 @@ def evaluate_columns(case: EvaluationBlock, wanted_quantities: frozenset[str]) -
         columns |= {FASTEST_ENTRAINMENT: fastest, SLOWEST_ENTRAINMENT: slowest}
     if wanted_quantities & {FILM_THICKNESS, FILM_RATIO}:
         one_way = (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
-        kept, idle = (sound & one_way & each for each in force.keeps_or_never_makes_contact(case))
+        kept, idle = (sound & one_way & each for each in force.contact_kept_and_never_made(case))
         thinnest = peak_extremes(case, known[FILM_THICKNESS], kept)
         thinnest = DesignExtremes(*(np.where(idle, 0.0, each) for each in thinnest))  # no load: an infinite film
         columns |= {

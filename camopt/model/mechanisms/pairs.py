@@ -145,7 +145,10 @@ def _yoke_mechanism(mechanism: Mechanism, **changes: Any) -> Mechanism:
     paired = with_second_contact(mechanism, _reversed_motion_mechanism(mechanism), second_disc_designs, **changes)
 
     def assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
-        margin = SAME_HALVES * programme.lift - largest_half_turn_misfit(programme).off
+        if isinstance(programme, Programme):
+            margin = SAME_HALVES * programme.lift - largest_half_turn_misfit(programme).off
+        else:  # a part of the motion behind uncertain trains does not tell that the halves are the same
+            margin = -1.0
         return *paired.assembly_margins(designs, programme), designs.size * 0.0 + margin
 
     return paired._replace(assembly_margins=assembly_margins, assembly=f"{paired.assembly}, and {HALVES_HAVE_TO}")

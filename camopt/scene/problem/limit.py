@@ -149,9 +149,10 @@ class Limit(ABC):
 
     @property
     def contact_conditions(self) -> tuple[tuple[Constraint, ...], ...]:
-        """Further conditions for proofs: at each contact a design has to hold one of some constraints.
+        """Conditions on contact forces, for proofs. A design meets a condition if it holds one of its constraints.
 
-        The contact is kept or, if it is one of two, never bears.
+        Each contact is kept or, if it is one of two, never bears. No follower with two contacts has friction in its
+        guide, so that there is one force for all strokes.
         """
         return ()
 

@@ -95,13 +95,13 @@ def limit_verdict_over_box(
         return _verdict_by_quantities(problem, limit, design)
     if number_ranges and _can_interval_arithmetic_decide_limit(problem, limit):
         return _verdict_by_interval_arithmetic(problem, limit, design, number_ranges)
+
+    def decide(constraint: AnyConstraint, ranges: NumberRanges) -> BoxVerdict:
+        return constraint_verdict_over_box(problem, constraint, design, ranges, budget)
+
     verdicts = [
-        verdict_on_alternatives(
-            lambda constraint, ranges: constraint_verdict_over_box(problem, constraint, design, ranges, budget),
-            alternatives,
-            number_ranges,
-        )
-        for alternatives in (*((constraint,) for constraint in constraints), *limit.contact_conditions)
+        *(decide(constraint, number_ranges) for constraint in constraints),
+        *(verdict_on_alternatives(decide, condition, number_ranges) for condition in limit.contact_conditions),
     ]
     return min(verdicts, key=lambda each: WORST_FIRST.index(each.verdict), default=BoxVerdict(UNDECIDED))
 

@@ -72,18 +72,20 @@ def limit_verdict_over_trains(
     problem: Problem, limit: Limit, design: Designs, number_ranges: NumberRanges, budget: Budget
 ) -> BoxVerdict:
     """Verdict on a limit for all designs and trains whose numbers lie between ``number_ranges``."""
-    constraints = [*limit.constraints, *limit.train_constraints]
-    if not constraints or limit.mean_constraint is not None or problem.programme.given_at_follower:
+    if (
+        not (limit.constraints or limit.train_constraints)
+        or limit.mean_constraint is not None
+        or problem.programme.given_at_follower
+    ):
         return BoxVerdict(UNDECIDED)
+
+    def decide(constraint: Constraint, ranges: NumberRanges, is_on_train_curve: bool = False) -> BoxVerdict:
+        return constraint_verdict_over_trains(problem, constraint, design, ranges, budget, is_on_train_curve)
+
     verdicts = [
-        verdict_on_alternatives(
-            lambda constraint, ranges: constraint_verdict_over_trains(
-                problem, constraint, design, ranges, budget, constraint in limit.train_constraints
-            ),
-            alternatives,
-            number_ranges,
-        )
-        for alternatives in (*((constraint,) for constraint in constraints), *limit.contact_conditions)
+        *(decide(constraint, number_ranges) for constraint in limit.constraints),
+        *(decide(constraint, number_ranges, is_on_train_curve=True) for constraint in limit.train_constraints),
+        *(verdict_on_alternatives(decide, condition, number_ranges) for condition in limit.contact_conditions),
     ]
     return min(verdicts, key=lambda each: WORST_FIRST.index(each.verdict))
 

@@ -218,9 +218,9 @@ def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(eng
         one.client.wait_for_workers(1)
         assert one.workers == 1
     assert connections
-    with pytest.raises(ConnectionError, match="no longer connected"):
+    with pytest.raises(ConnectionError, match="was lost or restarted"):
         list(one.results_in_order(sines, range(3)))
-    with pytest.raises(ConnectionError, match="no longer connected"):
+    with pytest.raises(ConnectionError, match="was lost or restarted"):
         one.workers  # noqa: B018
     assert {each.laddr.ip for each in connections} == {"127.0.0.1"}
 
@@ -277,7 +277,7 @@ class UnawareOfCancelledTasks(Unaware):
 @pytest.mark.parametrize("client", [Bereaved, BereavedLater, Unaware, UnawareAtStart, UnawareOfCancelledTasks])
 def test_a_scheduler_that_dies_is_told_as_one(client, tmp_path):
     engine = dask_cluster.Cluster(client(), "tcp://10.0.0.1:8786")
-    with pytest.raises(ConnectionError, match="no longer connected to the Dask scheduler") as end:
+    with pytest.raises(ConnectionError, match="the Dask scheduler was lost or restarted") as end:
         camopt.sweep(SCENE, tmp_path / "out", engine=engine)
     assert end.value.filename == "tcp://10.0.0.1:8786"
     assert not [*tmp_path.iterdir()]

@@ -185,7 +185,6 @@ def test_a_side_too_narrow_to_be_cut_is_not_cut():
     assert np.array_equal(halves.low["size"], [50.0, 50.0])
 
 
-@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", CONTACTS)
 @given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-6, 1e-3, 0.05, 0.5]))

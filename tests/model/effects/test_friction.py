@@ -166,7 +166,6 @@ def of_random_scene(seed):
     return evaluate(Scene.from_dict(friction.random_scene(seed)))
 
 
-@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(("limit", "seed"), covering_cases(BOTH, lambda pair: pair[:1]))
 def test_balls_and_doubles_meet_at_the_bound(limit, seed):

@@ -162,6 +162,13 @@ def test_a_contact_that_never_bears_needs_no_film(contact, load):
         assert ("film_ratio" in evaluate(limited)["violated"]) == (verdict == "broken")
 
 
+def test_a_robust_yoke_behind_an_uncertain_train_is_undecided():
+    """Its halves of a turn have to be the same, of which parts of the turn do not tell."""
+    zone = {"train.1.ratio": 0.02}
+    more = {"train": [{"stage": "ratio", "ratio": 1.1}], "tolerances": zone, "search": {"robust": True}}
+    assert certify(loaded_scene("flat", 500, limits={"film_ratio": 1e-6}, **more))["film_ratio"] == "undecided"
+
+
 def test_a_yoke_has_the_same_film_on_either_face():
     assert evaluate(loaded_scene("flat", -500))["film_ratio_min"] == pytest.approx(
         evaluate(loaded_scene("flat", 500))["film_ratio_min"], rel=1e-12

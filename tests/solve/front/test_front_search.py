@@ -288,7 +288,6 @@ def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
     assert found.decided + found.evaluated >= designs
 
 
-@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6))

@@ -52,7 +52,6 @@ def ties_on_processor(processor, *spaces):
     return [line.split() for line in lines]
 
 
-@pytest.mark.slow
 @pytest.mark.one_in(len(OTHERS))
 @pytest.mark.parametrize("processor", OTHERS)
 def test_fronts_keep_all_ties_on_every_processor(processor):
