@@ -181,6 +181,7 @@ def test_sweep_counts_writes_and_gives_the_best(run_json):
     assert front.attrs["units"]["base_radius_mm"] == "mm"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_boxes")
 def test_a_sweep_of_the_front_alone_tells_what_boxes_decided(run, run_json, tmp_path):
     axes = ("--base-radius", "40:90:0.5", "--offset", "-10:20:10", "--roller-radius", "5:20:5", "--quiet")
@@ -261,6 +262,7 @@ def test_without_a_feasible_design_the_nearest_miss_is_told(run, run_json):
     assert "pressure_angle" in text
 
 
+@pytest.mark.slow
 def test_a_miss_that_is_found_when_time_is_over_is_told_as_the_least_so_far(run):
     code, text, _ = run("optimise", "roller-1000rpm", "--max-pressure", "3", "--seconds", "1e-9")
     assert code == 1
@@ -285,6 +287,7 @@ def test_a_sweep_needs_no_search_table(run_json):
 # ------------------------------------------------------------------------------------------ optimise
 
 
+@pytest.mark.slow
 def test_optimise_gives_the_best_of_each_law_and_what_binds_it(run_json):
     code, found = run_json("optimise", "roller-1000rpm")
     assert code == 0
@@ -528,6 +531,7 @@ def test_a_front_can_be_refined_and_thinned(run_json):
     assert (search.refine, search.thin) == (True, 0.05)
 
 
+@pytest.mark.slow
 def test_the_screen_tells_hypervolume_and_knee(run):
     code, out, _ = run("sweep", *SMALL, "--refine")
     assert code == 0
@@ -569,6 +573,7 @@ def test_outputs_without_the_size_can_be_optimised(run_json):
     assert found["undercut"] is False
 
 
+@pytest.mark.slow
 def test_a_limit_that_no_size_can_hold_stops_at_once(run_json):
     name = scene_file({"search.law": "harmonic", "limits.acceleration": 5})
     code, found = run_json("optimise", name)
@@ -597,6 +602,7 @@ def test_a_file_that_cannot_be_written_is_told(run, option):
     assert files_here() == []
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("table", ["designs.parquet", "pareto.parquet", "pareto-grid.parquet", "scene.toml"])
 def test_a_folder_in_place_of_a_table_is_told(run, table):
@@ -775,6 +781,7 @@ def test_a_pressure_angle_limits_the_return_too(run_json):
     assert found["violated"] == ""
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
 @pytest.mark.parametrize("arguments", [["laws"], ["evaluate", "exhaust-valve"]])

@@ -32,6 +32,7 @@ def shell(command, **environment):
     return done.returncode, out, err
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("command", ["laws --quiet", "laws --quiet --json", "scenes two-pauses", "--help"])
 def test_a_pipe_without_a_reader_has_a_code_of_its_own(command):
@@ -46,11 +47,13 @@ def test_a_closed_stderr_leaves_the_exit_code_and_the_output(stream):
     assert (code, "[cam]" in out) == (0, True)
 
 
+@pytest.mark.slow
 def test_a_closed_stdout_is_no_trouble_and_a_full_one_is():
     assert shell("camopt laws >&-") == (0, "", "")
     assert shell("camopt laws >/dev/full") == (exits.FILE_TROUBLE, "", "camopt: No space left on device\n")
 
 
+@pytest.mark.slow
 def test_a_closed_stderr_gives_its_number_to_no_file():
     code, out, _ = shell("camopt evaluate two-pauses --points c.csv 2>&-", NUMBA_DISABLE_JIT="1")
     assert (code, "wrote" in out) == (0, False)

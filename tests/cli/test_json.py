@@ -26,6 +26,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_json_document_has_plain_values_alone(name, tmp_path, monkeypatch):

@@ -127,12 +127,14 @@ def test_a_command_in_a_log_has_lines_and_none_if_it_is_quiet(line):
     assert told.stdout == quiet.stdout
 
 
+@pytest.mark.slow
 def test_a_short_command_in_a_log_has_no_bar(line):
     run = subprocess.run([sys.executable, "-m", "camopt", *line[3:]], capture_output=True, text=True, timeout=300)
     assert run.returncode == 0
     assert "%|" not in run.stderr
 
 
+@pytest.mark.slow
 def test_a_command_in_a_terminal_has_a_bar_below_its_messages(line):
     ours, its = pty.openpty()
     termios.tcsetwinsize(its, (30, 100))

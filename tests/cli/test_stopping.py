@@ -187,6 +187,7 @@ def test_signals_that_come_together_are_one():
         assert err.strip() == "camopt: interrupted"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_second_signal_kills_what_does_not_end(name):
     with waiting_command(once=0.0, ending=30.0) as running:

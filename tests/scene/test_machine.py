@@ -17,6 +17,7 @@ TURNING = {"name": "b", "scene": "oscillating-roller"}
 SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", camopt.shipped_machines())
 def test_shipped_machines_hold_their_limits(name):
     assert camopt.evaluate_machine(name).verdict == "held"
@@ -146,6 +147,7 @@ VALUES = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(st.data())
 def test_any_value_of_any_key_is_taken_or_refused(data):

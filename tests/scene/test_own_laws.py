@@ -303,6 +303,7 @@ def test_mirror_is_true_or_false():
         with_law("roller-1000rpm", LOPSIDED | {"mirror": "yes"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "status"), [(BEZIER, "certified"), (sampled_table("cycloidal", 21), "sampled")])
 def test_a_sweep_writes_a_scene_that_stands_alone(law, status, tmp_path):
     sizes = {"base_radius": [60.0, 80.0, 120.0], "offset": [0.0, 8.0], "law": ["own", "harmonic"]}
@@ -350,6 +351,7 @@ def test_a_file_is_read_into_the_scene(tmp_path, monkeypatch):
     assert short["laws"]["own"] == {"file": "lift.csv"}
 
 
+@pytest.mark.slow
 def test_commands_take_own_laws(tmp_path, capsys):
     file = tmp_path / "cam.toml"
     file.write_text(with_law("two-pauses", sampled_table("cycloidal", 21)).to_toml(), encoding="utf-8")
@@ -368,6 +370,7 @@ def test_commands_take_own_laws(tmp_path, capsys):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_a_picture_of_a_spline(tmp_path):
     plot(with_law("flat-reciprocating", BEZIER), tmp_path / "cam.png")
     assert (tmp_path / "cam.png").stat().st_size > 10_000

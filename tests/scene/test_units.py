@@ -122,6 +122,7 @@ print(scene.cam.base_radius, round(scene.motion[0].lift, 4), find_keys("cam.rpm"
 """
 
 
+@pytest.mark.slow
 def test_units_do_not_come_from_the_source():
     """A package that is installed as compiled modules alone has none."""
     found = subprocess.run([sys.executable, "-c", WITHOUT_SOURCES], capture_output=True, text=True, check=True)

@@ -281,6 +281,7 @@ def test_records_are_files_in_the_order_of_their_commits(tmp_path):
     assert record.records(tmp_path / "history") == made[::-1]
 
 
+@pytest.mark.slow
 def test_the_history_is_drawn_whatever_was_measured(tmp_path):
     tasks = [measures(), {"smallest": {**TIMES, "designs": 1}}, measures(cpu_seconds=0.1)]
     made = [{"commit": f"{k}" * 40, "date": "2026-11-22", "tasks": each} for k, each in enumerate(tasks)]

@@ -13,11 +13,13 @@ def run_numbers(numbers, made=case):
     return outcomes.values()
 
 
+@pytest.mark.slow
 def test_some_scenes():
     codes = [each.code for each in run_numbers(range(10**6, 10**6 + FEW))]
     assert min(codes.count(0), codes.count(2)) > FEW / 10  # they are neither all cams nor all refused
 
 
+@pytest.mark.slow
 def test_some_scenes_with_lists_and_endless_numbers_where_words_belong():
     assert 2 in [each.code for each in run_numbers(range(FEW), misfit_case)]
 

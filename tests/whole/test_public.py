@@ -80,6 +80,7 @@ SAID_BY_COMMANDS = {"scene.problem.scene_notes", "scene.scene_templates"}
 """Modules outside of cli that make sentences for commands alone."""
 
 
+@pytest.mark.slow
 def test_no_message_of_the_library_names_an_option_or_an_argument_of_a_command():
     found = {
         (name, node.value)

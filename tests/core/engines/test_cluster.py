@@ -197,6 +197,7 @@ def test_a_sweep_writes_the_files_of_one_thread_though_a_worker_is_killed(engine
     assert {**vars(many), "files": ()} == {**vars(one), "files": ()}
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine, tmp_path, monkeypatch):
     monkeypatch.setattr(store, "SAVE_SECONDS", 0.0)
     one = camopt.sweep(SCENE, tmp_path / "one", block=100, workers=1)
@@ -212,6 +213,7 @@ def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine,
     assert files(camopt.sweep(SCENE, tmp_path / "two", block=100, engine=engine)) == files(one)
 
 
+@pytest.mark.slow
 def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(engine):
     with cluster("local", 1) as one:
         connections = [each for each in psutil.Process().net_connections() if each.status == psutil.CONN_LISTEN]
@@ -322,6 +324,7 @@ def test_without_dask_a_line_says_what_to_install(monkeypatch, capsys, tmp_path)
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(dask_cluster, "CONNECT_SECONDS", 0.2)
     with socket() as taken:  # nobody listens there

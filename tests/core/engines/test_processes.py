@@ -106,6 +106,7 @@ def test_what_a_killed_process_did_is_done_by_another(engine, tmp_path):
     assert list(engine.results_in_order(partial(kill_first_process, str(tmp_path)), range(3))) == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_what_kills_each_process_is_told(engine):
     with pytest.raises(OSError, match="was killed from outside 2 times; perhaps the memory is too small"):
         list(engine.results_in_order(kill_process, range(2)))
@@ -136,6 +137,7 @@ if True:  # without the guard that multiprocessing asks scripts for
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGINT"])
 def test_none_outlives_what_started_it(name):
     line = [sys.executable, "-c", STARTER.format(folder=FOLDER)]

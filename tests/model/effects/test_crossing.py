@@ -102,6 +102,7 @@ def self_crossing(case: EvaluationBlock) -> bool:
     return bool(run_effects(case, ["self_crossing"]).column("self_crossing")[0])
 
 
+@pytest.mark.slow
 @settings(max_examples=times(75, deep=1500))
 @given(case=cases(slimmest=2))
 def test_the_proof_agrees_with_a_polygon(case):
@@ -347,6 +348,7 @@ LOBES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", LOBES)
 def test_the_smallest_cam_is_the_least_that_does_not_cross_itself(name):
@@ -369,6 +371,7 @@ def test_the_smallest_cam_is_the_least_that_does_not_cross_itself(name):
         assert dense_polygon_crosses(case_of(less)) or evaluate(less)["undercut"]
 
 
+@pytest.mark.slow
 def test_a_lobe_whose_small_cams_cross_themselves_and_larger_ones_reach_the_pivot_has_no_smallest_cam():
     scene = swinging_lobe("cycloidal", (37, 2.5, 51.5), 60, (8.55, 116, 111), "ccw")
     found = optimise(scene)
@@ -490,6 +493,7 @@ def squared_depths(case: EvaluationBlock, a, b) -> np.ndarray:
     return case.designs.roller_radius[0] ** 2 - np.abs(at_a.profile[0][:, None] - at_b.pitch) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("key", ROUND)
 def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
@@ -506,6 +510,7 @@ def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
     assert min(found.values()) > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ROUND)
 def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
     """By Newton's method, to rounding, what a search without derivatives finds to its tolerance."""
@@ -525,6 +530,7 @@ def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
     assert met >= 5
 
 
+@pytest.mark.slow
 @settings(max_examples=times(50, deep=1000))
 @given(
     case=cases(keys=ROUND, slimmest=2),
@@ -560,6 +566,7 @@ def speed_at(case: EvaluationBlock, angles) -> float:
     return float(value_and_slope(record, ..., case.programme.state(angles))[0][0])
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("key", ROUND)
 def test_all_cams_of_an_excluded_box_cross_themselves(key):

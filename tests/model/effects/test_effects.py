@@ -106,6 +106,7 @@ def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):
     assert found["not_called_for"]["hertz"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -134,6 +135,7 @@ def test_a_scene_with_its_sizes_stays_as_it_is_and_another_gets_those_of_its_sma
         cost_report(endless)
 
 
+@pytest.mark.slow
 def test_the_command_writes_spectra(tmp_path, capsys):
     assert main(["effects", "--spectrum", "--out", str(tmp_path), "--quiet"]) == 0
     assert "cycloidal" in capsys.readouterr().out

@@ -41,6 +41,7 @@ def scene_of(kind, **more):
     return scene.replace(limits={}, **changes).replace(tolerances={**given, **more})
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("kind", SCENES)
 def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind):
@@ -63,6 +64,7 @@ def test_the_largest_errors_are_those_of_the_worst_corner_by_exact_contact(kind)
     np.testing.assert_allclose(worst[finite], told[finite], rtol=8e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("kind", SCENES)
 def test_they_are_those_of_the_tables_with_profiles_and_bores_too(kind):

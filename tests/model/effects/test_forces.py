@@ -142,6 +142,7 @@ def test_an_oscillating_roller():
 LAWS_AND_DAMPING = [*product(("cycloidal", "parabolic", "modified-sine"), (0.0, 0.03, 2.0))]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(("law", "damping"), covering_cases(LAWS_AND_DAMPING, enumerate))
 def test_the_jump_speed_is_where_the_least_force_is_zero(law, damping):
@@ -191,6 +192,7 @@ def test_what_nothing_presses_has_no_jump_speed(dynamics):
     assert evaluate(ECCENTRIC.replace(**{"follower.dynamics": dynamics}))["jump_speed_rpm"] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [{"cam.rpm": None}, {"follower.dynamics": None}, {}])
 def test_the_stress_of_a_knife_edge_has_no_bound_whatever_is_known_of_the_force(given):
     follower = {"motion": "translating", "contact": "knife", "dynamics": SPRING}
@@ -203,6 +205,7 @@ def test_the_stress_of_a_knife_edge_has_no_bound_whatever_is_known_of_the_force(
     assert set(best.obstacles.values()) == {"contact_stress"}
 
 
+@pytest.mark.slow
 def test_what_is_required_is_just_enough():
     scene = with_law(VALVE, "cycloidal").replace(**{"cam.rpm": 900})
     found = evaluate(scene)

@@ -28,6 +28,7 @@ from camopt.scene.problem.problem import resolve
 SEEDS = [4, 6, 7, 9, 8, 13, 134, 20, 33, 21]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_loads_are_those_of_the_follower_in_equilibrium(seed):
@@ -102,6 +103,7 @@ def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
     assert found["side_thrust_max_N"] == pytest.approx(expected * abs(np.sin(np.arctan(tangent))), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_where_an_open_cam_would_pull_nothing_is_counted():
     scene = guided_cam(**{"follower.dynamics.load": -5000.0, "outputs": ["thrust"]})
     found = evaluate(scene)
@@ -111,6 +113,7 @@ def test_where_an_open_cam_would_pull_nothing_is_counted():
     assert [evaluate(free)[name] for name in names] == [0.0] * 4
 
 
+@pytest.mark.slow
 def test_at_rest_no_friction_is_counted():
     """A load on the dwells alone: its normal force is F/cos β."""
     rows = [[0, -400], [112, -400], [118, 900], [140, 900], [148, -400]]

@@ -226,6 +226,7 @@ def test_verdicts_turn_at_the_value_itself(contact, rows):
             assert (limit in evaluate(limited)["violated"].split(",")) == (verdict == "broken")
 
 
+@pytest.mark.slow
 def test_searches_read_the_table(tmp_path):
     scene = Scene.from_dict(
         {

@@ -349,6 +349,7 @@ def at_speed(scene, rpm):
 FORCES = ("contact_force_min_N", "contact_force_max_N", "normal_force_max_N", "side_thrust_max_N")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "groove"])
 def test_inertia_is_linear_in_mass_and_square_in_speed(contact):
     mass = "inertia" if CONTACTS[contact]["motion"] == "oscillating" else "mass"
@@ -412,6 +413,7 @@ def test_contact_is_lost_at_the_jump_speed(contact, law, damping):
         assert evaluate_changed(at_speed(scene, jump * share))["contact_force_min_N"] > 0.0
 
 
+@pytest.mark.slow
 def test_contact_that_damping_loses():
     """A falling follower that its damper holds up: kept at every speed below the jump speed, lost just above."""
     scene = cam_with("roller", dynamics={"mass": 1.0, "damping": 5.0, "preload": 300.0, "spring_rate": 8.0})
@@ -481,6 +483,7 @@ def test_a_mirrored_cam_has_the_same_loads():
     }
 
 
+@pytest.mark.slow
 def test_a_huge_roller_is_a_flat_face():
     """As R_r grows the trace point's normal turns into the motion, and 1/R into 1/ρ of the flat face."""
     flat = evaluate_changed(cam_with("flat"))
@@ -676,6 +679,7 @@ def test_a_parameter_of_zero_is_one_left_out(key):
 READS = {("hertz", "thrust"), ("surface", "thrust")}  # both ask whether the follower jams
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("idle", LOADED)
 def test_what_nobody_calls_for_does_not_run(idle, monkeypatch):
     def run(case, wanted):
@@ -804,6 +808,7 @@ def test_a_limit_that_no_size_holds_is_named(contact, limits):
     assert all(next(iter(limits)) in obstacle for obstacle in answer.obstacles.values())
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("contact", ["knife", "flat"])
 @pytest.mark.parametrize("law", ["cycloidal", "poly345"])
@@ -858,6 +863,7 @@ def nearly_undercut(law, angles, spring_rate, preload, rpm, base_radius, roller_
     return scene
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", NEARLY)
 def test_a_stress_near_an_undercut_is_as_exact_as_elsewhere(given):
     """A bound of the rounding error over a whole panel says nothing where N/R is nearly divided by zero."""

@@ -186,6 +186,7 @@ def test_springs_and_masses_give_back_what_they_take(contact, law):
     assert float((whole - spent).mid()) == pytest.approx(0.0, abs=1e-40 * float(abs(spent)))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_columns_are_those_of_balls(contact):
@@ -213,6 +214,7 @@ def test_halved_parts_are_as_much_nearer_as_the_order_says():
     assert all(after < before * 2.0 ** (-0.8 * TAYLOR_ORDER) for before, after in pairwise(far[1:]))
 
 
+@pytest.mark.slow
 def test_next_to_a_kink_the_range_tells_and_is_cut():
     problem = with_rounding_relative_error(resolve(scene_of("offset-roller")))
     ball, widths = narrow_ball(problem, means_of(problem)["torque_rms_N_m"])
@@ -307,6 +309,7 @@ def test_the_smallest_cam_under_a_limit_on_a_mean_is_proved_and_has_a_price():
     assert price.price == pytest.approx(1.0 / slope, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("key", "ends", "name"),

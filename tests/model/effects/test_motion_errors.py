@@ -30,6 +30,7 @@ def errors_of(scene):
     return {name.partition("_error")[0]: found[name] for name in found if "_error_max" in name}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(18)
 @pytest.mark.parametrize("given", [dict, lopsided_zones])
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
@@ -63,6 +64,7 @@ def test_where_the_motion_jumps_they_are_infinite_as_series_have_it(contact, law
         assert found[name] == pytest.approx(each.worst, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_at_the_tool_they_are_those_that_come_through_its_train():
     given = {"profile": 0.02, "phase": 0.05}
     scene = scene_of("arm", given=given, train=[{"stage": "ratio", "radius": -30}])

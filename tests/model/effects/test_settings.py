@@ -61,6 +61,7 @@ def test_many_settings_together_are_each_what_it_is_alone(case, law):
     assert np.atleast_2d(np.array(none)).shape == (len(together), 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["cycloidal", "parabolic", "poly345"])
 def test_a_jump_speed_is_the_first_at_which_a_sampled_force_is_below_zero(law):
     """Damping that is light, and so heavy that contact is lost, won and lost again."""

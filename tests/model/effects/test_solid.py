@@ -182,6 +182,7 @@ def test_the_mass_of_a_deep_groove_is_within_its_error_and_proved(contact, depth
             assert certify(limited)[key] == verdict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["cam_mass", "cam_inertia"])
 def test_a_bound_that_rounding_hides_from_a_shallow_groove_is_undecided(key):
     """The groove is a scratch without lift, so the body is known in closed form; its own rounding is an error."""

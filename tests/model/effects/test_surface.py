@@ -159,6 +159,7 @@ def test_what_grows_with_what(change, quantity, factor):
     assert other[quantity] == pytest.approx(factor * one[quantity], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "quantity", "side"),
     [

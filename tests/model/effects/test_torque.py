@@ -349,6 +349,7 @@ def test_a_corner_where_the_speed_only_grows_is_infinite_upwards_only():
 # --------------------------------------------------------------------------------------------------- limits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("swinging", [False, True])
 @pytest.mark.parametrize(("limit", "quantity"), [("torque", "torque_peak_N_m"), ("power", "power_peak_W")])
 def test_limits_hold_on_one_side_of_the_fifty_digit_peak_and_break_on_the_other(limit, quantity, swinging):

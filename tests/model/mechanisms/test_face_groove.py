@@ -193,6 +193,7 @@ def test_the_roller_cuts_as_deep_into_a_wall_as_the_overlap_says(contact):
         assert profile_overlaps(setup, design, programme, best[None, None], flank.side)[0, 0] >= found[0]
 
 
+@pytest.mark.slow
 def test_the_smallest_groove_is_that_of_a_dense_scan_and_proved_on_both_sides_of_its_bound():
     scene = find_scene("face-groove-shutter").replace(
         **{"search.arm_length": None, "limits.edge_wall_min_mm": 12.0}
@@ -225,6 +226,7 @@ def tight():
     return find_scene("face-groove-shutter").replace(**{"drive.clearance": None, "limits.crossing_speed": None})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cutter", [6.0, 3.5])
 def test_a_program_in_the_plane_cuts_both_walls(tmp_path, cutter):
     """Read back by its lines: cuts as far from the pitch curve as the cutter is narrower, to the groove's depth."""

@@ -42,6 +42,7 @@ def quantities(problem, *names):
     return [float(np.broadcast_to(rows.column(name), 1)[0]) for name in names]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", ["translating", "oscillating"])
 def test_both_rollers_of_a_rigid_follower_touch_both_discs_all_the_turn(motion):
     """And what is told of each disc is what its profile and its roller have there."""
@@ -240,6 +241,7 @@ def test_a_pair_that_cannot_be_gets_one_clear_message(name):
         resolve_design(scene.replace(**changes))
 
 
+@pytest.mark.slow
 def test_a_second_disc_with_a_range_of_its_own_is_made_as_small_as_it_can_be():
     """Two equal discs with one base radius for both have the same answer."""
     scene = pair(np.random.default_rng(8), "translating")

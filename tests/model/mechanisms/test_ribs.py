@@ -66,6 +66,7 @@ def nearest_flank_points(problem, which, angles):
     return found, np.abs(found - centre[:, 0])
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(("form", "motion"), KINDS)
 def test_both_rollers_of_a_rigid_follower_touch_the_rib_all_the_turn(form, motion):
@@ -381,6 +382,7 @@ def test_the_smallest_rib_is_that_of_a_scan():
     assert least <= scanned["mean_radius_mm"][scanned["feasible"]].min() <= least * 1.003
 
 
+@pytest.mark.slow
 def test_a_cam_whose_rollers_leave_no_rib_is_none(tmp_path):
     """cos β_max = 2·R_r/d at the smallest mean radius with a rib, tan β_max = max |y'|/R there."""
     scene = {**rib(np.random.default_rng(7), "translating"), "limits": {"pressure_angle": 80}}
@@ -595,6 +597,7 @@ def on_disc(motion):
     return scene.replace(**{"part": PARTS["disc"], "cam.rpm": None})
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_files_of_a_disc_have_its_rib(motion, tmp_path):

@@ -137,6 +137,7 @@ def test_a_range_of_angles_holds_eachderivative_of_and_costs_jerk(name):
     assert derivative_root_mean_square(bent, 3) > derivative_root_mean_square(free, 3)
 
 
+@pytest.mark.slow
 def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
     scene = study.scene_with([BELT, {"angle": 40, "position": [2, 5]}], **{"limits.pressure_angle": 35})
     assert Scene.from_dict(scene.to_dict()) == scene
@@ -209,6 +210,7 @@ def test_the_least_peak_acceleration_through_a_belt_is_that_of_parabolas():
     assert result.objective <= best * 1.03
 
 
+@pytest.mark.slow
 def test_conditions_and_limits_that_contradict_each_other_are_named_together():
     scene = study.scene_with(
         [{"angle": 60, "position": 5}, {"angle": 120, "position": 35}, {"angle": 150, "velocity": [0, 50]}],

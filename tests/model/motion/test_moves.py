@@ -295,6 +295,7 @@ def test_a_stretch_at_constant_velocity_is_straight():
     assert not programme.jumps
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", [*PRACTICE, "rocker-valve with ranges"])
 def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
@@ -325,6 +326,7 @@ def agrees(scene, pieces, monkeypatch):
             assert found[key] == pytest.approx(float(value), rel=1e-11, abs=1e-12), key
 
 
+@pytest.mark.slow
 def test_windows_that_overlap_against_fifty_digits(monkeypatch):
     """The bolt's windows bind at their edges: the motion is the spline through these, and no other has less jerk.
 

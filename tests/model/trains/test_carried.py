@@ -103,6 +103,7 @@ FOUR_BAR = {"stage": "four-bar", "crank": 60, "coupler": 130, "rocker": 75, "gro
 SLIDE = {"stage": "bell-crank", "crank": 90, "coupler": 180, "offset": -70, "angle": -110}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("contact", CONTACTS)
 @pytest.mark.parametrize("ratio", [2.0, 0.5])

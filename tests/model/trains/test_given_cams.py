@@ -227,6 +227,7 @@ def test_lifts_measured_at_the_tool_give_the_cam(overhead):
     assert points["displacement_mm"] == pytest.approx(tappet_of(tool) - tappet_of(tool).min(), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measured", ["lift", "profile"])
 def test_what_is_measured_at_the_cam_gives_the_motion_of_the_tool(overhead, measured):
     """The follower within the band, and the valve where both arms have it."""

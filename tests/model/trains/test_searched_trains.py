@@ -56,6 +56,7 @@ QUESTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_rows_of_a_sweep_are_scenes_of_their_own(question, tmp_path):
@@ -82,6 +83,7 @@ def test_the_scenes_own_train_gives_the_same_rows_bit_for_bit(tmp_path):
     assert one.equals(other)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_boxes")
 @pytest.mark.parametrize("angle", [[], ["transmission_angle_min_deg"]], ids=["costs", "and a transmission angle"])
 def test_boxes_give_the_front_of_the_sweep(angle, tmp_path):
@@ -140,6 +142,7 @@ def test_optimise_takes_the_best_of_listed_trains():
     assert price.price == pytest.approx(price_alone.price, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_trains_that_no_proof_covers_are_told(monkeypatch):
     monkeypatch.setattr("camopt.solve.smallest.optimise.OPTIMISE_WORK", 2e6)
     ranges = {"crank": (130.0, 190.0), "offset": (-160.0, -120.0), "coupler": (200.0, 240.0)}

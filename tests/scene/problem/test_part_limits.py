@@ -190,6 +190,7 @@ def test_the_smallest_cam_that_a_wheel_can_grind():
     assert evaluate(best.scene)["cutter_radius_max_mm"] == pytest.approx(250.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_change_of_lift_is_a_velocity():
     """By degree at 1000 rev/min, to evaluate, to optimise over angles and to synthesise."""
     base = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
@@ -226,6 +227,7 @@ def test_no_larger_cam_has_as_little(contact, key, hub):
     assert evaluate(still)[name] == pytest.approx(bound, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_that_a_wall_and_a_mass_contradict_each_other_is_proved():
     scene = scene_of("roller").replace(part=BODY, outputs=None, **{"limits.hub_wall": 60.0, "limits.cam_mass": 1.0})
     found = optimise(scene.replace(search={"law": ["cycloidal"]}), seconds=20)
@@ -279,6 +281,7 @@ def test_free_laws_cannot_thicken_the_wall_of_a_hub():
         synthesise(own)
 
 
+@pytest.mark.slow
 def test_the_base_circle_is_no_smaller_than_the_hub(tmp_path):
     """A hub of Ø130 asks a base circle of at least 65 mm, of searches, sweeps and pages alike."""
     own = find_scene("roller-1000rpm").replace(

@@ -15,6 +15,7 @@ MOTIONS = {name: find_scene(name).to_dict().get("motion", []) for name in shippe
 SCENES = [name for name, motion in MOTIONS.items() if motion and not any("per" in row for row in motion)]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize("name", SCENES)
 def test_a_variable_is_the_same_in_the_scene_in_designs_and_in_tables(name):

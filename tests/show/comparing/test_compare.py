@@ -121,6 +121,7 @@ def drop_names(document, *names):
     return {key: drop_names(value, *names) for key, value in document.items() if key not in names}
 
 
+@pytest.mark.slow
 @settings(max_examples=times(20, deep=400))
 @given(TABLES, TABLES)
 def test_the_other_way_round_it_is_mirrored(a, b):
@@ -137,6 +138,7 @@ def test_the_other_way_round_it_is_mirrored(a, b):
         assert told[0].translate(str.maketrans("AB", "BA")) == told[1]
 
 
+@pytest.mark.slow
 @settings(max_examples=times(20, deep=400))
 @given(TABLES, st.randoms(use_true_random=False))
 def test_a_table_is_the_same_as_itself_in_any_order(frame, random):

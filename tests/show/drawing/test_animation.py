@@ -79,6 +79,7 @@ def displacement_of(scene):
     return lift * (up - down)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_svg_moves_the_follower_by_the_displacement(name):
@@ -104,6 +105,7 @@ def test_the_svg_moves_the_follower_by_the_displacement(name):
         assert not follower[:, 0].any()
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", [name for name in SCENES if SCENES[name].cam.form == "disc"])
 def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
@@ -125,6 +127,7 @@ def test_the_contact_is_on_the_turned_profile_and_on_the_follower(name):
         np.testing.assert_allclose(follower.positions(start)[0], touched, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_groove_passes_under_its_roller():
     for name in ("groove", "swinging groove"):
         picture, stage, root = animated_scene(name)
@@ -216,6 +219,7 @@ def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motio
     assert all(np.abs(before - after).max() > 100 for before, after in pairwise(shown))
 
 
+@pytest.mark.slow
 def test_any_name_stays_text():
     name = "<script>alert('$\\frac$')</script> & " * 9
     svg = animate(SCENES["roller"].replace(name=name)).svg

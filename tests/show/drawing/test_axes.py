@@ -44,6 +44,7 @@ def test_a_sweep_shows_its_front(swept, tmp_path):
     assert (tmp_path / "sweep.svg").exists()
 
 
+@pytest.mark.slow
 def test_a_table_of_designs_is_drawn_as_its_sweep_is(swept):
     front = swept.to_pandas()
     figure, other = camopt.plot(front), camopt.plot(swept)

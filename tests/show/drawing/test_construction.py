@@ -61,6 +61,7 @@ def distance_to(points, place):
     return float(np.abs(start + share * along - place).min())
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(18)
 @pytest.mark.parametrize("name", WORKED)
 def test_the_file_alone_shows_the_construction_of_a_worked_cam(name, tmp_path):  # noqa: PLR0915
@@ -166,6 +167,7 @@ KINDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(9)
 @pytest.mark.parametrize("kind", KINDS)
 def test_stations_are_points_of_the_cam(kind):

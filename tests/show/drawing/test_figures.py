@@ -86,6 +86,7 @@ def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> Non
     assert dict(matplotlib.rcParams) == settings
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["a $ cam <&> $\\frac$", "カム", "x" * 300])
 def test_any_name_can_be_drawn(name: str, tmp_path: Path) -> None:

@@ -159,6 +159,7 @@ def test_a_design_that_no_scene_has_is_shown_without_a_picture(results):
     assert "−1" in page or "-1" in page
 
 
+@pytest.mark.slow
 def test_a_picture_of_a_cam_needs_no_matplotlib():
     code = "import camopt, sys; camopt.evaluate(camopt.find_scene('two-pauses'))._repr_html_()"
     code += "; assert 'matplotlib' not in sys.modules"

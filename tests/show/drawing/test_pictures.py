@@ -95,18 +95,21 @@ def assert_texts_apart(name, picture):
     assert len([text for text in shown if text.startswith(velocity)]) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(14)
 @pytest.mark.parametrize("name", DRAWN)
 def test_the_texts_of_a_cam_are_apart_on_the_page_and_texts(name, picture):
     assert_texts_apart(name, picture)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["press-feed-by-pair", "valve-with-rocker"])
 def test_the_texts_of_a_pair_and_of_a_train_are_apart(name, picture):
     """A pair has thin lines, of its second contact; behind a train the diagrams are of the tool."""
     assert_texts_apart(name, picture)
 
 
+@pytest.mark.slow
 def test_a_note_is_beside_the_title_of_its_diagram_however_long_both_are(tmp_path):
     """A tool that slides with moves, behind a follower that swings."""
     moves = [

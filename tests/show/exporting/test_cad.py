@@ -169,6 +169,7 @@ def test_volumes_of_plate_hub_bore_and_keyway_add_up(part, tmp_path):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=8, phases=[Phase.explicit, Phase.generate])
 @given(
     thickness=st.floats(0.5, 200),
@@ -224,6 +225,7 @@ def walls(solid):
             yield surface, surface.Bounds()
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(9)
 @pytest.mark.parametrize("name", GROOVES)
 def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name, tmp_path):
@@ -245,6 +247,7 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
     assert np.abs(away - radius).max() <= told.about["wall_deviation_measured_mm"] + 1e-5  # of the angles
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", GROOVES)
 def test_the_true_wall_is_on_the_solid(name, tmp_path):
@@ -280,6 +283,7 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["bucket-valve", "uniform-knife-offset", "tangent-cam"])
 def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path):
@@ -298,6 +302,7 @@ def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path)
     assert largest_distance(profile, [np.column_stack([true.real, true.imag])]) <= 1e-5
 
 
+@pytest.mark.slow
 def test_triangles_of_a_groove_are_watertight_and_touch_the_roller(tmp_path):
     scene, chord = GROOVES["groove-arm-cw"], 0.02
     told = stl.write(work_of(scene), tmp_path / "cam.stl", chord)

@@ -159,6 +159,7 @@ MILLED = {"cutter_radius": 5.0, "feed": 300.0}
 NEEDED = {".nc": MILLED, ".mpf": MILLED, ".h": MILLED, ".p": {"cutter_radius": 5.0}, ".stl": {"chord": 0.1}}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("suffix", FILE_TYPES)
 def test_the_same_cam_gives_the_same_file(tmp_path, suffix):

@@ -78,6 +78,7 @@ def test_a_program_cuts_the_profile(tmp_path, control, name, direction):
     assert (around < 0) == (direction == "climb")
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("control", CONTROL_DIALECTS)
 def test_arcs_of_a_large_radius_are_lines_within_the_chord(tmp_path, control):

@@ -177,6 +177,7 @@ def test_discs_of_a_pair_that_drives_a_slide_hold_its_arms_where_the_slide_is_as
     assert np.ptp(found.off) == pytest.approx(2.0 * far, rel=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("part", [{**PLATES, **HUB}, PLATES])
 def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_path):
@@ -201,6 +202,7 @@ def test_an_assembly_has_both_profiles_a_gap_apart_on_one_bore(scene, part, tmp_
         assert np.diff(np.sort(np.angle(cut[outside]))).max() < 0.3  # all round
 
 
+@pytest.mark.slow
 def test_the_first_disc_alone_has_the_hub_and_both_files_together_are_the_assembly(scene, tmp_path):
     """Each lies where it is in the assembly, closed, and their volumes add up to its."""
     scene, volumes = scene.replace(part={**PLATES, **HUB}), []
@@ -213,6 +215,7 @@ def test_the_first_disc_alone_has_the_hub_and_both_files_together_are_the_assemb
     assert volumes[0] + volumes[1] == pytest.approx(volumes[2], rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 def test_triangles_of_a_pair_are_two_bodies_or_one(scene, tmp_path):
     for part in (PLATES, {**PLATES, **HUB}):
@@ -223,6 +226,7 @@ def test_triangles_of_a_pair_are_two_bodies_or_one(scene, tmp_path):
         assert told.about["volume_mm3"] == pytest.approx(exact.about["volume_mm3"], rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("disc", [1, 2, None])
 def test_a_program_cuts_the_solid_that_lies_as_it_says(disc, tmp_path):

@@ -67,6 +67,7 @@ def test_parts_of_each_station_are_at_its_cam_angle():
     np.testing.assert_allclose(post, 7.0 - 2.0j)
 
 
+@pytest.mark.slow
 def test_cursor_dots_and_readings_follow_the_lifts():
     machine = camopt.find_machine("pick-and-place")
     with animated_machine_figure(machine) as stage:

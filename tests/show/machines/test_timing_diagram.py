@@ -107,6 +107,7 @@ def test_an_evaluation_shows_the_least_of_each_clearance():
     assert {"clearance held", "clearance broken"} <= texts
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(("count", "system"), [(1, "mm"), (5, "inch"), (12, "mm"), (12, "inch"), (20, "mm")])
 def test_no_text_hides_another_and_all_are_printed(count, system):

@@ -145,6 +145,7 @@ GROOVED["follower"] = {"motion": "oscillating", "contact": "roller", "roller_rad
 TRAINS = [("slide-by-bell-crank", GROOVED, 3), ("valve-with-rocker", {}, 5), ("slide-by-bell-crank", {}, 3)]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize(("name", "changes", "links"), TRAINS)
 def test_the_train_moves_with_the_cam(name, changes, links, page_of_all, folder):
@@ -159,6 +160,7 @@ def test_the_train_moves_with_the_cam(name, changes, links, page_of_all, folder)
         assert np.abs(np.hypot(moved[:, 0], moved[:, 1]) - tool).min() < tolerance
 
 
+@pytest.mark.slow
 def test_playing_turns_the_cam_and_moves_every_cursor(browser, folder):
     with watched_page(browser) as page:
         open_page(page, camopt.report("two-pauses", folder / "play.html"))
@@ -182,6 +184,7 @@ def test_playing_turns_the_cam_and_moves_every_cursor(browser, folder):
         assert page.evaluate("camopt.player.angle") == angle
 
 
+@pytest.mark.slow
 def test_slider_keys_and_dragging_set_the_cam_angle(browser, folder):
     with watched_page(browser) as page:
         open_page(page, camopt.report("two-pauses", folder / "drag.html"))
@@ -297,6 +300,7 @@ def test_the_rows_that_pass_are_saved_in_the_order_of_the_page(browser, swept, t
     assert set(rows.law_rise) == {"harmonic"}
 
 
+@pytest.mark.slow
 def test_brushing_an_axis_and_a_rectangle_filter(browser, swept):
     with watched_page(browser) as page:
         open_page(page, swept[1])
@@ -312,6 +316,7 @@ def test_brushing_an_axis_and_a_rectangle_filter(browser, swept):
         assert 0 < page.evaluate("camopt.rows.passing.length") < everything
 
 
+@pytest.mark.slow
 def test_sorting_and_choosing_by_mouse_and_keyboard(browser, swept):
     with watched_page(browser) as page:
         open_page(page, swept[1])
@@ -461,6 +466,7 @@ def test_a_sweep_prints_its_dots(browser, printable):
             assert np.median(shades) == 255
 
 
+@pytest.mark.slow
 def test_hostile_names_stay_text(browser, folder):
     name = "</script><script>alert(1)</script><img src=x onerror=alert(2)> \"'\x7f"
     name = "".join(letter for letter in name if letter.isprintable())

@@ -71,6 +71,7 @@ def test_inches(unit, monkeypatch):
     assert data["timing"]["stations"][0]["largest"] == pytest.approx(first["largest"] / 25.4)
 
 
+@pytest.mark.slow
 def test_a_machine_is_alone_on_its_page(tmp_path):
     for what, options in ((["pick-and-place", "two-pauses"], {}), ("pick-and-place", {"align_noses": True})):
         with pytest.raises(camopt.BadInput, match="one machine by itself"):

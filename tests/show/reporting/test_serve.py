@@ -185,6 +185,7 @@ def test_sliders_are_in_the_units_that_are_shown(tmp_path):
     assert moved["cam"]["steepest"] == pytest.approx(cam["pressure_angle_max_deg"], rel=1e-7)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(["two-pauses", "rocker-valve"]), st.integers(1, 4), st.floats(0.0, 360.0))
 @settings(max_examples=20)
 def test_other_segments_make_room_for_the_one_that_is_moved(name, place, angle):
@@ -690,6 +691,7 @@ def test_the_served_page_prints_whole_without_its_controls(browser, server):
         assert "Save scene as" not in text
 
 
+@pytest.mark.slow
 def test_of_many_moves_at_once_the_newest_is_asked_alone(browser, server):
     asked = []
     with page_of(browser, server) as page:
@@ -705,6 +707,7 @@ def test_of_many_moves_at_once_the_newest_is_asked_alone(browser, server):
         assert "base radius 60 mm" in page.locator("header").text_content()
 
 
+@pytest.mark.slow
 def test_a_bad_value_is_told_beside_its_control_and_the_cam_stays(browser, server):
     with page_of(browser, server) as page:
         outline = page.locator("path.solid").get_attribute("d")
@@ -735,6 +738,7 @@ def test_a_linkage_that_cannot_be_assembled_is_shown_as_far_as_it_goes(browser, 
         assert page.locator("#stage path.solid").count() == 1
 
 
+@pytest.mark.slow
 def test_keys_move_a_slider_and_angles_share_the_turn(browser, server):
     with page_of(browser, server) as page:
         page.locator("summary", has_text="Angles of the turn").click()
@@ -782,6 +786,7 @@ FOREIGN = """async ([page, question]) => {
 }"""
 
 
+@pytest.mark.slow
 def test_a_page_of_another_server_on_this_machine_is_told_nothing_even_with_the_token(browser, server, tmp_path):
     class Foreign(BaseHTTPRequestHandler):
         def do_GET(self):
@@ -805,6 +810,7 @@ def test_a_page_of_another_server_on_this_machine_is_told_nothing_even_with_the_
     assert [*tmp_path.iterdir()] == []
 
 
+@pytest.mark.slow
 def test_saving_asks_before_it_writes_over_a_file(browser, server, tmp_path):
     path = tmp_path / "Two-equal-pauses-harmonic-rise-parabolic.toml"
     with page_of(browser, server) as page:

@@ -105,6 +105,7 @@ def texts(name):
     return [mark.text for mark in sheet(name).marks if isinstance(mark, Words)]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", CHECKED)
 def test_nothing_is_on_top_of_anything_or_beyond_the_frame(name):
@@ -455,6 +456,7 @@ def test_the_table_has_the_points_of_the_cam(name):
         assert np.minimum(off, np.abs(off - 360.0)).max() <= 0.5005e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "step"), [(PLATE, 2.0), (CYLINDER, 2.5)])
 def test_a_table_has_the_step_that_is_asked(scene, step):
     found = sheet_of(TrueCam(scene, resolve_design(scene)), step)
@@ -561,6 +563,7 @@ def test_a_pdf_is_a_sheet_of_its_size_with_its_texts(name, page):
     assert [text for text in texts(name) if text not in words] == []
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_profile_in_a_pdf_is_that_of_the_cam_at_its_scale(name, page):

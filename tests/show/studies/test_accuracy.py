@@ -147,6 +147,7 @@ def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola
     assert beyond > count / 10
 
 
+@pytest.mark.slow
 def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     scene = find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
     (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")

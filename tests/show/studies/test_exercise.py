@@ -120,6 +120,7 @@ def test_a_seed_is_a_problem():
     assert len({make_exercise("roller", seed)[0] for seed in range(8)}) == 8
 
 
+@pytest.mark.slow
 def test_an_exercise_is_written_with_its_problem(command, tmp_path):
     code, _, errors = command("new", "--exercise", "barrel", "--seed", "3", "exercise.toml")
     assert (code, errors.strip()) == (0, "wrote exercise.toml")

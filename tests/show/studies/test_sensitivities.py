@@ -64,6 +64,7 @@ def test_a_place_that_jumps_to_another_peak_has_no_slope():
     assert aside["pressure_angle_max_at_deg", "follower.offset"].derivative is not None
 
 
+@pytest.mark.slow
 def test_a_load_by_cam_angle_is_no_variable():
     found = camopt.sensitivities("clamp-by-wedge")
     keys = {key for _, key in found}

@@ -15,6 +15,7 @@ SCENES = [*camopt.shipped_scenes()]
 DENSE = 36_000
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=100)
 @given(st.sampled_from(SCENES), st.floats(1e-3, 1 - 1e-3))
 def test_it_is_above_just_between_the_angles_told(name, share):

@@ -278,6 +278,7 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
         same_rows(rows, feasible(curves, first))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(12)
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), few=st.sampled_from([1, 2, 9]))
@@ -319,6 +320,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     assert np.all(looked.costs[home[exists]] <= costs)
 
 
+@pytest.mark.slow
 def test_the_default_scene():
     """A million designs, of which few are evaluated."""
     full, found, designs = both_fronts(find_scene("roller-1000rpm"), 64, 2048)
@@ -328,6 +330,7 @@ def test_the_default_scene():
     assert found.decided > 0.9 * designs
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_boxes")
 def test_boxes_do_not_depend_on_threads(tmp_path):
     scene = find_scene("roller-1000rpm").replace(**{"search.offset": {"start": -30, "stop": 30, "step": 5}})

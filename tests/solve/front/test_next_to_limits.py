@@ -39,6 +39,7 @@ def random_cam(mechanism, rng):
     }, size
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(34)
 @pytest.mark.parametrize("seed", range(17))
 @pytest.mark.parametrize("mechanism", MECHANISMS)

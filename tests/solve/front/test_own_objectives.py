@@ -62,6 +62,7 @@ def random_quantities(first, last):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("first", range(0, times(150, 3000), 100))
 def test_random_expressions_are_what_pandas_makes_of_the_same_rows(first, tmp_path):

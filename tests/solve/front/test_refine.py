@@ -127,6 +127,7 @@ def test_a_refined_front_is_no_worse_than_the_grid(swept):
     assert result.pareto == rows.count == result.front.points
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
@@ -158,6 +159,7 @@ def test_the_end_of_the_front_is_the_proved_optimum(swept):
     assert rows.column("base_radius_mm").min() == pytest.approx(best["base_radius_mm"], abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @for_scenes("closed form")
 @pytest.mark.parametrize(

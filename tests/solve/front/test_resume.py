@@ -68,6 +68,7 @@ def kept_files(out):
     return [path for _, path in sorted_batch_files((out / ".camopt" / "sweep").iterdir())]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
 def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, saving_at_once):
     told, seen = [], []
@@ -150,6 +151,7 @@ def test_a_sweep_that_is_shorter_than_a_second_keeps_nothing(tmp_path, monkeypat
     run(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("change", "named"),
@@ -489,6 +491,7 @@ def test_what_is_no_part(part, command):
     assert "is not PART/PARTS with 1 <= PART <= PARTS, such as 3/100" in err
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on(tmp_path):
     """As it happens: the process dies at once, in the middle, and the same command is given again."""
     (tmp_path / "own.toml").write_text(SCENE.to_toml())

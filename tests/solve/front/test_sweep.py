@@ -114,6 +114,7 @@ def own_scene(scene, row):
 LOOSE = [(1e-9, False), (1e-4, True), (1e-4, False), (1e-9, True)]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_few_levels")
 @pytest.mark.parametrize(("tolerance", "refine"), covering_cases(LOOSE, lambda pair: pair))
 def test_rows_that_people_compare_are_those_of_evaluate_bit_for_bit(scene, tmp_path, tolerance, refine):

@@ -146,6 +146,7 @@ MOVES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("beyond", [-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3])
 def test_a_minimum_just_inside_the_end_of_a_segment_is_found(beyond):

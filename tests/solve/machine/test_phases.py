@@ -49,6 +49,7 @@ def scanned_peaks(stations, phases):
     return np.array([np.abs(a.value(ANGLES) + one + shifted[1]).max(axis=1) for one in shifted[0]])
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", range(3))
 def test_least_peak_of_three_stations_is_that_of_a_dense_scan(seed):

@@ -483,6 +483,7 @@ def test_the_usual_band_leaves_all_points_in_it_nineteen_times_of_twenty():
     assert share == pytest.approx(0.95, abs=0.015)
 
 
+@pytest.mark.slow
 def test_the_root_mean_square_leaves_all_errors_in_it_nineteen_times_of_twenty():
     for count in (40, 360, 3600):
         errors = np.random.default_rng(12).normal(size=(4000, count))
@@ -640,6 +641,7 @@ def lobe_with_a_dwell(rest, noise, seed=1, step=1.0):
     return np.column_stack([angles, along(parts, angles)[0] + errors])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rest", "noise"), [(17.0, 0.0015), (20.0, 0.002), (41.0, 0.005)])
 def test_a_short_dwell_at_the_top_is_found(rest, noise):
     """They were parts of the strokes beside them, or ten degrees shorter."""
@@ -908,6 +910,7 @@ def from_the_nose(angles):
     return 9.0 * np.maximum(1.0 - (angles / 75.0) ** 2, 0.0) ** 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mark", ["\t", ";"])
 @pytest.mark.parametrize("step", [1.0, 0.5])
 def test_a_suppliers_table_about_the_nose_is_read(tmp_path, mark, step):
@@ -1002,6 +1005,7 @@ def test_its_document(run):
     assert found["after"]["acceleration_max_mm_per_rad2"] < found["before"]["acceleration_max_mm_per_rad2"] / 3
 
 
+@pytest.mark.slow
 def test_its_segments_are_those_that_are_given(run, tmp_path):
     rows = lobe_with_a_dwell(20.0, 0.005, 3)
     np.savetxt(tmp_path / "cam.csv", rows, "%.5f", ",")
@@ -1026,6 +1030,7 @@ def test_the_scene_itself_is_not_written_over(run, tmp_path):
     assert camopt.find_scene("fitted.toml").laws == camopt.find_scene("own.toml").laws
 
 
+@pytest.mark.slow
 def test_the_function_has_the_options_of_the_command(run, tmp_path):
     """The same scene from options, from tables and from a scene with changes."""
     options = ("--base-radius", 20, "--follower", "roller", "--roller-radius", 7, "--rpm", 431)

@@ -58,6 +58,7 @@ def highest(scene, profile, theta, sense):
     return (seen.imag[near] + np.sqrt(radius**2 - off[near] ** 2)).max() - start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contact", "rotation"), [("offset-roller", "cw"), ("flat", "ccw"), ("roller", "ccw")])
 def test_the_error_of_a_cut_cam_is_that_of_a_follower_put_on_it(contact, rotation):
     scene = drawn_scene(contact, rotation=rotation)

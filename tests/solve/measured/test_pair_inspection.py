@@ -46,6 +46,7 @@ def read_as(points, form="xy", sense=1.0):
     return MeasuredProfile(np.column_stack([angles, np.abs(points)]), form)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("kind", "form"), [*((kind, "xy") for kind in MOUNTED), ("oscillating", "polar"), ("breadth", "polar")]
@@ -67,6 +68,7 @@ def test_exact_points_hold_the_contacts_as_far_apart_as_drawn(kind, form):
     assert found.needed.max() == pytest.approx(known[f"pair_preload_required_{name}"], rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["press-feed-by-pair", "pump-of-constant-breadth"])
 def test_what_is_allowed_is_what_the_sheet_says(name):
     scene, names = find_scene(name), NAMES
@@ -132,6 +134,7 @@ def dense(kind, cut):
         yield CubicSpline(at, closed, bc_type="periodic")(np.linspace(0.0, at[-1], 40_001))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", YOKES)
 def test_the_breadth_of_a_yoke_varies_by_both_sides(kind):
     """Of flat faces a wave of an odd number leaves it as it is; one of an even number counts twice, as size."""
@@ -203,6 +206,7 @@ def test_a_disc_that_is_turned_against_the_other_has_no_error_of_its_profile(ali
     assert "Disc 2 is turned by 0.01 deg against disc 1, ahead of it: what the keyway" in found.table().note
 
 
+@pytest.mark.slow
 def test_files_of_both_discs_are_read_by_the_command(capsys, tmp_path):
     scene = find_scene("press-feed-by-pair")
     points = cam_points(scene, np.arange(0.0, 360.0, 2.0))

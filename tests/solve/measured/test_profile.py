@@ -171,6 +171,7 @@ def in_the_plane(follower, rotation, probe):
     return rows, fit(MeasuredProfile(xy(centres), "xy", probe), cam_of(follower, rotation), band=0.005)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize(
     ("cam", "probe"), covering_cases(PROBED, lambda case: [case[0], (case[0][0], case[1]), (case[0][1], case[1])])
@@ -203,6 +204,7 @@ def with_errors(follower, rotation):
     return centres, fit(MeasuredProfile(xy(centres), "xy", 2.0), cam_of(follower, rotation))
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_noise_and_outliers_are_those_of_the_points(follower, rotation):
@@ -234,6 +236,7 @@ def worn_points():
     return centres, fit(MeasuredProfile(xy(centres), "xy", 3.0), cam_of(WORN), band=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("order", ORDERS)
 def test_the_order_and_the_sense_of_points_do_not_matter(order):
@@ -292,6 +295,7 @@ ROUNDED = [(follower, FORMS[(n + d) % 2], d) for n, follower in enumerate(FOLLOW
 ROUNDED += [case for case in product(FOLLOWERS, FORMS, (1, 2, 3)) if case not in ROUNDED]
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(10)
 @pytest.mark.parametrize(
     ("follower", "form", "digits"), covering_cases(ROUNDED, lambda case: combinations(case, 2))
@@ -395,6 +399,7 @@ def test_a_flat_face_bridges_every_hollow():
     np.testing.assert_allclose(fitted.profile.positions.lifts, support, rtol=0, atol=2e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=times(4, 60))
 @given(seed=st.integers(0, 10**6), delta=st.sampled_from([0.01, 0.05]))
 @pytest.mark.parametrize("offset", [0.0, 8.0])
@@ -448,6 +453,7 @@ def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
 # --------------------------------------------------------------------------------------- far from the profile
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize(("follower", "rotation"), EVERY)
 def test_the_points_are_as_near_to_the_profile_of_the_result(follower, rotation):
@@ -489,6 +495,7 @@ def test_the_files_are_those_that_the_script_makes():
         np.testing.assert_allclose(np.loadtxt(lines, delimiter=","), rows, rtol=0, atol=5.1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["lift", "profile"])
 def test_an_inlet_lobe_is_found_again(form):
     """Lift and profile of the same cam, 2 µm of noise: acceleration and jerk are those of its polynomial."""
@@ -506,6 +513,7 @@ def test_an_inlet_lobe_is_found_again(form):
     assert np.abs(displacement(fitted, DEGREES) - exact).max() < fitted.band
 
 
+@pytest.mark.slow
 def test_what_wear_did_to_the_acceleration():
     """The lift is that of the worn profile, by trying all its points; so is what it lost, and what that costs."""
     drawn = camopt.find_scene(DATA / "cam-as-drawn.toml")
@@ -593,6 +601,7 @@ def test_what_is_no_profile_is_refused(rows, more, line):
     assert len(str(error.value).splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_band_that_no_motion_holds_is_told_with_its_rows():
     with pytest.raises(Unmet, match=r"no motion with these dwells and turns is within 0\.0003 .*, because of rows"):
         fit(MeasuredProfile(GOOD, "xy", 3.0), cam_of(WORN), band=0.0003)
@@ -669,6 +678,7 @@ def test_the_command_says_what_was_measured_and_draws_it(run, tmp_path):
     assert camopt.find_scene("fitted.toml").cam.base_radius == pytest.approx(LEAST, abs=0.001)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("depth", "legend"), [(0.0, {"base circle", "points"}), (1.5, {"base circle", "points", "not reached"})]

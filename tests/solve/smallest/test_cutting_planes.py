@@ -296,6 +296,7 @@ def longer_by(value, factor):
     return {key: v * factor for key, v in value.items()} if isinstance(value, dict) else value * factor
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("factor", [1 / 16, 10.0])

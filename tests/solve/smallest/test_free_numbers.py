@@ -37,6 +37,7 @@ def optimum():
     return optimise(SEARCHED)
 
 
+@pytest.mark.slow
 def test_no_given_spring_has_a_smaller_cam(optimum):
     best = optimum.best
     assert best["proved"]
@@ -58,6 +59,7 @@ def test_the_scene_that_is_found_is_feasible_and_proved(optimum):
     assert {verdict for limit, verdict in certify(scene).items() if limit != "self_crossing"} <= {"held"}
 
 
+@pytest.mark.slow
 def test_a_bound_costs_what_the_smallest_cams_of_two_bounds_differ_by(optimum):
     """With the spring free, which gives way as well."""
     costs = {price.key: price for price in prices(optimum)[next(iter(optimum.by_law))]}
@@ -91,6 +93,7 @@ def test_a_free_number_makes_no_cam_larger_and_its_own_value_none_smaller(key, e
     assert evaluate(best.scene)["feasible"]
 
 
+@pytest.mark.slow
 def test_springs_in_a_list_are_tried_one_by_one():
     listed = optimise(VALVE.replace(**{f"search.{SPRING}": [55, 59, 64]})).best
     sizes = {rate: size_with(**{SPRING: rate}) for rate in (55, 59, 64)}

@@ -113,6 +113,7 @@ def test_a_scene_in_other_units_of_length_has_the_same_cam_and_proof(name, scale
     assert 0.0 <= scaled["gap_mm"] <= 1e-9 * scaled.get("prime_radius_mm", size_of(scaled))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pressure binds, offset free", "curvature binds, offset free", "roller free"])
 def test_never_larger_than_scipy_finds(name):
     """Differential evolution on size with a penalty; feasibility by the same limits."""
@@ -277,6 +278,7 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
     assert least == pytest.approx(size_of(best), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_when_time_is_over_nobody_looks_for_reasons(monkeypatch):
     """What the nearest misses break is told: a reason for each law and roller takes ten times the time given."""
 

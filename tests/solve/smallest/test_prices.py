@@ -106,6 +106,7 @@ HELD += (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(21)
 @pytest.mark.parametrize("name", HELD)
 def test_prices_are_derivatives_in_the_shipped_scenes(name):
@@ -218,6 +219,7 @@ def test_one_limit_that_holds_the_cam_at_two_angles_has_one_price():
     assert price.price == pytest.approx(price_by_differences(case, price.key, 30.0), rel=1e-4)
 
 
+@pytest.mark.slow
 @given(bound=st.floats(10, 50), other=st.floats(10, 50), law=st.sampled_from(["cycloidal", "harmonic", "poly345"]))
 @example(bound=22.0, other=10.0, law="cycloidal")  # the first limit decides no more above 22.0438°
 @example(bound=30.0, other=30.0, law="cycloidal")
@@ -270,6 +272,7 @@ def test_an_end_of_a_range_that_holds_nothing_has_no_price():
     assert [price.key for price in prices(best)[""]] == ["cam.shaft_diameter"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contact", "key"), [("roller", "cutter_radius"), ("groove-arm", "hub_wall")])
 def test_limits_on_the_part_have_prices(contact, key):
     case = scene_of(contact).replace(limits={"pressure_angle": 25})

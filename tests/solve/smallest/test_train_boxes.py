@@ -102,6 +102,7 @@ def feasible_cams(search: TrainBoxSearch, count: int) -> list[dict[str, float]]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(13)
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_no_box_loses_a_feasible_cam(name):

@@ -38,6 +38,7 @@ def scene_of_optimum(case, best):
     return Scene.from_dict(data)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", FREE)
 def test_no_turn_of_a_grid_has_a_smaller_cam(name):
@@ -83,6 +84,7 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     assert size_lower_bound(problem.with_programme(rests), search_boxes(problem)[0]) == 30.0
 
 
+@pytest.mark.slow
 def test_rise_against_return_is_where_two_monotone_functions_cross():
     """A radial cam: each stroke needs the larger radius the shorter it is, so the optimum is a root."""
     case = scene(**ANGLES, **{"limits.pressure_angle": 38})
@@ -103,6 +105,7 @@ def test_rise_against_return_is_where_two_monotone_functions_cross():
     assert best["prime_radius_mm"] == pytest.approx(needed_radius(rise, RISE, 38, 1.0), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_a_turn_run_backwards_has_the_same_cam():
     """Rise and return change places with their limits and ranges, and the rotation turns."""
     apart = {"limits.pressure_angle": 35, "limits.pressure_angle_return": 28}

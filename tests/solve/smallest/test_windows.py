@@ -99,6 +99,7 @@ def window_of(name, radius, width, lift, there):
     return Scene.from_dict({**raw, "limits": limits})
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", FOLLOWERS)
 @given(

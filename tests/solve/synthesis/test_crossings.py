@@ -94,6 +94,7 @@ def test_what_has_no_such_crossing_is_told(changes, message):
         synthesise(groove_scene(**changes))
 
 
+@pytest.mark.slow
 def test_a_window_that_is_too_narrow_is_told():
     with pytest.raises(Unmet, match="within 1 deg"):
         synthesise(groove_scene(1.0, **{"drive.clearance": 0.5}))

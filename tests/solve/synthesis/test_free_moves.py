@@ -58,6 +58,7 @@ def states(scene):
 # ------------------------------------------------------------------------------------------- what they hold
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(15)
 @pytest.mark.parametrize("name", MOVES)
 @pytest.mark.parametrize("minimise", ["acceleration", "jerk_rms"])
@@ -75,6 +76,7 @@ def test_free_moves_hold_every_limit_join_smoothly_and_are_no_worse_than_the_sce
     assert result.bound is not None
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", MOVES)
 def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_velocity(name):
@@ -106,6 +108,7 @@ def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
 # --------------------------------------------------------------------------------------------- exact optima
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["belt-matching", "feeder-with-stop", "press-with-drift"])
 def test_the_least_mean_square_jerk_is_that_of_the_scenes_own_polynomials(name):
@@ -126,6 +129,7 @@ def test_the_least_mean_square_jerk_is_that_of_the_scenes_own_polynomials(name):
     assert own * (1 - 1e-5) <= result.bound * (1 + 1e-5) <= own * (1 + 2e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=times(4, deep=60), deadline=None)
 @given(
     angle=st.floats(40, 200), lift=st.floats(5, 60), before=st.floats(0.0, 0.9), after=st.floats(0.0, 0.9),
@@ -176,6 +180,7 @@ SYMMETRIC = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", SYMMETRIC)
 def test_a_symmetric_motion_is_its_own_mirror_image(name):
@@ -270,6 +275,7 @@ def test_the_residual_vibration_of_moves_is_linear_in_their_coefficients(name):
     assert model.unit * float(model.objective.value) == pytest.approx(wanted, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_moves_of_the_least_residual_vibration_leave_next_to_none():
     scene = find_scene("press-with-drift").replace(
         **TRAIN, **{"synthesis.minimise": "residual_vibration", "synthesis.pieces": 16, "outputs": ["vibration"]}
@@ -404,6 +410,7 @@ def test_lift_area_and_face_diameter_are_limits_of_the_programme(minimise):
     assert found.bound <= found.objective
 
 
+@pytest.mark.slow
 def test_moves_of_the_largest_lift_area_are_no_worse_than_the_scenes_own_within_their_limits():
     """The area by a fine sum over the motion, from its lowest; a table of areas has the highest lift all round."""
     own = Scene.from_dict(VALVE)

@@ -172,6 +172,7 @@ ENDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("case", ENDS)
 def test_the_end_of_a_term_is_what_synthesise_finds(case):
@@ -215,6 +216,7 @@ def test_the_table_has_each_cam(found, tmp_path):
         assert optimise(cam).best["base_radius_mm"] == pytest.approx(row["base_radius_mm"], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
     knife = find_scene("knife-900rpm-radial").replace(
         **{"synthesis.pieces": 8, "search": {"law": ["cycloidal"]}, "limits": {"pressure_angle": 30}}
@@ -392,6 +394,7 @@ def test_convex_steps_of_an_arm_keep_the_range_of_the_base_radius():
     assert reached.height * least.problem.size_unit >= least.problem.prime_range[0] * (1 - 1e-6)
 
 
+@pytest.mark.slow
 def test_a_cam_of_the_least_radius_in_the_range_is_found_without_a_search(monkeypatch):
     """Few arms allow it: a search among all of them took from one to many seconds."""
     gentle = AxisMinimiser(find_scene("face-groove-shutter"), ("size", "acceleration"), "acceleration", ("size",))

@@ -72,6 +72,7 @@ def test_linear_limits_of_both_contacts_are_those_of_their_pressure_angles(scene
         assert (min(values) > 0.0) == (room > 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [{}, OWN])
 def test_free_laws_of_a_pair_hold_limits_at_both_discs(drive):
     scene = pair_scene(**drive)

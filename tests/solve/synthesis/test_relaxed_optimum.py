@@ -128,6 +128,7 @@ def test_without_limits_on_the_acceleration_the_profile_tends_to_a_spiral():
     assert excess[1] < least - spiral < excess[1] + 0.01 * (spiral + lift)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", CONVEX)
 def test_convex_scenes_come_near_to_their_bound_with_few_numbers(name):

@@ -175,6 +175,7 @@ CLASSICAL = {  # of the unit stroke: least largest velocity; bang-bang; bang-ban
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("term", CLASSICAL)
 def test_classical_optima_of_the_calculus_of_variations(term):
@@ -195,6 +196,7 @@ def test_classical_optima_of_the_calculus_of_variations(term):
     assert result.gap <= close
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("peak", [5.0, 20.0])
 def test_the_largest_lift_area_within_an_acceleration_is_that_of_two_parabolas_and_a_rest(peak):
     """Up at once and as fast as may be, up after 2·√(1/a) of the stroke: √(1/a) of its area is lost."""
@@ -209,6 +211,7 @@ def test_the_largest_lift_area_within_an_acceleration_is_that_of_two_parabolas_a
     assert lift_area == pytest.approx(50 * 360 - result.objective, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("speed", [None, 60, 1e-4, 1e6])
 def test_units_of_the_objective_and_any_speed(speed):
@@ -298,6 +301,7 @@ def objective(scene, programme, weights):
     return total + weights.get("lost_lift_area", 0.0) * 360 * np.mean(50 - values[0])
 
 
+@pytest.mark.slow
 @settings(max_examples=times(4, deep=100), suppress_health_check=list(HealthCheck))
 @given(motions())
 def test_no_motion_passes_the_bound(case):
@@ -358,6 +362,7 @@ def least_at_middle(acceleration, jerk, panels=120):
     return tuple(sign * least_on_grid(acceleration, jerk, panels, sign * middle) for sign in (1, -1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("acceleration", "jerk"), [(10 / sqrt(3), 60.0), (8.0, 100.0), (1e3, 40.0)])
 def test_the_largest_lift_area_within_acceleration_and_jerk_is_that_of_a_linear_programme(acceleration, jerk):
     weights = np.full(121, 1 / 120)
@@ -393,6 +398,7 @@ def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     )
 
 
+@pytest.mark.slow
 def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
     motion = [MOTION[0] | {"angle": 0.01}, {"segment": "dwell", "angle": 179.99}, *MOTION[2:]]
     result = free(changed_scene(motion=motion))
@@ -606,6 +612,7 @@ def test_a_sweep_of_the_synthesised_scene(tmp_path):
 # ------------------------------------------------------------------------------------------------- symmetries
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(("offset", "other"), [(12.0, -12.0), (-7.0, 7.0)])
 def test_a_mirrored_cam_is_as_large(offset, other):
@@ -638,6 +645,7 @@ def test_the_turn_backwards_is_as_large():
 # ------------------------------------------------------------------------------------- curvature, not convex
 
 
+@pytest.mark.slow
 def test_curvature_by_convex_steps():
     scene = Scene.from_dict(VALVE)
     result = free(scene)
@@ -716,6 +724,7 @@ def test_values_of_nonconvex_constraints_by_hand():
     np.testing.assert_allclose(found, [torque / 200e3, -torque / 200e3])
 
 
+@pytest.mark.slow
 def test_a_limit_on_torque_is_held_by_the_motion():
     """No size holds it: the torque is that of the motion. The textbook law of these peaks breaks it."""
     scene = changed_scene(follower__dynamics=DYNAMICS, outputs=["sizes", "torque"])
@@ -816,6 +825,7 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
     assert {row["base_radius_mm"] for row in known.values()} == {80}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("changes", "words"),
@@ -880,6 +890,7 @@ def test_junk_is_bad_input_or_a_problem(junk):
 GENTLE = (10.0, 100.0)  # peaks that a spline of ten pieces has
 
 
+@pytest.mark.slow
 @settings(max_examples=times(2, deep=60), suppress_health_check=list(HealthCheck))
 @example(pieces=10, degree=5, rest=2, acceleration=GENTLE[0], jerk=GENTLE[1], lift=50.0)
 @given(
@@ -954,6 +965,7 @@ def test_a_solver_that_fails_is_said(run, monkeypatch):
     assert main(["frontier", "scene.toml", "--workers", "1"]) == 4
 
 
+@pytest.mark.slow
 def test_the_result_never_replaces_the_users_scene(run, tmp_path):
     run(ROLLER, "--out", "there", "--quiet")
     own = (tmp_path / "there" / "synthesised.toml").read_bytes()
@@ -1043,6 +1055,7 @@ def test_the_scenes_own_law_is_the_best_where_it_is_better():
     assert (known.own_law, known.best) == ("poly345", "poly345")
 
 
+@pytest.mark.slow
 def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     scene = changed_scene(
         search__law=["harmonic", "cycloidal"], synthesis__peak_jerk=45, synthesis__peak_acceleration=7
@@ -1065,6 +1078,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     assert not any("known law:" in text for text in words)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE, VALVE], ids=["roller", "flat", "groove", "valve"])
 def test_the_picture_before_and_after_has_its_texts_apart(base):
@@ -1091,6 +1105,7 @@ def test_default_peaks_are_those_of_the_problem():
     assert default_peak_factors(changed_scene(limits__jerk=1e6)) == {}
 
 
+@pytest.mark.slow
 def test_a_load_that_presses_over_the_turn_is_no_limit():
     """A table that never lacks is as good as its least value: neither the bound nor the laws may forget it."""
     base = find_scene("roller-1000rpm").replace(

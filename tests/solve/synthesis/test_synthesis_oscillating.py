@@ -53,6 +53,7 @@ SWUNG = {"arm": ARM, "knife": KNIFE, "face": FACE, "groove": GROOVE}
 """Every mechanism whose follower oscillates."""
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", SWUNG)
 def test_free_laws_beat_the_known_law_with_their_peaks(name):
@@ -89,6 +90,7 @@ def test_a_long_arm_is_a_follower_that_translates():
     assert sum(ends) / 2 == pytest.approx(straight.objective, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["arm", "face"])
 def test_the_mirrored_cam_with_the_turn_backwards_is_as_large(name):
@@ -161,6 +163,7 @@ def test_a_tighter_residual_vibration_asks_for_hardly_more():
     assert sizes == pytest.approx([free(scene).objective] * len(sizes), rel=0.05)
 
 
+@pytest.mark.slow
 def test_points_are_in_degrees():
     scene = Scene.from_dict(ARM).replace(**{"synthesis.points": [[50, 6.5]], "synthesis.pieces": 12})
     programme = resolve(free(scene).scene).programme
@@ -183,6 +186,7 @@ def test_a_frontier_of_local_optima_is_below_the_known_laws():
         assert better.min() < known["size"]
 
 
+@pytest.mark.slow
 def test_a_contact_force_on_an_arm_is_a_moment_about_its_pivot():
     """At rest the preload of 5 N·m presses the roller at 110 mm with 45.45 N: no motion has more there."""
     dynamics = {"inertia": 1e-3, "spring_rate": 20.0, "preload": 5.0}

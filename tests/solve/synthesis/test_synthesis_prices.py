@@ -82,6 +82,7 @@ def least_objective(case):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(16)
 @pytest.mark.parametrize("name", CASES)
 def test_a_price_is_the_derivative_of_the_least_objective(name):
@@ -109,6 +110,7 @@ def test_what_has_no_price_may_change_a_little(name):
         assert least_objective(eased) == pytest.approx(least_objective(case), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize("key", ["limits.pressure_angle", "limits.pressure_angle_return", "synthesis.peak_jerk"])
 def test_so_much_smaller_is_the_cam_of_another_synthesis(key):

@@ -58,6 +58,7 @@ def test_at_a_constant_ratio_laws_are_those_of_the_scaled_scene(name):
     assert driven.design["offset_mm"] == pytest.approx(plain.design["offset_mm"], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_contact_force_counts_what_a_lever_carries():
     """Masses and springs of the tool as those of the follower, times the square of the ratio; forces times it."""
     limit, ratio = {"limits.contact_force_min": 75.0}, 2.5
@@ -72,6 +73,7 @@ def test_a_contact_force_counts_what_a_lever_carries():
     assert plain.objective > 1.01 * synthesise(BASE).objective  # the limit counts
 
 
+@pytest.mark.slow
 def test_a_follower_that_goes_the_other_way_has_the_tools_rise_as_its_return():
     """Its cam is that of the other half turn; tables name laws by the strokes of the tool."""
     rise, high, fall, low = BASE.to_dict()["motion"]
@@ -112,6 +114,7 @@ def test_planes_through_a_linkage_are_those_of_the_curves():
         assert moved == pytest.approx(told, abs=1e-3 * np.abs(told).max() + 1e-9)
 
 
+@pytest.mark.slow
 def test_convex_steps_through_a_linkage_end_at_a_smaller_cam():
     """From the scene's own laws alone; there is no bound on the size."""
     problem = build_synthesis_problem(SLIDE)
@@ -157,6 +160,7 @@ def test_laws_through_a_linkage_are_a_local_optimum():
         assert near is None or near["base_radius_mm"] >= found.objective * (1.0 - 2e-3)
 
 
+@pytest.mark.slow
 def test_limits_at_the_follower_are_known_at_a_constant_ratio():
     train = {"train": [{"stage": "ratio", "ratio": 2.0}], "motion": scale_lifts(BASE, 2.0)}
     asked = {"limits.acceleration_max_follower_m_s2": 2200.0}

@@ -58,6 +58,7 @@ def test_a_result_is_whole(result):
     assert rows == {"designs.parquet": 4, "pareto.parquet": front}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("trials", [120, pytest.param(20_000, marks=pytest.mark.long)], ids=["some", "many"])
 def test_a_flipped_bit_in_any_file_is_found(result, name, trials):
@@ -205,6 +206,7 @@ def test_the_json_document_is_plain(result):
     ]
 
 
+@pytest.mark.slow
 def test_no_hostile_table_is_the_one_that_the_manifest_names(made, result):
     path = result / "designs.parquet"
     table, whole = read_table(path), path.read_bytes()

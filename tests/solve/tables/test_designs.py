@@ -93,6 +93,7 @@ def test_the_scene_of_an_optimum_has_its_angles():
     assert assert_alike(best, evaluate(best.scene))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{}, {"follower.contact": "spherical", "follower.roller_radius": None,
                                          "follower.face_radius": 30, "search.roller_radius": None,
                                          "search.face_radius": [20, 30]}])  # fmt: skip
@@ -209,6 +210,7 @@ def test_optimise_does_not_write_over_its_own_scene(capsys):
     assert "--out = 'best': must be another folder" in err
 
 
+@pytest.mark.slow
 def test_commands_take_a_row_of_a_table(capsys):
     sweep(find_scene("roller-1000rpm").replace(**FEW), ".")
     row = camopt.load("designs.parquet").loc[3]

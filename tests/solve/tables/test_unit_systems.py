@@ -345,6 +345,7 @@ def test_tables_of_timing_and_harmonics_have_the_same_numbers():
                 assert value == pytest.approx(number_in(same[k].text), rel=1e-5, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_points_in_a_csv_file_and_a_workbook_are_those_of_the_cam(tmp_path, inch):
     scene = SCENES["roller"]
     for suffix in (".csv", ".xlsx", ".parquet"):
@@ -367,6 +368,7 @@ def test_points_in_a_csv_file_and_a_workbook_are_those_of_the_cam(tmp_path, inch
     assert convert_by_pint(stress, "ksi", "MPa") == pytest.approx(true["contact_stress_MPa"], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curves", ["arcs", "spline"])
 def test_a_drawing_in_inch_says_so_and_is_the_same_cam(tmp_path, curves):
     scene = SCENES["roller"]
@@ -440,6 +442,7 @@ SHEETS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(5)
 @pytest.mark.parametrize("name", SHEETS)
 @pytest.mark.parametrize("language", ["en", "de"])

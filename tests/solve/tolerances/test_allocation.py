@@ -43,6 +43,7 @@ def test_no_set_of_grades_that_keeps_the_distance_is_cheaper(contact, given, wit
     assert again.bound == pytest.approx(found.worst_case.bound, rel=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("name", "given", "within", "only"),
@@ -123,6 +124,7 @@ def test_unreachable_limits_and_invalid_costs_are_refused(tmp_path):
         camopt.allocate(scene_of(given={"phase": 0.1}), 0.1)
 
 
+@pytest.mark.slow
 def test_the_command_allocates_by_a_file_of_costs(command, tmp_path):
     file, costs = tmp_path / "cut.toml", tmp_path / "costs.csv"
     file.write_text(scene_of("offset-roller", given=GIVEN).to_toml())

@@ -42,6 +42,7 @@ def test_the_yield_and_the_percentiles_of_a_linear_limit_are_those_of_its_closed
         assert below(place - nominal) == pytest.approx(share, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_the_worst_cam_of_a_batch_is_not_beyond_the_proved_worst_one_unless_its_sizes_are():
     """A normal distribution has parts beyond its zone, others have none."""
     for kind in ("uniform", "triangular"):
@@ -55,6 +56,7 @@ def test_the_worst_cam_of_a_batch_is_not_beyond_the_proved_worst_one_unless_its_
             assert spread.worst == pytest.approx(margin.worst, rel=0.02)
 
 
+@pytest.mark.slow
 def test_shares_of_the_variance_are_those_of_first_order():
     """c²σ²/Σ with slopes c by differences of single cams, of small tolerances."""
     scene = scene_of("arm").replace(
@@ -102,6 +104,7 @@ def test_drawn_sizes_have_the_distribution_that_is_asked():
     assert all(np.array_equal(errors[key], again[key]) for key in errors)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("own", "within"), [({}, erf(3 / sqrt(2))), ({"cpk": 0.5}, erf(1.5 / sqrt(2)))])
 def test_so_many_cams_are_outside_of_their_tolerances_as_normal_distributions_have(own, within):
     """An axis is outside of a circle of 3σ in exp(−9/2) of the cams, a number outside of 3σ·cpk."""
@@ -157,6 +160,7 @@ def test_what_each_cam_has_is_a_table_and_a_picture(command, tmp_path):
     assert held == next(each.held.share for each in batch.spreads if each.limit == "pressure_angle")
 
 
+@pytest.mark.slow
 def test_a_limit_beyond_the_axis_of_a_histogram_is_on_its_side(tmp_path):
     scene = scene_of("offset-roller").replace(**{"limits.pressure_angle": 5.0, "limits.curvature_radius": 0.5})
     batch = camopt.sample_cams(scene.replace(**{"limits.pressure_angle_return": 89.0}), cams=64)

@@ -262,6 +262,7 @@ def test_of_all_numbers_within_their_tolerances_none_makes_a_worse_cam(of_number
             assert side * (values[each.quantity] - each.worst) <= (each.gap or 0.0) + 1e-12
 
 
+@pytest.mark.slow
 def test_a_robust_cam_holds_its_limits_at_every_number_within_the_tolerances(of_numbers):
     limits = {"pressure_angle": 30, "contact_force_min": 1, "torque": 60}
     given = {key: NUMBERS[key] for key in ("follower.roller_radius", "cam.rpm", "follower.dynamics.mass")}

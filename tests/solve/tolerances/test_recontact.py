@@ -99,6 +99,7 @@ def test_the_largest_error_of_a_cam_is_that_of_a_scan_over_cam_angles(contact, l
             assert scanned * (1 - 0.01) <= value <= scanned * (1 + 1e-3)
 
 
+@pytest.mark.slow
 def test_under_a_flat_face_errors_have_the_distributions_that_are_known():
     """A profile that is too large everywhere lifts a flat face by as much; with a bore that is off, by its distance
     more at some angle: |profile| + |bore|, a normal and a Rayleigh distribution."""
@@ -116,6 +117,7 @@ def test_under_a_flat_face_errors_have_the_distributions_that_are_known():
     )
 
 
+@pytest.mark.slow
 def test_shares_of_the_variance_are_those_of_the_first_order_and_yields_those_of_a_second_sampler():
     scene = scene_of("arm", given=tolerances_of("arm"))
     batch, known = camopt.sample_cams(scene, cams=2**13), camopt.tolerance(scene).errors

@@ -229,6 +229,7 @@ def test_an_error_that_is_infinite_whatever_the_size_stops_a_search_at_once():
     assert camopt.optimise(scene).obstacles == {"parabolic": "acceleration_error"}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("order", ["position", "velocity"])
 def test_limits_on_errors_are_those_of_the_nominal_cam_at_its_speed(order):
@@ -289,6 +290,7 @@ def test_a_robust_search_names_what_it_lacks():
         camopt.sweep(scene_of("roller", search={**search, "refine": True}))
 
 
+@pytest.mark.slow
 def test_free_laws_of_a_robust_cam_hold_its_limits_where_those_of_a_nominal_one_do_not():
     """The least acceleration within a radius: every cam within the tolerances is proved, and scanned."""
     asked = {"synthesis.pieces": 8, "synthesis.minimise": "acceleration", "cam.base_radius": 26}

@@ -66,6 +66,7 @@ def test_a_robust_cam_is_the_smallest_of_which_no_cam_with_any_train_breaks_a_li
     assert set(camopt.certify(nominal.replace(**{"search.robust": False})).values()) == {"held"}
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("limit", ["joint_force_max_N", "contact_force_min"])
 def test_forces_under_a_load_over_the_turn_are_proved_for_all_trains(limit):

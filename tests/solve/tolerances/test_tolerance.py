@@ -197,6 +197,7 @@ def test_without_waves_the_slope_of_a_profile_has_no_bound():
     assert "tolerances.waves" in found.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["offset-roller", "swinging-face", "groove-arm"])
 def test_a_dwell_wobbles_as_much_as_the_displacement_changes_in_it(contact):
     """By all pairs of angles of the dwell and all directions of the bore; sizes that are off move it as a whole."""
@@ -296,6 +297,7 @@ def test_a_profile_tolerance_of_the_drawing_that_leaves_no_cam_is_refused():
         assert f"part.profile_tolerance = {float(given)}: must be below {said}" in str(refused.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "given", "key", "most"),
     [
@@ -328,6 +330,7 @@ def test_one_uniform_error_has_no_root_sum_square_beyond_its_worst_case():
             assert each.three_sigma == pytest.approx(share * each.worst, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spread", "sigma", "furthest"),
     [({"cpk": 0.4}, 0.1 / 1.2, 0.25), ({"values": [-0.05, 0.15, 0.2]}, np.std([-0.05, 0.15, 0.2]), 0.2)],

@@ -366,6 +366,7 @@ def test_cams_of_a_batch_have_the_interference_of_their_own_errors():
     assert {"profile", "bore_eccentricity", "disc_phase"} < spread.variances.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["profile", "drive.arm_length"])
 def test_limits_with_several_interferences_are_those_of_each_alone(key):
     """What reads no interference is found once: of one cam, if all are of the same sizes."""
@@ -387,6 +388,7 @@ def test_limits_with_several_interferences_are_those_of_each_alone(key):
 FOUR_BAR = {"stage": "four-bar", "crank": 60, "coupler": 130, "rocker": 75, "ground": 140, "angle": 70}
 
 
+@pytest.mark.slow
 def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_both():
     """Velocity and acceleration by differences of it; links are off too."""
     given = {**SMOOTH, "profile": 0.004, "train.1.coupler": 0.05}
@@ -413,6 +415,7 @@ def test_a_batch_of_pairs_behind_a_train_has_the_motion_of_the_exact_contact_of_
     assert 0.1 * most < np.radians(found.worst) < most
 
 
+@pytest.mark.slow
 def test_a_disc_of_constant_breadth_has_its_closed_forms(command):
     """An axis that is off moves both faces alike; a profile that stands out holds them further apart."""
     yoke = camopt.find_scene("pump-of-constant-breadth").replace(limits={}, part={})

@@ -161,6 +161,7 @@ def test_the_worst_cam_has_its_error_by_exact_contact_in_40_digits(contact):
     )
 
 
+@pytest.mark.slow
 def test_random_cams_within_their_tolerances_are_within_the_bound():
     """Every mechanism, some laws, both senses, each with all errors at once, by exact contact in 40 digits."""
     rng, most = np.random.default_rng(9), 0.0

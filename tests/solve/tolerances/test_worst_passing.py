@@ -69,6 +69,7 @@ def angle_of(scene, found):
     return getattr(camopt.timing(scene.replace(tolerances={})).passages[0], f"{found.passage}_at_deg")
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "flat", "groove-arm"])
 def test_the_first_and_the_last_cam_are_at_the_lift_by_exact_contact_in_40_digits(contact):

@@ -112,6 +112,7 @@ def test_no_cam_exceeds_the_bounds_of_rates_and_the_worst_cam_nearly_has_them(co
     assert found.gap <= 0.12 * found.bound  # 0.001 where the machine is idle
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("contact", CONTACTS)
 def test_the_worst_cams_have_their_rates_by_exact_contact_in_40_digits(contact):
@@ -229,6 +230,7 @@ def test_why_no_bound_of_a_rate_is_proved_is_said():
     assert all(np.isinf(each.bound) for each in camopt.tolerance(corners).worst_cases)
 
 
+@pytest.mark.slow
 def test_no_bound_is_proved_of_waves_that_a_flat_face_does_not_follow():
     """Its least radius is 6.815 mm: with 50 waves it is hollow from 6.815/2499 = 0.00273 mm on."""
     for profile, bounded in ((0.0027, True), (0.0028, False)):
@@ -251,6 +253,7 @@ def test_the_worst_cams_with_their_reported_errors_have_their_reported_rates():
         assert known == pytest.approx(abs(worst.error), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_command_shows_the_bounds_of_rates(command, tmp_path):
     file = tmp_path / "cut.toml"
     file.write_text(with_waves("knife").to_toml())

@@ -42,6 +42,7 @@ def first_dwell_error(scene):
     return stroke, WobbleSearch(make_worst_cam_search(turn), stroke).find_worst_wobble(UNLIMITED)
 
 
+@pytest.mark.slow
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize("kind", ["offset-roller", "flat", "arm", "swinging-face", "groove-arm", "pair", "links"])
 def test_no_cam_wobbles_more_than_the_bound_and_the_worst_cam_nearly_does(kind):

@@ -67,6 +67,7 @@ def evaluate_near_cusp(contact):
     return evaluate(Scene.from_dict(of_size(scene, CUSPED[contact])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", CUSPED)
 def test_stress_and_radius_next_to_a_cusp_are_as_near_to_those_of_60_digits_as_is_told(contact):
     """The stress grows with √(N/R): from that of a large cam, of which doubles have all digits."""

@@ -120,6 +120,7 @@ def test_the_jump_speed_is_the_speed_at_which_the_contact_force_is_lost():
     assert result.limits[0].rpm_per_percent is None
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_broken_only_within_a_narrow_range_of_speeds():
     """A load pulls near the end of the return, where the damper's pull rises faster than the inertia at first."""
     load = [[270, 0], [276, -100], [282, 0]]
@@ -142,6 +143,7 @@ def test_a_limit_that_is_broken_only_within_a_narrow_range_of_speeds():
 LOADS = ("normal_force", "side_thrust", "guide_reaction", "contact_stress", "torque", "power")
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=times(4, 100))
 @given(
     st.sampled_from(LOADS),
@@ -168,6 +170,7 @@ def test_any_load_holds_below_its_speed_and_breaks_just_above(name, share, dampi
     assert max(values) <= limit.bound < evaluate(at_speed(scene, limit.rpm * (1 + 1e-8)))[quantity]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["contact_stress", "contact_force_min", "normal_force"])
 def test_the_gain_is_the_slope_between_two_bounds(name):
     bound = {"contact_stress": 600, "contact_force_min": 20, "normal_force": 900}[name]
@@ -295,6 +298,7 @@ def test_motion_errors_are_powers_of_the_speed():
         assert verdicts == ["held", "broken"]
 
 
+@pytest.mark.slow
 def test_guide_friction_leaves_the_normal_force_convex_in_the_square_of_the_speed():
     scene = loaded({"normal_force": 1e9}, dynamics=GUIDED)
     squares = np.linspace(1e4, 4e6, 60)
@@ -330,6 +334,7 @@ def test_velocities_per_second_keep_the_motion_and_say_so():
     assert fastest(find_scene("clamp-by-wedge")).notes == ()
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_table_or_json(capsys):
     assert main(["evaluate", "barrel-traverse", "--fastest"]) == 4
     out = capsys.readouterr().out

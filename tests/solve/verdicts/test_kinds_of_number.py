@@ -385,6 +385,7 @@ def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side
         assert in_planes(problem, key, monkeypatch) == broken
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["roller", "arm"])
 def test_bounds_on_derivatives_by_the_cam_angle_need_no_speed(contact):
     still = Scene.from_dict(cam_with(contact, "poly345")).replace(**{"cam.rpm": None, "search": None})

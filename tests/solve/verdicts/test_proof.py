@@ -173,6 +173,7 @@ def test_an_optimum_is_proved_and_a_hair_smaller_is_refused(name):
     assert worst_verdict(certify(scene.replace(**{"cam.base_radius": best - hair})).values()) == "broken"
 
 
+@pytest.mark.slow
 def test_proofs_ask_for_no_ball_arithmetic():
     """python-flint is the oracle of these tests; the package does without."""
     code = "import sys, camopt; camopt.certify(camopt.find_scene('two-pauses')); print('flint' in sys.modules)"
