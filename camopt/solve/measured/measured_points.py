@@ -64,6 +64,14 @@ class MeasuredPoints:
         """The points without those at some places."""
         return self.pick_places(np.setdiff1d(np.arange(self.rows.size), places).tolist())
 
+    def drop_copies(self) -> "MeasuredPoints":
+        """The points without copies of others, which have no errors of their own.
+
+        If some lifts at one angle differ, all points are measurements: rounding makes some of these equal.
+        """
+        _, places = np.unique(np.column_stack([self.angles, self.lifts]), axis=0, return_index=True)
+        return self.pick_places(places.tolist()) if places.size == np.unique(self.angles).size else self
+
 
 def forward_angle_deg(start: FloatArray | float, end: FloatArray | float) -> FloatArray:
     """Angle forward from one cam angle to another, from 0 to less than a turn [deg]."""
@@ -120,7 +128,7 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, reading_options: Tab
         table.rows[order],
         step * unit_size,
         unit_said=bool(units_in_heading(table.names[second_place])),
-    )
+    ).drop_copies()
 
 
 def _table_of_file(file: str, reading_options: TableReadingOptions) -> tuple[NumberTable, TableReadingOptions]:
@@ -202,7 +210,7 @@ def _check_numbers(file: str, table: NumberTable, columns: Mapping[str, FloatArr
 
 
 def _check_within_one_turn(file: str, table: NumberTable, angles: FloatArray, turn: float) -> None:
-    """BadInput if angles are not those of one turn."""
+    """BadInput if angles are not those of one turn, or too few of them differ."""
     low, high = int(angles.argmin()), int(angles.argmax())
     if angles[high] - angles[low] > turn * (1.0 + 1e-9):
         problem_text = (
@@ -210,8 +218,8 @@ def _check_within_one_turn(file: str, table: NumberTable, angles: FloatArray, tu
         )
         hint = "give 720 as the turn if they are of a crankshaft" if turn == TURN_DEG else f"a turn is {turn:g}"
         raise file_mistake(file, f"row {table.rows[high]}", float(angles[high]), f"{problem_text}; {hint}")
-    if angles[high] == angles[low]:
-        raise file_mistake(file, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")
+    if (count := np.unique(angles).size) < FEWEST_MEASURED:
+        raise file_mistake(file, "angles", count, f"must be at least {FEWEST_MEASURED} different ones")
 
 
 def _polar_coordinates(file: str, table: NumberTable, points: ComplexArray) -> tuple[FloatArray, FloatArray]:

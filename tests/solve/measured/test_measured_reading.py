@@ -82,8 +82,23 @@ def test_a_lift_for_each_degree(decimal, closed, digits, tmp_path_factory):
     angles = np.arange(360.0 + closed)
     text = "\n".join(f"{y:.{digits}f}" for y in lobe(angles)).replace(".", decimal)
     points = points_of(text, tmp_path_factory.getbasetemp(), "lifts.txt")
-    assert points.angles.tolist() == sorted(np.mod(angles, 360.0))
+    assert points.angles.tolist() == list(range(360))  # the last of a closed turn is a copy of the first
     np.testing.assert_allclose(points.lifts, lobe(points.angles), atol=0.5001 * 10.0**-digits)
+
+
+def test_copies_of_points_do_not_count():
+    """Rows that are in a file twice; but of points that are measured again, equal ones are measurements too."""
+    once, options = np.column_stack([ANGLES, LIFTS]), TableReadingOptions()
+    first = read_points(once, options)
+    for copies in (once[::-1], once[1::2], [[360.0, LIFTS[0]]]):
+        points = read_points(np.vstack([once, copies]), options)
+        agree(points)
+        assert points.rows.tolist() == first.rows.tolist()
+    again = np.vstack([once, once + [0.0, 1e-3] * (ANGLES[:, None] == 120.0)])
+    assert read_points(again, options).rows.size == 2 * ANGLES.size
+    few = np.vstack([once[::7], np.add(once[::7], [0.0, 1e-3])])
+    with pytest.raises(BadInput, match="points: angles = 11: must be at least 12 different ones"):
+        read_points(few, options)
 
 
 @pytest.mark.parametrize(
@@ -363,7 +378,7 @@ BAD = {
     "two turns": ("\n".join(f"{2 * a:g},{y}" for a, y in zip(ANGLES, LIFTS, strict=True)), "row 72 = 710.0: the angles go from 0 (row 1) to 710, more than a turn; give 720 as the turn"),
     "far away": (with_row(9, "45,1e9"), "row 10 = 1000000000.0: the lift must be within"),
     "far round": (with_row(9, "4e7,1"), "row 10 = 40000000.0: the angle must be within"),
-    "one angle": ("\n".join(f"5,{y}" for y in LIFTS), "row 1 = 5.0: all rows have this angle"),
+    "one angle": ("\n".join(f"5,{y}" for y in LIFTS), "angles = 1: must be at least 12 different ones"),
     "no motion": ("\n".join(f"{a:g},2" for a in ANGLES), "row 1 = 2.0: all rows have this lift: the follower does not move"),
     "degrees": ("Angle (deg),Lift (deg)\n" + "\n".join(ROWS), "column 'Lift (deg)': is in deg, and mm is taken; give the unit of the lifts as deg"),
     "microns": ("Angle,Lift µm\n" + "\n".join(ROWS), "column 'Lift µm': is in µm, and mm is taken; only mm, inch, deg can be read"),

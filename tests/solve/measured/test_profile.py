@@ -38,7 +38,7 @@ from camopt.scene.problem.problem import resolve
 from camopt.solve.measured.columns import POLAR_TABLE, XY_TABLE, TableReadingOptions
 from camopt.solve.measured.fit import fit
 from camopt.solve.measured.measured_points import read_points
-from camopt.solve.measured.noise import noise_band_factor
+from camopt.solve.measured.noise import estimate_point_errors, noise_band_factor
 from camopt.solve.measured.profile import base_radius_at, contacts_at_points
 
 DATA = Path(__file__).parents[2] / "data" / "measured"
@@ -246,6 +246,19 @@ def test_the_order_and_the_sense_of_points_do_not_matter(order):
     at = np.linspace(0.0, 359.0, 200)
     np.testing.assert_allclose(displacement(other, at + turned), displacement(first, at), rtol=0, atol=2e-3)
     assert other.scene.cam.base_radius == pytest.approx(first.scene.cam.base_radius, abs=2e-3)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.001])
+def test_the_noise_of_points_that_are_measured_again_is_theirs(step):
+    """Two turns with errors of their own, some equal by rounding; a turn that is in the file twice is one."""
+    rng, options = np.random.default_rng(2), TableReadingOptions()
+    turns = [valve_lift(TURN)[0] + rng.normal(0.0, 0.002, TURN.size) for _ in range(2)]
+    lifts = np.round(turns, 3) if step else np.array(turns)
+    once, twice = ([np.column_stack([DEGREES, y]) for y in lifts[[0, k]]] for k in (0, 1))
+    copied, measured = (read_points(np.vstack(rows), options) for rows in (once, twice))
+    assert (copied.rows.size, measured.rows.size) == (360, 720)
+    for points in (copied, measured):
+        assert estimate_point_errors(points).noise == pytest.approx(np.hypot(0.002, step / 12**0.5), rel=0.1)
 
 
 def test_units_and_forms_are_the_same_profile(tmp_path):
@@ -573,6 +586,7 @@ ARM = FOLLOWERS["arm"]
         (np.vstack([GOOD, [0.0, 0.0]]), {}, "row 361: is on the axis of the cam"),
         (np.vstack([GOOD, [1e7, 0.0]]), {}, "row 361 = 10000000.0: the x must be within"),
         (GOOD[::40], {}, "rows = 9: must be at least 12 points"),
+        (np.vstack([GOOD[::40], GOOD[::40]]), {}, "angles = 9: must be at least 12 different ones"),
         (GOOD[:, 0], {}, "columns: has one column, and points need both x and y"),
         (30.0 * GOOD / np.abs(GOOD[:, :1] + 1j * GOOD[:, 1:]), {}, "no motion|does not move"),
         (GOOD, {"probe": 50.0}, r"row \d+ = \d+\.\d+: must be further from the axis of the cam than the probe's radius 50"),
