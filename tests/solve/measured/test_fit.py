@@ -114,7 +114,17 @@ def test_a_law_is_found_again(law, noise):
         assert fitted.after[name] == pytest.approx(derivative_peak(true, order, ALL_STROKES), rel=within), name
 
 
-CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
+TOO_CORNERED = ["half-cycloidal-1", "half-cycloidal-2"]
+"""A corner of these is ten times a noise of 0.001 mm away from every smooth motion."""
+CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05) if noise > 0.001 or law not in TOO_CORNERED]
+
+
+@pytest.mark.parametrize("law", TOO_CORNERED)
+def test_a_corner_is_refused_with_the_band_that_holds_it(law):
+    rows = measured_points(law=law, noise=0.001, seed=7)
+    with pytest.raises(Unmet, match=r"the least band is 0\.017\d+ .* such as 0\.019"):
+        fit(rows, CAM)
+    assert fit(rows, CAM, band=0.019).deviation.held
 
 
 @pytest.mark.slow
