@@ -205,7 +205,8 @@ def test_every_key_of_every_stage_may_have_a_tolerance(contact, row, moves, more
     status, out, _ = command("tolerance", file, "--cams", 64, "--json")
     told = json.loads(out)
     assert status == 0
-    assert told["worst_case"]["bound"] > abs(told["worst_case"]["error"]) > 0.0
+    rounding = np.spacing(100.0)  # the error of a cam is a difference of positions [mm or deg]
+    assert told["worst_case"]["bound"] > abs(told["worst_case"]["error"]) - rounding > 0.0
     assert set(told["worst_case"]["errors"]) == {key for key in given if key[8:] not in CARRIED_KEYS}
     assert command("timing", file)[0] == 0
 
