@@ -49,7 +49,7 @@ def displacement_jets_over_row(table, row):
 
 
 @inline_in_kernels_by_overload
-def fourth_derivative_bounds_over_row(table, row):
+def fourth_derivative_jet_over_row(table, row):
     """Jet of y'''' over a panel or group."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return Jet(low[4], high[4], error[4], most[5], most[6], np.inf)

@@ -32,8 +32,8 @@ from camopt.core.numerics.panels import (
     displacement_jets_over_part,
     displacement_jets_over_row,
     fourth_derivative,
-    fourth_derivative_bounds_over_row,
     fourth_derivative_jet_over_part,
+    fourth_derivative_jet_over_row,
     value_and_three_derivatives,
 )
 from camopt.core.numerics.stable_functions import matrix_product
@@ -117,7 +117,7 @@ def state_at_node(table, node):
 def state_jets_over_row(table, row):
     """State over a panel or group, in jets."""
     y, y1, y2, y3 = displacement_jets_over_row(table, row)
-    return State(y, y1, y2, y3, load_over_row(table.load, row, 0.0), fourth_derivative_bounds_over_row(table, row))
+    return State(y, y1, y2, y3, load_over_row(table.load, row, 0.0), fourth_derivative_jet_over_row(table, row))
 
 
 @inline_in_kernels

@@ -53,10 +53,10 @@ __all__ = [
     "ToleranceBands",
     "available_quantities",
     "find_effect",
+    "find_quantity",
     "missing_keys_by_quantity",
     "quantities_to_compute_by_effect",
     "quantities_with_expression_inputs",
-    "quantity_by_name",
     "require_effect",
     "setup_effects",
 ]
@@ -122,7 +122,7 @@ EFFECTS: dict[str, Effect] = {
 """Every effect by name, in the order in which effects run: the cheapest first."""
 
 
-def quantity_by_name(name: str, setup: Setup) -> Quantity:
+def find_quantity(name: str, setup: Setup) -> Quantity:
     """A quantity by name: one that the scene defines, or one that camopt has."""
     return setup.own_quantities[name] if name in setup.own_quantities else QUANTITIES[name]
 

@@ -14,8 +14,8 @@ from camopt.core.quantities.own_quantity import OwnQuantity
 from camopt.model.effects import (
     EvaluationBlock,
     Setup,
+    find_quantity,
     quantities_with_expression_inputs,
-    quantity_by_name,
     require_effect,
 )
 from camopt.model.effects.contacts import all_follower_contacts, smallest_disc_size
@@ -126,7 +126,7 @@ class Limit(ABC):
     @property
     def quantity(self) -> Quantity | None:
         """The first quantity to show; None without one."""
-        return quantity_by_name(self.shown_quantities[0], self.setup) if self.shown_quantities else None
+        return find_quantity(self.shown_quantities[0], self.setup) if self.shown_quantities else None
 
     @property
     def relation(self) -> str:
@@ -205,7 +205,7 @@ class Limit(ABC):
     def is_on_motion_error(self) -> bool:
         """Whether the limit is on motion errors by tolerances, which cover all cams within the tolerances."""
         return any(
-            quantity_by_name(name, self.setup).effect == MOTION_ERRORS.name
+            find_quantity(name, self.setup).effect == MOTION_ERRORS.name
             for name in quantities_with_expression_inputs(self.shown_quantities, self.setup)
         )
 
@@ -460,7 +460,7 @@ class OwnQuantityLimit(Limit):
     def lacks_enclosure(self) -> bool:
         """Whether the quantity reads a Python function, or a quantity without a bound such as a cam angle."""
         quantities = [
-            quantity_by_name(name, self.setup)
+            find_quantity(name, self.setup)
             for name in quantities_with_expression_inputs(self.required_quantities, self.setup)
         ]
         functions = [isinstance(each, OwnQuantity) and each.function_call for each in quantities]

@@ -17,8 +17,8 @@ from camopt.core.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.model.effects import (
     Setup,
     available_quantities,
+    find_quantity,
     quantities_to_compute_by_effect,
-    quantity_by_name,
     setup_effects,
 )
 from camopt.model.effects.peak import unit_weight
@@ -310,7 +310,7 @@ class Problem:
     def size_quantity_names(self) -> frozenset[str]:
         """The names of the quantities for all sizes of a design."""
         return frozenset(
-            n for n in available_quantities(self.setup) if quantity_by_name(n, self.setup).effect == "sizes"
+            n for n in available_quantities(self.setup) if find_quantity(n, self.setup).effect == "sizes"
         )
 
     @cached_property
@@ -356,7 +356,7 @@ class Problem:
     def output_quantities(self) -> frozenset[str]:
         """The quantities of ``outputs`` (by default motion and geometry), and those that the scene defines."""
         outputs = self.outputs or GEOMETRY
-        quantities = {name: quantity_by_name(name, self.setup) for name in available_quantities(self.setup)}
+        quantities = {name: find_quantity(name, self.setup) for name in available_quantities(self.setup)}
         named = [name for name, each in quantities.items() if each.effect in outputs or EVERYTHING in outputs]
         return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys()) | self.setup.own_quantities.keys()
 

@@ -7,9 +7,9 @@ from camopt.core.quantities.scene_numbers import NUMBERS, PRESS_EFFECTS
 from camopt.model.effects import (
     EFFECTS,
     available_quantities,
+    find_quantity,
     missing_keys_by_quantity,
     quantities_to_compute_by_effect,
-    quantity_by_name,
     require_effect,
 )
 from camopt.model.effects.contacts import CONTACT_NAMES, CONTACT_QUANTITIES
@@ -85,12 +85,12 @@ def empty_output_notes(scene: Scene) -> list[str]:
     """Sentences on requested effects without a result, with the keys that they lack."""
     setup = resolve(scene).setup
     shown, lacks = (
-        {quantity_by_name(name, setup).effect for name in available_quantities(setup)},
+        {find_quantity(name, setup).effect for name in available_quantities(setup)},
         missing_keys_by_quantity(setup),
     )
     sentences = []
     for effect in dict.fromkeys(scene.outputs):
-        needs = [keys for name, keys in lacks.items() if quantity_by_name(name, setup).effect == effect]
+        needs = [keys for name, keys in lacks.items() if find_quantity(name, setup).effect == effect]
         if needs and effect not in shown:
             carried = any(getattr(stage, key) for stage in scene.train for key in CARRIED_KEYS)
             also = "; masses and forces of the train alone are not enough" if carried else ""

@@ -7,7 +7,7 @@ import numpy as np
 from camopt.core.mistakes import Mistake, suggest_names
 from camopt.core.quantities import EVERYTHING, QUANTITIES
 from camopt.core.quantities.own_quantity import OWN_EFFECT
-from camopt.model.effects import Setup, available_quantities, missing_keys_by_quantity, preload, quantity_by_name
+from camopt.model.effects import Setup, available_quantities, find_quantity, missing_keys_by_quantity, preload
 from camopt.model.mechanisms.pairs import HALVES_HAVE_TO, SAME_HALVES, largest_half_turn_misfit
 from camopt.model.motion.programme import Programme
 from camopt.scene.problem.limits import SINGLE_QUANTITY_KEYS, limited_quantity_name
@@ -43,8 +43,8 @@ def _no_such_quantity_message(name: str, setup: Setup) -> str:
 def unavailable_outputs(scene: Scene, setup: Setup) -> list[Mistake]:
     """Mistakes for outputs and objectives that the mechanism does not have, or for which keys are missing."""
     offers, lacks = (*available_quantities(setup), *VERDICT_COLUMNS), missing_keys_by_quantity(setup)
-    numbers = tuple(name for name in offers if quantity_by_name(name, setup).kind is float)
-    effects = {quantity_by_name(name, setup).effect for name in (*offers, *lacks)}
+    numbers = tuple(name for name in offers if find_quantity(name, setup).kind is float)
+    effects = {find_quantity(name, setup).effect for name in (*offers, *lacks)}
     named = {
         "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
         "search.minimise": (scene.search.minimise, numbers),

@@ -13,8 +13,8 @@ from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_sys
 from camopt.model.effects import (
     EvaluationBlock,
     available_quantities,
+    find_quantity,
     quantities_with_expression_inputs,
-    quantity_by_name,
 )
 from camopt.model.effects.contacts import all_follower_contacts
 from camopt.model.mechanisms.geometry import CamCurves, cam_curves
@@ -101,12 +101,12 @@ class Picture:
         effects = {
             *GEOMETRY,
             *(
-                quantity_by_name(name, setup).effect
+                find_quantity(name, setup).effect
                 for name in quantities_with_expression_inputs(self.problem.evaluated_quantities, setup)
             ),
         }
         return frozenset(
-            name for name in available_quantities(setup) if quantity_by_name(name, setup).effect in effects
+            name for name in available_quantities(setup) if find_quantity(name, setup).effect in effects
         )
 
     @cached_property

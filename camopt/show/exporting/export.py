@@ -92,7 +92,7 @@ def export(scene: SceneSource, path: str | os.PathLike[str], *, disc: int | None
 
 
 def _file_warnings(work: Workpiece, written: Export, tolerance: float | None, *, of_plane: bool) -> Iterator[str]:
-    """Notes on a file: large deviations of curves, a mirrored development, thin walls, broken limits."""
+    """Warnings about a file: large deviations of curves, a mirrored development, thin walls, broken limits."""
     deviation = max((each.deviation_mm for each in written.curves.values()), default=0.0)
     if tolerance is not None and deviation > LARGEST_TOLERANCE_SHARE * tolerance:
         limit = f"a quarter of part.profile_tolerance ({with_unit(tolerance, 'mm')})"

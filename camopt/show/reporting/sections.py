@@ -7,7 +7,7 @@ from typing import Any
 
 from camopt.core.quantities import QUANTITIES
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.model.effects import quantity_by_name
+from camopt.model.effects import find_quantity
 from camopt.scene.mapping import leaf_values_by_key
 from camopt.scene.problem.limit import Limit, OwnQuantityLimit
 from camopt.scene.problem.problem import Problem, resolve
@@ -69,7 +69,7 @@ def _proof_method(limit: Limit | None) -> str:
     if limit.constraints:
         return IN_INTERVALS
     if limit.mean_constraint is not None or any(
-        quantity_by_name(name, limit.setup).effect in INTEGRATED for name in limit.required_quantities
+        find_quantity(name, limit.setup).effect in INTEGRATED for name in limit.required_quantities
     ):
         return BY_INTEGRALS
     return IN_INTERVALS if limit.required_quantities else BY_SIZES
@@ -90,7 +90,7 @@ def _limit_cells(limit: Limit | None, evaluation: Evaluation, verdict: str) -> I
         yield "finite" if isinstance(limit, OwnQuantityLimit) else "none allowed", "", ""
         return
     for name in names:
-        unit, value = quantity_by_name(name, limit.setup).unit, evaluation[name]
+        unit, value = find_quantity(name, limit.setup).unit, evaluation[name]
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
         distance = side * (limit.bound - (abs(value) if side > 0.0 else value))
         rounding = evaluation.scene.accuracy.relative_error * abs(limit.bound)
@@ -162,7 +162,7 @@ def quantities_table(evaluations: list[Evaluation], problems: Iterable[Problem],
             with_minus_sign(quantity_text(name, each[name])).replace(",", ", ") if name in each else ""
             for each in evaluations
         ]
-        about = next(quantity_by_name(name, resolve(each.scene).setup) for each in evaluations if name in each)
+        about = next(find_quantity(name, resolve(each.scene).setup) for each in evaluations if name in each)
         reasons = dict.fromkeys(each.unbounded[name] for each in evaluations if name in each.unbounded)
         meaning, title = "; ".join(reasons) or about.sentence, name_in_shown_unit(name, about.unit)
         unit, bound = unit_in_shown_system(about.unit), bounds.get(name, "")

@@ -5,7 +5,7 @@ from itertools import chain
 from math import degrees, isfinite, pi
 
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.model.effects import quantity_by_name
+from camopt.model.effects import find_quantity
 from camopt.model.effects.curvature import CUTTER_RADIUS
 from camopt.model.effects.pressure import BOTTOM_ANGLE
 from camopt.model.mechanisms.design import Designs
@@ -67,7 +67,7 @@ def _broken_limits(cam: TrueCam) -> Iterator[str]:
         if limit.name in evaluation["violated"].split(","):
             what = limit.name.replace("_", " ")
             names = [name for name in limit.shown_quantities if name in evaluation]
-            units = {name: quantity_by_name(name, limit.setup).unit for name in names}
+            units = {name: find_quantity(name, limit.setup).unit for name in names}
             broken += [
                 f"{what} {with_unit(evaluation[name], unit)} ({limit.relation} {with_unit(limit.bound, unit)})"
                 for name, unit in units.items()

@@ -20,7 +20,7 @@ import numpy as np
 from camopt.core.mistakes import UnknownName, suggest_names
 from camopt.core.numerics import FloatArray
 from camopt.core.quantities import in_column_order
-from camopt.model.effects import EvaluationBlock, quantity_by_name
+from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.mechanisms import Designs
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.problem.problem import Problem, resolve_design, with_rounding_relative_error
@@ -158,7 +158,7 @@ def sensitivities(scene: SceneSource) -> Sensitivities:
     variables = _variable_values_and_magnitudes(problem)
     numbers = {each.key: value for each, (value, _) in variables.items() if each.is_scene_number}
     freed = problem.with_numbers_per_design(numbers)
-    names = [name for name in problem.evaluated_quantities if quantity_by_name(name, problem.setup).kind is float]
+    names = [name for name in problem.evaluated_quantities if find_quantity(name, problem.setup).kind is float]
     around = _stencil_designs(problem.design, variables)
     columns = run_effects(EvaluationBlock(freed.setup, freed.programme, around), names).columns
     exists = freed.setup.mechanism.can_assemble(around, freed.programme)

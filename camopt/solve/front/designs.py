@@ -19,7 +19,7 @@ from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.numerics import IndexArray
 from camopt.core.numerics.identity_cache import cached_by_identity
 from camopt.core.quantities import QUANTITIES, in_column_order
-from camopt.model.effects import EvaluationBlock, quantity_by_name
+from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.mechanisms import Designs
 from camopt.model.motion.programme import Programme
 from camopt.model.motion.stroke import RETURN, RISE
@@ -150,7 +150,7 @@ def evaluate_designs(
         for part in _evaluate_designs_of_one_motion(motion, rows.take(index), index, wanted)
     ]
     values = scatter_rows(parts, table.count).columns
-    quantities = {name: quantity_by_name(name, scene_problem.setup) for name in in_column_order(wanted)}
+    quantities = {name: find_quantity(name, scene_problem.setup) for name in in_column_order(wanted)}
     columns_in_order = [*quantities, *(f"{EXCESS_PREFIX}{limit.name}" for limit in problem.limits)]
     if not table.count:  # without rows pandas would not know the columns of texts
         values |= {name: values[name].astype(quantity.kind) for name, quantity in quantities.items()}

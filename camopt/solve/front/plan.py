@@ -15,7 +15,7 @@ from camopt.core.mistakes import BadInput, Mistake, suggest_names
 from camopt.core.quantities import Quantity, in_column_order, motion_peak_name
 from camopt.core.quantities.function import FunctionCall
 from camopt.core.storage.version import camopt_and_kernel_version
-from camopt.model.effects import find_effect, quantity_by_name
+from camopt.model.effects import find_effect, find_quantity
 from camopt.model.motion.installed_laws import installed_laws
 from camopt.scene.arguments import check_count
 from camopt.scene.mapping import leaf_values_by_key
@@ -126,7 +126,7 @@ class SweepPlan:
         return sweep_columns(self.problem)
 
     def find_quantities(self, names: Iterable[str]) -> list[Quantity]:
-        return [quantity_by_name(name, self.problem.setup) for name in names]
+        return [find_quantity(name, self.problem.setup) for name in names]
 
     @cached_property
     def searched_row_columns(self) -> tuple[str, ...]:
@@ -262,7 +262,7 @@ def comparison_columns(problem: Problem) -> tuple[str, ...]:
 def sweep_columns(problem: Problem) -> tuple[str, ...]:
     """The columns of a sweep: sizes, quantities of limits and objectives, named outputs, and the verdict."""
     setup = problem.setup
-    numbers = {name for name in problem.required_quantities if quantity_by_name(name, setup).kind is float}
+    numbers = {name for name in problem.required_quantities if find_quantity(name, setup).kind is float}
     outputs = problem.output_quantities if problem.outputs else frozenset()
     names = problem.size_quantity_names | numbers | outputs | setup.own_quantities.keys() | set(VERDICT_COLUMNS)
     return tuple(in_column_order(names))

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from camopt.core.mistakes import Unmet, join_words
 from camopt.core.numerics.irreducible import irreducible_set
 from camopt.core.quantities import AT_LEAST
-from camopt.model.effects import quantity_by_name
+from camopt.model.effects import find_quantity
 from camopt.model.motion.segments import MOVE
 from camopt.scene.problem.limit import Limit
 from camopt.scene.problem.problem import resolve
@@ -105,7 +105,7 @@ def _largest_miss_over_quantities(limit: Limit, row: Mapping[str, Any]) -> Misse
         return MissedLimit("broken", inf, "other")
     worst = max(values, key=lambda name: abs(values[name] - limit.bound))
     relative_miss = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
-    bound_text = f"{limit.relation} {with_unit(limit.bound, quantity_by_name(worst, limit.setup).unit)}"
+    bound_text = f"{limit.relation} {with_unit(limit.bound, find_quantity(worst, limit.setup).unit)}"
     easier = "smaller" if limit.relation.startswith((AT_LEAST, ">")) else "larger"
     reached = f"{shown_column_name(worst)} = {quantity_text(worst, values[worst])}"
     return MissedLimit(f"best {reached}, limit {bound_text}", relative_miss, easier)

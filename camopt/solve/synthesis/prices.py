@@ -105,7 +105,7 @@ class PricedOptimum(NamedTuple):
         None if that scene has another number of curves, which happens at a bound that no motion meets.
         """
         own = self.model.problem
-        problem = _robust_problem_per_listed_lead(scene, self.sizes)[self.number]
+        problem = _robust_problem_per_listed_offset_or_arm(scene, self.sizes)[self.number]
         problem = replace(problem, splines=own.splines, jerk_jumps=own.jerk_jumps)
         model = build_convex_model(tighten_limits(problem, self.margin), SplineMotion)
         for variable, value in zip(model.cvxpy_problem.variables(), self.point, strict=True):
@@ -119,7 +119,7 @@ class PricedOptimum(NamedTuple):
         return model.unit * float(model.objective.value), values
 
 
-def _robust_problem_per_listed_lead(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
+def _robust_problem_per_listed_offset_or_arm(scene: Scene, sizes: tuple[float, float]) -> list[SynthesisProblem]:
     """The problem for each listed offset or arm; for robust cams with limits tightened at these sizes."""
     return [
         with_robust_limits(problem, *sizes) if problem.scene_problem.robust_errors else problem
@@ -133,7 +133,7 @@ def _solved_optimum(scene: Scene, result: Synthesis) -> PricedOptimum | None:
     first = split_by_listed_offset_or_arm(build_synthesis_problem(scene))[0]
     iterate = iterate_of_result(first, result)
     sizes = iterate.lead * first.size_unit, iterate.height * first.size_unit
-    problems = _robust_problem_per_listed_lead(scene, sizes)
+    problems = _robust_problem_per_listed_offset_or_arm(scene, sizes)
     if result.convex:
         problems = [
             _problem_with_splines_of(result, problem, relaxed_optimum_with_jerk_cuts(scene, problem))

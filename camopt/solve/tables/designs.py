@@ -15,7 +15,7 @@ from camopt.core.mistakes import BadInput, Mistake, UnknownName, suggest_names
 from camopt.core.quantities import QUANTITIES, Flag, Word, in_column_order
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit, unit_in_shown_system
-from camopt.model.effects import quantity_by_name
+from camopt.model.effects import find_quantity
 from camopt.scene.arguments import SceneSource, scene_from
 from camopt.scene.design_rows import (
     DERIVED_SIZES,
@@ -44,7 +44,7 @@ def limit_texts_by_quantity(problem: Problem) -> dict[str, str]:
     bounds: dict[str, str] = {}
     for limit in problem.limits:
         for name in limit.shown_quantities:
-            bound = to_shown_unit(limit.bound, quantity_by_name(name, limit.setup).unit)
+            bound = to_shown_unit(limit.bound, find_quantity(name, limit.setup).unit)
             bounds.setdefault(name, f"{limit.relation} {bound:g}".replace("-", "−"))
     by_stroke = {bounds.get(name) for name in STROKE_ANGLES}
     if len(by_stroke) == 1 and None not in by_stroke:
@@ -221,7 +221,7 @@ class Design(Result, Drawable, dict[str, Any]):
         """A table of the design's sizes and the quantities of its scene, with the limits."""
         (row,), problem = with_rise_law_as_law_column([self]), resolve(self.searched)
         shown, own = design_table_columns(problem, [row]), problem.setup.own_quantities
-        known = {name: quantity_by_name(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
+        known = {name: find_quantity(name, problem.setup) for name in shown if name in own or name in QUANTITIES}
         about = {name: known[name].sentence if name in known else "" for name in shown}
         return design_table(self.searched.name, problem, row, about)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from warnings import warn
 
 import numpy as np
 
@@ -150,10 +151,21 @@ class Result(HasHtml):
         """Values of the result by key, which ``to_dict`` converts for JSON."""
         raise NotImplementedError
 
+    def document(self) -> Any:
+        """Deprecated name of ``values_for_json``."""
+        warn("document is now values_for_json", DeprecationWarning, stacklevel=2)
+        return self.values_for_json()
+
     @property
     def relative_half_width(self) -> float:
         """Largest relative error of a value."""
         return 0.0
+
+    @property
+    def half_width(self) -> float:
+        """Deprecated name of ``relative_half_width``."""
+        warn("half_width is now relative_half_width", DeprecationWarning, stacklevel=2)
+        return self.relative_half_width
 
     @property
     def exit_code(self) -> int:

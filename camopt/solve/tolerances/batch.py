@@ -27,7 +27,7 @@ from camopt.core.mistakes import BadInput, Mistake
 from camopt.core.numerics import FloatArray
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import to_shown_unit
-from camopt.model.effects import quantity_by_name
+from camopt.model.effects import find_quantity
 from camopt.model.effects.error_response import RESPONSE_ORDERS, SECOND_CONTACT_SUFFIX
 from camopt.model.effects.motion import motion_error_quantity_names, motion_table_unit, motion_unit_factor
 from camopt.model.effects.preload import INTERFERENCE_KEY
@@ -295,7 +295,7 @@ class Batch(Result, Drawable):
         heads = ["limit", "held by", "0.135 %", "median", "99.865 %", "worst", "by"]
         rows = [["all", _percent_with_confidence(self.held), *([""] * 5)]]
         for each in self.spreads:
-            unit = quantity_by_name(each.quantity, setup).unit
+            unit = find_quantity(each.quantity, setup).unit
             values = [number_text(to_shown_unit(value, unit)) for value in (each.low, each.median, each.high)]
             parts = sorted(each.variances.items(), key=lambda part: -part[1])[:MOST_VARIANCES]
             by = ", ".join(f"{key.removeprefix('follower.')} {100.0 * part:.0f} %" for key, part in parts)
@@ -410,7 +410,7 @@ def sample_cams(
         held = np.all(results.excess <= 0.0, axis=0)
         spreads = tuple(_limit_spreads(*results))
         for limit, values in zip(results.limits, results.values, strict=True):
-            quantity = quantity_by_name(limit.shown_quantities[0], limit.setup)
+            quantity = find_quantity(limit.shown_quantities[0], limit.setup)
             samples[quantity.name] = SampleColumn(quantity.unit, quantity.sentence, values)
     for column, _, values, _ in errors:
         held &= values <= error_bounds.get(column, inf)
@@ -509,9 +509,9 @@ def _limit_results(scene: Scene, problem: Problem, sampled: CamErrors) -> _Limit
     )
     if not numbers and np.array_equal(low, high, equal_nan=True):  # no limit depends on the interference
         return None
-    side = np.array(
-        [quantity_by_name(limit.shown_quantities[0], limit.setup).limit_sign for limit in limits]
-    ).reshape(-1, 1)
+    side = np.array([find_quantity(limit.shown_quantities[0], limit.setup).limit_sign for limit in limits]).reshape(
+        -1, 1
+    )
     tight = ~(side * low >= side * high)
     values, worst = (np.where(tight, *ends) for ends in ((high, low), (interference.high, interference.low)))
     errors |= separating_errors(sampled)

@@ -22,7 +22,7 @@ import numpy as np
 from camopt.core.numerics import FloatArray
 from camopt.core.numerics.budget import Budget
 from camopt.core.quantities.unit_systems import to_shown_unit
-from camopt.model.effects import EvaluationBlock, quantity_by_name
+from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.effects.contacts import (
     quantities_that_differ_by_design,
     select_designs,
@@ -380,7 +380,7 @@ def margins_table(scene: Scene, margins: tuple[Margin, ...]) -> Table:
     units = {each.key: each.unit for each in variables_of_scene(scene)}
     setup, rows = resolve(scene).setup, []
     for margin in margins:
-        unit = quantity_by_name(margin.quantity, setup).unit if margin.quantity else ""
+        unit = find_quantity(margin.quantity, setup).unit if margin.quantity else ""
         bound = f"{margin.relation} {with_unit(margin.bound, unit)}" if margin.quantity else ""
         ends = margin.nominal, margin.worst
         values = [number_text(to_shown_unit(v, unit)) if margin.quantity else "" for v in ends]

@@ -87,12 +87,12 @@ def verdict_on_alternatives(
 ) -> BoxVerdict:
     """Verdict on a condition for all designs of a box: each has to hold one of some constraints.
 
-    ``decide`` decides a constraint over ranges. If all constraints are broken, perhaps by different designs, the
-    witness against the first has to break the others too.
+    ``decide`` decides a constraint over ranges. If all constraints are broken over ranges, perhaps by different
+    designs, the witness against the first has to break the others too.
     """
     verdicts = [decide(constraint, number_ranges) for constraint in constraints]
     best = max(verdicts, key=lambda each: WORST_FIRST.index(each.verdict))
-    if best.witness is None or len(constraints) == 1:
+    if best.witness is None or not number_ranges or len(constraints) == 1:
         return best
     at_witness = {name: 2 * (float(best.witness.values[name][0]),) for name in number_ranges}
     broken = all(decide(constraint, at_witness).verdict == BROKEN for constraint in constraints)

@@ -12,7 +12,7 @@ from camopt.core.mistakes import UnknownName, suggest_names
 from camopt.core.quantities import QUANTITIES, Flag, Word, displacement_unit, in_column_order
 from camopt.core.quantities.display import Drawable
 from camopt.core.quantities.unit_systems import MM, shown_in, to_shown_unit, unit_in_shown_system
-from camopt.model.effects import EvaluationBlock, quantity_by_name
+from camopt.model.effects import EvaluationBlock, find_quantity
 from camopt.model.effects.clearance import SKIDDING_TIME
 from camopt.model.effects.contacts import CONTACT_NAMES
 from camopt.model.effects.joints import JointRow, joint_force_rows
@@ -104,7 +104,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         """One row for each quantity: value, unit, limit, and its meaning or the reason why it is infinite."""
         names = [name for name in self if not is_unsearched_zero_column(self.scene.search.sizes, name, [self])]
         reasons, problem = {name: Cell(reason) for name, reason in self.unbounded.items()}, resolve(self.scene)
-        about = {name: reasons.get(name, quantity_by_name(name, problem.setup).sentence) for name in names}
+        about = {name: reasons.get(name, find_quantity(name, problem.setup).sentence) for name in names}
         return design_table(self.scene.name, problem, self, about)
 
     def sections(self) -> Iterator[Table | str]:
@@ -162,7 +162,7 @@ class Evaluation(Result, Drawable, Mapping[str, Any]):
         its face. For a pivot, it is the largest sum of the magnitudes of both forces on it.
         """
         problem = resolve(self.scene)
-        has_joints = any(quantity_by_name(name, problem.setup).effect == "joints" for name in self)
+        has_joints = any(find_quantity(name, problem.setup).effect == "joints" for name in self)
         return joint_force_rows(problem.setup, problem.programme) if has_joints else []
 
     @property

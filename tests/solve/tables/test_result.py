@@ -171,6 +171,14 @@ def test_infinite_numbers_are_none_and_named():
     }
 
 
+def test_former_names_are_read_with_a_warning():
+    loose = Loose(SCENE, 0.25)
+    with pytest.warns(DeprecationWarning, match="document is now values_for_json"):
+        assert loose.document()["value"] == inf
+    with pytest.warns(DeprecationWarning, match="half_width is now relative_half_width"):
+        assert loose.half_width == 0.25
+
+
 def test_a_result_that_is_less_exact_than_asked_ends_with_4(capsys):
     asked = SCENE.accuracy.relative_error
     assert print_result(Loose(SCENE, asked), as_json=False, quiet=True) == 0
