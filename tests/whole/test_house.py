@@ -23,7 +23,7 @@ MOST_IMPORTS_INSIDE, MOST_OF_OURS = 68, 16
 """Imports inside functions, and those of modules of the package among them: lower them where there are fewer."""
 
 
-MOST_STATEMENTS = {"core": 5_575, "model": 8_755, "scene": 6_325, "solve": 20_119, "show": 11_875, "cli": 1_070}
+MOST_STATEMENTS = {"core": 5_575, "model": 8_755, "scene": 6_325, "solve": 20_130, "show": 11_875, "cli": 1_070}
 """Budgets of statements of the six folders; that of commands has the package's own files. To raise one is a commit
 that says why."""
 
